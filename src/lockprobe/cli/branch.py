@@ -185,6 +185,9 @@ class _Watched:
     def trial(self, trial: Trial, timing: Timing) -> None:
         self._shown.trial(trial, timing)
 
+    def more(self, owed: int) -> None:
+        self._shown.more(owed)
+
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         self._shown.given_up(source, owed, why)
 

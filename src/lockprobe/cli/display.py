@@ -53,7 +53,7 @@ class JsonLines(Plain):
             directory=str(journal.directory),
             trials=study.size - study.invited,
             owed=owed,
-            done=study.size - study.invited - owed,
+            done=sum(not trial.owed_again for trial in journal.trials.values() if not trial.player),
             settings=study.settings(),
             settings_hash=read_study(journal.directory).settings_hash,
         )
@@ -138,6 +138,10 @@ class JsonLines(Plain):
             owed=owed,
             trials=trials,
         )
+
+    def decided(self, lines: Sequence[str], facts: Sequence[Mapping[str, object]]) -> None:
+        """Print what is decided."""
+        self.event("decided", message=lines[0], answers=list(facts))
 
     def broke(self) -> None:
         """Print how many trials of the run broke, and which agents were given up."""

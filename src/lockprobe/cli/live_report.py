@@ -62,6 +62,10 @@ class LiveReport:
         self._played += 1
         self._renew()
 
+    def more(self, owed: int) -> None:
+        """Pass on that there are more trials to play."""
+        self._observer.more(owed)
+
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Pass on that an agent is given up."""
         self._observer.given_up(source, owed, why)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
@@ -26,6 +27,7 @@ from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.study import Study
+from lockprobe.studies.until import LOOK_EVERY
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.told_outcome import in_words
@@ -69,6 +71,19 @@ def told(step: Step) -> str:
 def _of_strategies(study: Study) -> str:
     """How many trials strategies and learners play, where that differs from the others."""
     return f" ({study.strategy_trials} for strategies and learners)" if study.strategy_trials is not None else ""
+
+
+_LOOKS = (
+    f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "
+    "that are decided are no longer played."
+)
+
+
+def _extent(study: Study) -> str:
+    """How many trials are played."""
+    if study.until:
+        return f"until {study.until}, at most {count(study.repetitions * study.trials, 'trial')} per condition,"
+    return f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{_of_strategies(study)}"
 
 
 def _conditions(study: Study) -> str:
@@ -134,7 +149,7 @@ class Plain:
         self._batch, self._budget, self._report = batch, budget, report
         self._marks = ServerMarks()
         self._journal: Journal | None = None
-        self._simulated = False
+        self._simulated = self._until = False
         self._shown: str | None = None
         self._last = 0.0
 
@@ -152,6 +167,7 @@ class Plain:
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Say what will be played, how long it should take, where it goes, and what of it is done."""
         self._journal, self._simulated, self.tally = journal, study.simulated, Tally(study)
+        self._until = study.until is not None
         run = study.size - study.invited
         if not run:
             self.say(_invited(study, journal))
@@ -160,8 +176,7 @@ class Plain:
         kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
-            f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{_of_strategies(study)} of "
-            f"{study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
+            f"{_extent(study)} of {study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
         )
         invited = [_invited(study, journal)] if study.invited else []
         for line in (*_of_the_plant(study, owed), *_of_agents(study), *invited):
@@ -179,10 +194,12 @@ class Plain:
         if self._report is not None:
             self.say(settings_line(read_study(journal.directory).settings_hash))
         done = sum(not trial.owed_again for trial in journal.trials.values() if not trial.player)
-        if done:
+        if study.until:
+            self.say(f"{done} trials are done already; {owed} are owed before the next look" if done else _LOOKS)
+        elif done:
             self.say(f"{done} of {run} trials are done already; {owed} are owed")
-        elif owed < run:
-            self.say(f"{owed} of {run} trials are played here")
+        elif study.shard:
+            self.say(f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here")
         self._costs(study, journal)
 
     def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
@@ -253,9 +270,13 @@ class Plain:
         if trial.error is not None:
             self.say(f"  {trial.key}  error at {trial.error.boundary}: {trial.error.message}")
         now = time.monotonic()
-        if now - self._last >= _EVERY or self.tally.played == self.tally.agent_owed:
+        if now - self._last >= _EVERY or (self.tally.played == self.tally.agent_owed and not self._until):
             self._last = now
             self.say("  " + self.tally.line())
+
+    def more(self, owed: int) -> None:
+        """Count the trials that follow a look."""
+        self.tally.agent_owed += owed
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Say that an agent cannot go on; the others do."""
@@ -281,6 +302,12 @@ class Plain:
     def _spent_at_last(self, reached: BudgetReached) -> float:
         """What is spent when the last call has returned."""
         return reached.spent if self._budget is None else self._budget.spent
+
+    def decided(self, lines: Sequence[str], facts: Sequence[Mapping[str, object]]) -> None:
+        """Say what a study that stops when it is decided has decided; ``facts`` are the same for programs."""
+        self.close()
+        for line in lines:
+            self.say(line)
 
     def broke(self) -> None:
         """Say how many trials of the run broke, which agents were given up, why, and how to go on."""

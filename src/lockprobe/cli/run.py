@@ -42,8 +42,8 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
 HEADINGS = {
-    "Options": "agent p trials until most condition box full seed out estimate budget",
-    "The study": "repetitions strategy_trials max_steps plant camera layout shuffle as_paper name",
+    "Options": "agent p trials condition box full seed out estimate budget",
+    "The study": "until most repetitions strategy_trials max_steps plant camera layout shuffle as_paper name",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
     "Hosted models": "connections timeout retries batch",

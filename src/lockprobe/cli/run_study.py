@@ -17,6 +17,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
@@ -74,6 +75,8 @@ def play_study(
             observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(observer, directory if report else None)
         reached = _play_trials(planned, journal, limits, live, observer)
+        if planned.until and journal.trials:
+            _say_decisions(planned, journal, observer)
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
@@ -84,7 +87,9 @@ def play_study(
         observer.reported(_report(directory, limits, left_out) if report and something else None, left_out)
         status = _failure(planned, journal, observer)
         if reached is not None:
-            owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in planned.plans(agent))
+            owed = sum(
+                journal.owes(plan.key) for agent in planned.run_agents for plan in next_plans(planned, journal)(agent)
+            )
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
                 raise _NothingKept
@@ -106,6 +111,14 @@ def _play_trials(
         if not journal.trials:  # nothing was played: the command cannot be carried out
             raise
     return None
+
+
+def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
+    from lockprobe.cli.decisions import decision_facts, decision_lines, decisions_of
+
+    found = decisions_of(planned, journal.trials.values())
+    played = planned.places_filled(planned.own_trials(journal.trials.values()))
+    observer.decided(decision_lines(planned, found, played), decision_facts(found))
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:

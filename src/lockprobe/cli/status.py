@@ -13,6 +13,7 @@ import typer
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli import options
+from lockprobe.cli.decisions import decision_facts, decision_lines, decisions_of
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
@@ -20,6 +21,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
+from lockprobe.studies.extension import extension_said
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
@@ -27,6 +29,7 @@ from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.read_records import read_records
 from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.trial.model_call import BROKEN_OFF, Call
@@ -62,12 +65,27 @@ def _status(directory: Path, *, json: bool) -> None:
     keyed = {trial.key: trial for trial in trials}
     invalid = [] if of_forks else invalid_conditions(study, keyed)
     unchanged = [] if of_forks else idle_conditions(study, keyed)
+    said: list[tuple[str, str]] = []
+    if study.until and not of_forks:
+        decided = decisions_of(study, trials)
+        facts |= {"until": str(study.until), "decided": decision_facts(decided)}
+        said = [
+            ("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, len(trials)))
+        ]
+    if study.earlier:
+        facts["extended"] = extension_said(study)
+        said.append(("extended", f"it was {extension_said(study)}"))
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
     facts |= {"settings_hash": study.settings_hash, "results_hash": results_hash(study, trials)}
     facts |= _in_progress(directory, trials)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
-        lines = [*_lines(directory, facts), *([("invalid", invalid_in_words(invalid))] if invalid else []), *idle]
+        lines = [
+            *_lines(directory, facts),
+            *said,
+            *([("invalid", invalid_in_words(invalid))] if invalid else []),
+            *idle,
+        ]
         _show(lines, ledger, forks, study)
         if foreign := foreign_in_words(left_out):
             _print_named([("left out", foreign)])
@@ -108,7 +126,7 @@ def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], 
     run, people = ([trial for trial in trials if bool(trial.player) == of] for of in (False, True))
     again = sum(trial.owed_again for trial in run)
     first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
-    planned = len(run) if of_forks else study.size - study.invited
+    planned = len(run) if of_forks else planned_now(study, trials) - study.invited
     return {
         "study": study.name,
         "trials": planned,
@@ -137,7 +155,7 @@ def _tidied(trials: Sequence[Trial]) -> Counter[str]:
 def _progress(study: Study, trials: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
     """How far a study has come, in places of its plan, those of people included; forks have no plan."""
     finished = sum(not trial.owed_again for trial in trials) if of_forks else study.places_filled(trials)
-    planned = len(trials) if of_forks else study.size
+    planned = len(trials) if of_forks else planned_now(study, trials)
     return {"planned": planned, "finished": finished, "partial": finished < planned}
 
 

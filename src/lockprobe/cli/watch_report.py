@@ -9,6 +9,7 @@ from pathlib import Path
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import RECORDS, SETTINGS
 from lockprobe.studies.records.journal import load
+from lockprobe.studies.stopping import planned_now
 
 __all__ = ["PAUSE", "owed_trials", "watch_report"]
 
@@ -60,7 +61,8 @@ def owed_trials(directory: Path) -> int:
         BadFile: If the directory is not a study's, or a record is damaged.
     """
     study = read_study(directory)
-    return study.size - sum(not trial.owed_again for trial in study.own_trials(load(directory)))
+    trials = study.own_trials(load(directory))
+    return planned_now(study, trials) - sum(not trial.owed_again for trial in trials)
 
 
 def _state(directory: Path) -> tuple[tuple[int, int], ...]:

@@ -11,12 +11,14 @@ from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.report.costs import Prices
-from lockprobe.report.rows import Row
+from lockprobe.report.rows import EveryLook, Row
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import SETTINGS, read_settings
 from lockprobe.studies.records.read_records import LeftOut, read_records
+from lockprobe.studies.stopping import block_orders, counted
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -41,6 +43,9 @@ class OpenedStudy:
         measured: What installed packages measure, if it is given instead of measured; None otherwise.
         prices: What providers ask, if it is given instead of looked up; None otherwise.
         left_out: Parts of sections of packages that could not be made, where no code of packages runs.
+        every_look: Why what is said of its trials must hold at every look; empty if all of a fixed number are played.
+        analysed: Those of its trials that numbers are of: without those behind an open block if it is judged at every
+            look.
     """
 
     directory: Path
@@ -56,12 +61,25 @@ class OpenedStudy:
     measured: Sequence[Row] | None = None
     prices: Prices | None = None
     left_out: Sequence[LeftOutSection] = ()
+    every_look: EveryLook = ""
+    analysed: tuple[Trial, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Find out for how many looks its numbers must hold, and which trials can be analysed then."""
+        kind = _every_look(self)
+        object.__setattr__(self, "every_look", kind)
+        object.__setattr__(self, "analysed", counted(self.study, self.trials) if kind else self.trials)
+
+    @property
+    def orders(self) -> Mapping[str, BlockOrder]:
+        """Agent -> the order of its blocks, if what is said must hold at every look; empty if at one alone."""
+        return block_orders(self.study) if self.every_look else NO_ORDERS
 
     @property
     def flip_trials(self) -> tuple[Trial, ...]:
-        """Its trials under flip rates alone, the truth among them."""
+        """Those of its trials that are analysed under flip rates alone, the truth among them."""
         rates = self.study.flip_labels
-        return tuple(trial for trial in self.trials if trial.condition in rates)
+        return tuple(trial for trial in self.analysed if trial.condition in rates)
 
     @property
     def finished(self) -> int:
@@ -72,6 +90,16 @@ class OpenedStudy:
     def finished_by_people(self) -> int:
         """Of these, places of people."""
         return self.study.places_filled([trial for trial in self.trials if trial.player])
+
+
+def _every_look(opened: OpenedStudy) -> EveryLook:
+    study = opened.study
+    if study.until is not None:
+        return "until"
+    if study.earlier:
+        return "extended"
+    run = opened.finished - opened.finished_by_people
+    return "unfinished" if run < study.size - study.invited else ""
 
 
 def open_study(directory: Path) -> OpenedStudy:

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, of_package, section
+from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.rows import (
@@ -29,6 +30,7 @@ from lockprobe.report.sections.first_screen import without_answer
 from lockprobe.report.study_numbers import StudyNumbers, study_numbers
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study_design import design_of
 
 __all__ = ["results", "results_of", "with_left_out"]
@@ -53,10 +55,20 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, opened.trials),
         not_judged=section("Attempts against the rules", lambda: numbers.not_judged, str),
-        progress=Progress(planned=study.size, finished=opened.finished),
+        progress=_progress(opened),
         design=_design(numbers),
-    ).with_rows(_resting(rows))
+    ).with_rows(_resting(at_every_look(rows) if opened.every_look else rows))
     return found.changed(answer=found.answer_of("overview"))
+
+
+def _progress(opened: OpenedStudy) -> Progress:
+    study, finished = opened.study, opened.finished
+    return Progress(
+        planned=planned_now(study, opened.trials),
+        finished=finished,
+        every_look=opened.every_look,
+        not_counted=len(opened.trials) - len(opened.analysed),
+    )
 
 
 def _settings(opened: OpenedStudy) -> dict[str, object]:

@@ -16,6 +16,7 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import not_judged
 from lockprobe.report.prose.section_answers import section_answers
+from lockprobe.report.prose.stopping import AT_ONE_LOOK
 from lockprobe.report.rows import Curve, Estimate, Finding
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.clustered import ClusteredProportion
@@ -28,6 +29,7 @@ from lockprobe.statistics.robot import RobotSenses, robot_senses
 from lockprobe.statistics.rules import RuleBreaks, together
 from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
 from lockprobe.studies.records.directory import RECORDS
+from lockprobe.studies.stopping import Answer, answers
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition
@@ -119,8 +121,8 @@ class StudyNumbers:
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """Its trials, by agent and condition."""
-        return self.opened.trials
+        """Those of its trials that numbers are of, by agent and condition."""
+        return self.opened.analysed
 
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:
@@ -168,6 +170,14 @@ class StudyNumbers:
         return own or (self.others.subjects if self.others else ())
 
     @cached_property
+    def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
+        """Agent -> what is decided, of a study that stops when it is; empty for others."""
+        study = self.study
+        if study.until is None:
+            return {}
+        return {study.label_of(agent): answers(study, agent, self.opened.trials) for agent in study.run_agents}
+
+    @cached_property
     def _answers(self) -> dict[str, str]:
         return section_answers(self.flips)
 
@@ -178,11 +188,11 @@ class StudyNumbers:
 
     @cached_property
     def not_judged(self) -> str:
-        """Why no claim of the paper is judged; empty if no attempt broke the rules of the box.
+        """Why no claim of the paper is judged; empty if all are.
 
-        Claims are held against agents on a box that keeps its rules.
+        Claims are held against agents on a box that keeps its rules, by tests that hold for one look.
         """
-        return not_judged(self.rules)
+        return not_judged(self.rules) or AT_ONE_LOOK * bool(self.opened.every_look)
 
     @cached_property
     def all_broken(self) -> dict[str, int]:
@@ -213,15 +223,19 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         list[BranchEffect],
     )
     others, design, every = _of_others(opened, flips, collecting(each)), design_of(opened.study), collecting(each)
-    doses = others.series if others else dose_series(opened.trials, design, box=opened.study.box, each=every)
+    doses = (
+        others.series
+        if others
+        else dose_series(opened.analysed, design, box=opened.study.box, each=every, orders=opened.orders)
+    )
     return StudyNumbers(
         opened=opened,
         flips=flips,
         others=others,
         doses=tuple(doses),
         forks=tuple(forks),
-        people=section("People", lambda: people(opened.trials), lambda: None),
-        robot=section("Verdicts of the robot", lambda: robot_senses(opened.trials), lambda: None),
+        people=section("People", lambda: people(opened.analysed), lambda: None),
+        robot=section("Verdicts of the robot", lambda: robot_senses(opened.analysed), lambda: None),
     )
 
 
@@ -234,7 +248,7 @@ def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
         raise BadFile(opened.directory / RECORDS, str(error)) from error
     return section(
         "All numbers of trials",
-        lambda: summarise(trials, study.box, each=each),
+        lambda: summarise(trials, study.box, each=each, orders=opened.orders),
         lambda: summarise((), study.box, each=each),
     )
 
@@ -246,6 +260,14 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
         return None
 
     def of(trials: Sequence[Trial]) -> ConditionStudySummary:
-        return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
+        return summarise_conditions(
+            trials,
+            design_of(study),
+            flips,
+            box=study.box,
+            budget=study.max_steps,
+            each=each,
+            orders=opened.orders,
+        )
 
-    return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
+    return section("All numbers of conditions", lambda: of(opened.analysed), lambda: of(()))

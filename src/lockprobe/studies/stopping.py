@@ -26,7 +26,7 @@ from lockprobe.studies.until import LOOK_EVERY, EarlierPlan
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = ["Answer", "Family", "Question", "answers", "block_orders", "counted", "due", "families", "owed_until"]
+__all__ = ["Answer", "Family", "Question", "answers", "block_orders", "counted", "due", "families", "planned_now"]
 
 Array = NDArray[np.float64]
 _Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]
@@ -285,7 +285,15 @@ def due(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
     return []
 
 
-def owed_until(study: Study, trials: Iterable[Trial]) -> int:
-    """The trials that a study which stops when it is decided has to play before its next look."""
+def planned_now(study: Study, trials: Iterable[Trial]) -> int:
+    """The trials of a plan: all, or of a study that stops when it is decided those up to its next look.
+
+    Args:
+        study: The study.
+        trials: Its trials on record.
+    """
+    if study.until is None:
+        return study.size
     trials = list(trials)
-    return sum(len(due(study, agent, trials)) for agent in study.run_agents)
+    owed = sum(len(due(study, agent, trials)) for agent in study.run_agents)
+    return study.places_filled(trials) + owed

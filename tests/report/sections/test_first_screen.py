@@ -83,7 +83,7 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     assert models.facts_about("first screen") == {
         "figure": "overview",
         "more": "and 1 more in the sections below",
-        "intervals": "Brackets: 95 % intervals; changes: corrected for 5 agents.",
+        "intervals": "Brackets: 95 % intervals, for one look, after all planned trials; changes: corrected for 5 agents.",
         "random agents": "39 / 69 %",
     }
     assert not models.facts_about("first screen 5")
@@ -212,7 +212,7 @@ def test_while_no_two_conditions_share_a_trial_the_screen_says_so(tmp_path, kept
     found = found_in(tmp_path, planned, trials)
     assert found.answer == "No two conditions have a trial in common yet."
     assert not found.facts_about("first screen")
-    assert {one.kind for one in found.findings if one.section == "overview"} == {"question", "trial", "answer"}
+    assert {one.kind for one in found.findings if one.section == "overview"} == {"question", "trial", "answer", "every_look"}
 
 
 def test_an_idle_condition_is_the_answer_only_where_nothing_else_is(tmp_path):

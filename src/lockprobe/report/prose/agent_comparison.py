@@ -101,6 +101,8 @@ def _steps(one: AgentComparison, second: Subject, first: Subject, pairs: int) ->
 
 
 def _test(one: AgentComparison) -> str:
+    if one.every_look:
+        return "e-process"
     return "clustered by person and block" if one.people else "permutation test within blocks"
 
 

@@ -8,7 +8,7 @@ from lockprobe.foundation.formatting import capital, minus, p_value
 from lockprobe.report.prose.doses import cause
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
-from lockprobe.statistics.inference.verdict import MEAN_STEPS, Question, TestResult
+from lockprobe.statistics.inference.verdict import MEAN_STEPS, ONE_LOOK, Question, TestResult
 from lockprobe.statistics.summary import AgentSummary
 
 __all__ = [
@@ -190,6 +190,7 @@ _MISSING: Mapping[str, str] = {
     "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
+    ONE_LOOK: "No test: it holds for one look, at a number of trials that was planned before and is played.",
     "too few remain": "No test: too few trials finished without an error.",
     **{
         f"no fit with {number} doses": f"No fit: it needs three {{doses}} with trials that differ, and there {said}."

@@ -101,7 +101,8 @@ def _interval(contrast: Contrast) -> str:
     many = [f"selection among {contrast.choices} differences"] * (contrast.choices > 1)
     many += [f"{contrast.agents} agents"] * (contrast.agents > 1)
     chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
-    said = f"{change(found.value, found.low, found.high)}; permutation test, {p_value(found.p_value)}{chosen}"
+    test = "e-process" if found.course else "permutation test"
+    said = f"{change(found.value, found.low, found.high)}; {test}, {p_value(found.p_value)}{chosen}"
     if found.if_unsolved is None or found.if_solved is None:
         return said
     return (

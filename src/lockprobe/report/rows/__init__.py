@@ -6,7 +6,7 @@ not be measured has no row; a fact says why.
 """
 
 from lockprobe.report.rows.course import Cell, Course
-from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
+from lockprobe.report.rows.design import Condition, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
 from lockprobe.report.rows.results import MEASURES, NoSuchRow, Results
 from lockprobe.report.rows.row import UNITS, Curve, Estimate, Exhibit, ExhibitStep, Fact, Finding, Row
 
@@ -20,6 +20,7 @@ __all__ = [
     "Design",
     "DoseAxis",
     "Estimate",
+    "EveryLook",
     "Exhibit",
     "ExhibitStep",
     "Fact",

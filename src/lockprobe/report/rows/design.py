@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from lockprobe.report.rows.part import Part
 from lockprobe.statistics.conditions.axis import axis_key
 
-__all__ = ["Condition", "Design", "DoseAxis", "LeftOut", "Player", "Progress"]
+__all__ = ["Condition", "Design", "DoseAxis", "EveryLook", "LeftOut", "Player", "Progress"]
 
 
 class Condition(Part):
@@ -70,11 +72,19 @@ class Design(Part):
     flip_kind: str = Field(default="", description="What a false report is.")
 
 
+EveryLook = Literal["", "until", "extended", "unfinished"]
+"""Why numbers must hold at every look: the study stops when it is decided, was extended, or is unfinished."""
+
+
 class Progress(Part):
     """How far the study has come."""
 
     planned: int = Field(ge=0, description="Planned trials; for people, the places to be filled.")
     finished: int = Field(ge=0, description="Of these, finished trials.")
+    every_look: EveryLook = Field(
+        default="", description="Why success and its differences are shown as they hold at every look; empty: at one."
+    )
+    not_counted: int = Field(default=0, ge=0, description="Finished trials behind an open block, in no number yet.")
 
     @property
     def partial(self) -> bool:

@@ -21,9 +21,9 @@ __all__ = ["all_sections", "checked_section", "own_sections", "section_of_packag
 
 _OWN = (
     "first_screen", "findings", "study_design", "people", "leaderboard", "agents_compared", "bridge", "factorial",
-    "success", "readings", "effects", "factors", "agents_by_condition", "doses", "speed", "seen", "optimal_actions",
-    "loops", "one_false_report", "hypothesis_tests", "misinterpretations", "robot", "rules", "conditions", "trials",
-    "broken", "agents", "limits", "claims", "audit", "why", "forks",
+    "stopping", "success", "readings", "effects", "factors", "agents_by_condition", "doses", "speed", "seen",
+    "optimal_actions", "loops", "one_false_report", "hypothesis_tests", "misinterpretations", "robot", "rules",
+    "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""
 

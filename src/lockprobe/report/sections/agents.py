@@ -23,7 +23,7 @@ _MANY = 8
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    trials = numbers.trials
+    trials = numbers.opened.trials
     yield from _facts(told for trial in trials for told in _told(trial))
     yield from _facts((_PLANT + str(trial.plant.get("plant")), _known(trial.plant)) for trial in trials if trial.plant)
     yield from _tidied(trials)

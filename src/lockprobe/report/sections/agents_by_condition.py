@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, p_cell
+from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Finding, Results, Row
@@ -57,7 +58,7 @@ def _of_pair(one: ComparisonUnder, condition: Condition) -> Iterator[Estimate]:
         "doses": dict(condition.doses),
         "family": f"{FAMILIES[one.pair.among]}, {one.axis or 'conditions'}",
     }
-    yield from at_one_condition(one.at, of, one.tests, people=one.pair.people)
+    yield from at_one_condition(one.at, of, one.tests, people=one.pair.people, every_look=one.pair.every_look)
     if (moved := one.change) is not None:
         p_values = {"": (one.change_adjusted, one.changes), "uncorrected": (moved.p_value, 1)}
         for part, (p_value, many) in p_values.items():
@@ -164,7 +165,7 @@ def _show(found: Results) -> Iterator[Part]:
     changes = [_CHANGES] if _of(found, _CHANGED) else []
     effect = " Difference in effect: how much more the condition changes the success of the first." * bool(changes)
     flips = "; effect: sign flips of blocks" * bool(changes)
-    notes = Note(
+    note = Note(
         "Success and steps of the first agent minus those of the second, over the trials that both finished under the "
         f"condition.{effect}",
         f"Success: McNemar's exact test (with people: a permutation of whole people){flips}.",
@@ -174,7 +175,7 @@ def _show(found: Results) -> Iterator[Part]:
             "under a condition and its control are compared under the control alone."
         ),
     )
-    folded = Folded("In numbers", [_COMPARISONS, *changes, notes])
+    folded = Folded("In numbers", [_COMPARISONS, *changes, note_at(found, note)])
     yield Part("Agents compared under other conditions", found.answer_of(_NAME), [*said, _FIGURE, folded])
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.every_look import note_at
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
@@ -19,6 +20,7 @@ from lockprobe.statistics.agent_comparison.pair import AgentComparison, Comparis
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import Paired
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
 __all__ = ["FAMILIES", "SECTIONS", "at_one_condition", "change_at", "labels"]
 
@@ -69,7 +71,7 @@ def _over_all(one: AgentComparison, pairs: int) -> Iterator[Estimate]:
     """Two agents over all flip rates."""
     agent, modality = one.second
     of = {"agent": agent, "modality": modality, "axis": FLIPS.name} | _versus(one)
-    test = _BY_PERSON if one.people else "permutation within blocks"
+    test = _BY_PERSON if one.people else E_PROCESS if one.every_look else "permutation within blocks"
     for quantity, unit, found, adjusted in (
         ("success_difference", "points", one.success, one.success_adjusted),
         ("steps_difference", "steps", one.steps, one.steps_adjusted),
@@ -95,10 +97,14 @@ def _by_p(one: AgentComparison, cells: _Cells, many: int) -> Iterator[Estimate]:
     """The same at each flip rate."""
     of = _versus(one) | {"note": "; ".join([_ALIKE] * one.copies + [_WORST] * one.bounded)}
     for at in one.at:
-        yield from at_one_condition(at, cells[*one.second, at.dose].of | of, many, people=one.people)
+        yield from at_one_condition(
+            at, cells[*one.second, at.dose].of | of, many, people=one.people, every_look=one.every_look
+        )
 
 
-def at_one_condition(at: ComparisonAt, of: Mapping[str, Any], many: int, *, people: bool) -> Iterator[Estimate]:
+def at_one_condition(
+    at: ComparisonAt, of: Mapping[str, Any], many: int, *, people: bool, every_look: bool
+) -> Iterator[Estimate]:
     """Two agents under one condition.
 
     Args:
@@ -106,9 +112,11 @@ def at_one_condition(at: ComparisonAt, of: Mapping[str, Any], many: int, *, peop
         of: Columns of all rows.
         many: For how many comparisons the P value of success is corrected.
         people: Whether one of the two is people.
+        every_look: Whether intervals and P values hold at every look.
     """
     found = at.success
     tests = ("permutation of people",) * 2 if people else ("McNemar", "permutation within blocks")
+    tests = (E_PROCESS,) * 2 if every_look else tests
     for part, p_value, of_tests in (("", at.p_adjusted, many), ("uncorrected", found.p_value, 1)):
         tested = {"p_value": p_value, "corrected_for": of_tests, "test": tests[0]}
         yield Estimate(quantity="success_difference", of=part, unit="points", **of, **_mean(found) | tested)
@@ -284,7 +292,7 @@ def _numbers(found: Results) -> Iterator[Block]:
         "flip rate, whole people are permuted."
     )
     yield _COMPARISONS
-    yield Note(
+    note = Note(
         "Differences: the first agent minus the second, over trials that both played without an error; an unsolved "
         "trial counts with its whole budget. A difference is detected if the test rejects and the 95 % interval "
         "excludes 0.",
@@ -294,14 +302,16 @@ def _numbers(found: Results) -> Iterator[Block]:
         "block is one repetition and trial. Agents of equal success that play differently may be rejected by the "
         f"permutation test alone.{people if PEOPLE in found.study['agents'] else ''}",
     )
+    yield note_at(found, note)
     if not found.several_p:
         return
     yield _BY_P
-    yield Note(
+    note = Note(
         "Differences at each flip rate.",
         "McNemar's exact test on pairs of trials. Corrected: for all pairs of agents and all flip rates (Holm); two "
         "agents that both act the same at every flip rate count once.",
     )
+    yield note_at(found, note)
     if found.where("success_change_difference"):
         yield _INTERACTIONS
         yield Note(

@@ -16,7 +16,7 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     """By agent and boundary, with the first message, and whether the first of them will be replayed."""
     broken: dict[tuple[str, str], list[Trial]] = {}
-    for trial in numbers.trials:
+    for trial in numbers.opened.trials:
         if trial.error is not None:
             broken.setdefault((trial.group, str(trial.error.boundary)), []).append(trial)
     for (agent, boundary), trials in sorted(broken.items()):

@@ -22,6 +22,7 @@ from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.inference.verdict import TestResult
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.summary import AgentSummary
 from lockprobe.trial.condition import Condition
 
@@ -238,6 +239,8 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
 
 def _difference(course: AgentCourse, quantity: str, one: DifferenceAt, of: dict[str, Any]) -> Estimate:
     found = {"n": one.second.n, "low": one.low, "high": one.high, "p_value": one.p_value, "test": PERMUTED}
+    if one.course:
+        found["test"] = E_PROCESS
     return course.estimate(quantity, one.value, unit="points", **found, **of)
 
 
@@ -250,15 +253,23 @@ def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) 
 
     for where, share in (((), one.second), ((CONTROL,), one.first)):
         yield from share_rows("success_in_pairs", share, **course.columns | course.against_lowest(one.dose, *where))
-    yield test("permutation", one.exchange, "permutation within blocks", **corrected)
+    if one.course is None:
+        yield test("permutation", one.exchange, "permutation within blocks", **corrected)
     if (pairs := one.pairs) is not None:
-        yield test("McNemar", pairs.p_value, "McNemar", n=pairs.n)
+        if one.course is None:
+            yield test("McNemar", pairs.p_value, "McNemar", n=pairs.n)
         for where, count in (((), pairs.only_second), ((CONTROL,), pairs.only_first)):
             of = course.against_lowest(one.dose, *where)
             yield course.estimate("solved_at_one_only", count, n=pairs.n, count=count, unit="trials", **of)
     for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
         if bound is not None:
-            yield test(f"broken trials {end}", bound.p_value, PERMUTED, value=bound.value, **corrected)
+            yield test(
+                f"broken trials {end}",
+                bound.p_value,
+                E_PROCESS if one.course else PERMUTED,
+                value=bound.value,
+                **corrected,
+            )
 
 
 def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Iterator[Row]:

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.captions import wilson_said
+from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
@@ -24,6 +25,7 @@ from lockprobe.statistics.conditions.condition_study import ConditionStudySummar
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.dose_grid import Grid, GridSummary
 from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects, Interplay
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]
@@ -75,7 +77,7 @@ def compared_rows(found: Effects, conditions: Mapping[str, Condition]) -> Iterat
             p_value=gap.p_value,
             family=found.family,
             corrected_for=len(found.effects) * found.agents,
-            test=_PAIRED if gap.pairs else PERMUTED,
+            test=E_PROCESS if gap.course else _PAIRED if gap.pairs else PERMUTED,
         )
         for of, share in (("", gap.second), (CONTROL, gap.first)):
             yield from share_rows("success_in_pairs", share, **pair, of=of)
@@ -285,7 +287,9 @@ def _show(found: Results) -> Iterator[Part]:
             "<i>P</i> of theirs."
         ),
     )
-    yield Part("Every condition against the control", found.answer_of("effects"), [_FIGURE, _EFFECTS, note])
+    yield Part(
+        "Every condition against the control", found.answer_of("effects"), [_FIGURE, _EFFECTS, note_at(found, note)]
+    )
     if axes := list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))):
         yield Part("Interactions of doses", found.answer_of("grids"), list(_of_grids(axes)), "grids")
     if found.where("success_interaction", axis=""):

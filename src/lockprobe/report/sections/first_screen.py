@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import count, takewhile
 
 from lockprobe.foundation.formatting import NONE, listed, percent
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.captions import paper_rates
 from lockprobe.report.prose.bridge import bridge_said
 from lockprobe.report.prose.doses import at_dose, cause
@@ -28,6 +29,7 @@ from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_sai
 from lockprobe.report.prose.readings import BOTH_FIT
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
+from lockprobe.report.prose.stopping import PEOPLE_SAID, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
@@ -51,6 +53,7 @@ from lockprobe.statistics.factorial.design import factorials_of
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import TRUTH
 
 __all__ = ["SECTIONS", "without_answer"]
@@ -63,6 +66,9 @@ _ANSWERS = 3
 
 _FEW = "Not known yet: the answer needs two blocks or more with an ended trial"
 """What is said as long as too few trials have ended."""
+
+_ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
+"""What is said where the answer rests on tests that do not hold at every look."""
 
 _ROWS = 4
 """Agents whose numbers stand on the first screen."""
@@ -84,6 +90,8 @@ class _Screen:
         chance: Agents without a detected advantage over random agents.
         interaction: Whether a detected effect reverses within fewer steps, and whether it differs from one that was
             not detected.
+        every_look: Why it holds at every look; empty if at one.
+        small: Which differences are shown to be smaller than the margin of the study.
         needed: How many trials narrow the widest interval of an undetected effect to 10 points either way.
         untested: Which agents were told false reports of one kind alone.
         figure: Name of the figure that shows it.
@@ -95,6 +103,8 @@ class _Screen:
     question: str
     trial: str
     answer: str
+    every_look: str = ""
+    small: str = ""
     changed_nothing: str = ""
     chance: str = ""
     interaction: str = ""
@@ -110,6 +120,8 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "question": (False, ()),
     "trial": (False, ()),
     "answer": (True, ("success", "success_difference", "clearest_success_difference", "broken")),
+    "every_look": (False, ()),
+    "small": (True, ("decided_at_block",)),
     "changed_nothing": (False, ("changed_steps", "false_report")),
     "interaction": (True, ("success_change_difference",)),
     "chance": (True, ("success", "success_chance")),
@@ -125,6 +137,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         if numbers.others is not None
         else _of_flips(numbers.flips, numbers.study)
     )
+    if numbers.opened.every_look:
+        screen = _at_every_look(screen, numbers)
     rules = broken_said(numbers.rules)  # random agents play a box that keeps them
     screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
     if broken := all_broken_said(numbers.all_broken):
@@ -140,12 +154,42 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         "more": f"and {screen.more} more in the sections below" * bool(screen.more),
     }
     if screen.numbers:
-        about |= {"intervals": intervals_said(screen.numbers), "random agents": screen.by_chance}
+        about |= {
+            "intervals": intervals_said(screen.numbers, every_look=bool(numbers.opened.every_look)),
+            "random agents": screen.by_chance,
+        }
     yield from (Fact(about=_ABOUT, name=name, text=said) for name, said in about.items() if said)
     for i, row in enumerate(screen.numbers, 1):
         for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
             if said := getattr(row, name):
                 yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
+
+
+def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
+    """The first screen of a study that is judged at every look: it holds then, or it is not said yet."""
+    opened, study = numbers.opened, numbers.study
+    found = numbers.decisions
+    said = every_look_said(study, opened.every_look, found, opened.finished)
+    people = PEOPLE_SAID * (PEOPLE in study.agents)
+    margin = study.until.margin if study.until else None
+    return replace(
+        screen,
+        answer=_ONE_LOOK if _judged_at_one_look(numbers) else screen.answer,
+        every_look=_joined(said, people),
+        small=small_said(found, margin) if margin else "",
+        needed="",
+        interaction="",
+        figure="stopping" if study.until else screen.figure,
+    )
+
+
+def _judged_at_one_look(numbers: StudyNumbers) -> bool:
+    """Whether the answer rests on tests that hold for one look: of steps, of modalities, or of many factors."""
+    arms, others = design_of(numbers.study).arms, numbers.others
+    if others is None:
+        return bool(numbers.flips.modalities) and len({one.dose for one in numbers.flips.conditions}) < 2
+    modalities = design_of(numbers.study).modalities
+    return bool(bridges_of(arms)) or any(factorials_of(arms, modality) for modality in modalities)
 
 
 def _of_flips(summary: StudySummary, study: Study) -> _Screen:

@@ -107,12 +107,13 @@ def condition_numbers(found: Effects, spec: str) -> KeyNumbers:
     )
 
 
-def intervals_said(numbers: Sequence[KeyNumbers]) -> str:
-    """What the intervals are, and for what those of changes are corrected."""
+def intervals_said(numbers: Sequence[KeyNumbers], *, every_look: bool) -> str:
+    """What the intervals are, for how many looks they hold, and for what those of changes are corrected."""
     against, many = " ".join(row.against for row in numbers), max(row.agents for row in numbers)
     chosen = next((f"choosing the {which}" for which in ("largest", "clearest") if which in against), "")
     corrected = " and ".join(f"for {one}" for one in (chosen, f"{many} agents" * (many > 1)) if one)
-    return f"Brackets: 95 % intervals{f'; changes: corrected {corrected}' if corrected else ''}."
+    looks = "at every look" if every_look else "for one look, after all planned trials"
+    return f"Brackets: 95 % intervals, {looks}{f'; changes: corrected {corrected}' if corrected else ''}."
 
 
 def cards_of(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:

@@ -15,7 +15,7 @@ __all__ = ["SECTIONS"]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
-    yield from seen_facts(numbers.trials)
+    yield from seen_facts(numbers.opened.trials)
 
 
 def _show(found: Results) -> Iterator[Part]:

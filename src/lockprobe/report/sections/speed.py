@@ -199,7 +199,7 @@ def _modality_table(found: Results) -> TextTable:
                 NONE if row.value is None else f"{row.value:.2f}",
                 *map(p_cell, (plain.p_value, row.p_value)),
                 *(str(one.count) for one in alone),
-                f"{found.one('success_difference', **pair, family=_MODALITIES).p_value:.2g}",
+                p_cell(found.one("success_difference", **pair, family=_MODALITIES).p_value),
             ]
         )
     return table

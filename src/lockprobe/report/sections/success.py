@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent, points
 from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
+from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.success import course_said, courses_said
@@ -177,12 +178,12 @@ def _blocks(found: Results) -> Iterator[Block]:
     )
     if rows := list(_contrast_rows(found)):
         yield Template("contrasts", {"rows": rows})
-        yield _CONTRAST_NOTE
+        yield note_at(found, _CONTRAST_NOTE)
     if found.said("success", "courses"):
         yield Heading("Courses of success")
         yield _COURSES_DRAWN
         yield _COURSES
-        yield _COURSE_NOTE
+        yield note_at(found, _COURSE_NOTE)
 
 
 def _name(course: Course) -> str:

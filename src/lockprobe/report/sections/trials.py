@@ -20,7 +20,7 @@ _CONDITIONS = 6
 def _rows(numbers: StudyNumbers) -> Iterator[Exhibit]:
     yield from examples(numbers.flips, numbers.opened.flip_trials)
     if numbers.others and numbers.others.subjects:
-        own = [trial for trial in numbers.trials if trial.group == numbers.others.subjects[0]]
+        own = [trial for trial in numbers.opened.trials if trial.group == numbers.others.subjects[0]]
         yield from _of_conditions(own, known=numbers.study.flip_labels)
 
 

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, capital, p_cell
 from lockprobe.interventions.words import CORRECTION
+from lockprobe.report.every_look import note_at
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
@@ -31,6 +32,7 @@ from lockprobe.report.sections import forks
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.why.arms import PLANNED
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
@@ -59,17 +61,25 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield from _in_every_arm(found, numbers.trials)
 
 
+def _test_of(found: Why) -> str:
+    return E_PROCESS if found.every_look else "sign flips of blocks"
+
+
 def _effects(found: Why, own: _Own) -> Iterator[Estimate]:
     """The effect of false reports, the contrasts of arms if it is detected, and what a small one is."""
     decision, doses = found.decision, {"flip.p": found.p}
     of_agent = own | {"family": _AGENTS, "corrected_for": found.agents, "doses": doses}
-    tested: _Own = {"unit": "points", "test": "sign flips of blocks"}
+    tested: _Own = {"unit": "points", "test": _test_of(found)}
     yield Estimate(quantity=_EFFECT, **of_agent, of="total", **tested, **of_blocks(decision.total))
     for of, mean in decision.contrasts.items():
         yield Estimate(quantity=_CONTRAST, **of_agent, of=of, **tested, **of_blocks(mean))
     if found.contingent is not None:
         yield Estimate(quantity=_CONTRAST, **of_agent, of="timing in loops", **tested, **of_blocks(found.contingent))
-    margin: dict[str, Any] = {"value": found.margin, "p_value": decision.equivalence, "test": "two one-sided tests"}
+    margin: dict[str, Any] = {
+        "value": found.margin,
+        "p_value": decision.equivalence,
+        "test": f"two one-sided {'e-processes' if found.every_look else 'tests'}",
+    }
     yield Estimate(quantity="equivalence_margin", **of_agent, unit="points", **margin)
     yield Estimate(quantity="blocks_needed", **own, unit="blocks", value=found.needed)
 
@@ -82,7 +92,10 @@ def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
         arm: _Own = own | {"condition": one.condition, "of": one.arm, "doses": doses}
         yield from share_rows("success_in_arm", one.success, **arm)
         if one.change:
-            tested = of_blocks(one.change) | {"family": _ARMS, "test": "sign flips of blocks"}
+            tested = of_blocks(one.change) | {
+                "family": _ARMS,
+                "test": _test_of(found),
+            }
             tested |= {"corrected_for": (len(found.arms) - 1) * found.agents, "note": _INTERVAL}
             yield Estimate(quantity="success_difference", **arm, control=truth, unit="points", **tested)
 
@@ -190,7 +203,7 @@ def _numbers(found: Results, asked: Sequence[Estimate], many: bool) -> Part:
     for row in asked:
         own = found.said("why", "numbers", agent=row.agent, modality=row.modality)
         blocks += [Heading(row.agent, code=True), *map(Text, own)]
-    return Part("Numbers", answer, [*blocks, _WHY, _note(many)], "parts")
+    return Part("Numbers", answer, [*blocks, _WHY, note_at(found, _note(many))], "parts")
 
 
 def _note(many: bool) -> Note:

@@ -58,6 +58,7 @@ class AgentComparison:
         at: The comparison at each p, ascending.
         copies: Whether both play each block identically at every p, so that all entries of ``at`` are equal.
         people: Whether one side is people, whose trials are clustered by person too.
+        every_look: Whether intervals and P values hold at every look.
         bounded: Whether trials broke, so that P values are the largest over the possible endings (Manski bounds).
         alone: Trials that only one of the two finished; no other number counts them.
         interaction: Whether false reports change both alike; None for a baseline, with a single p, or where what is
@@ -76,6 +77,7 @@ class AgentComparison:
     interaction: Interaction | None
     copies: bool = False
     people: bool = False
+    every_look: bool = False
     bounded: bool = False
     success_adjusted: float | None = None
     steps_adjusted: float | None = None
@@ -159,6 +161,7 @@ def compare(
         if among == "subjects" and len(values) > 1 and not len(order)
         else None,
         people=person is not None,
+        every_look=bool(len(order)),
     )
 
 

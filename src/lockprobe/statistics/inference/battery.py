@@ -36,7 +36,9 @@ from lockprobe.statistics.inference.smaller_budget import Reversal, reversal
 from lockprobe.statistics.inference.trend import trend_fit
 from lockprobe.statistics.inference.ushape import LindMehlum, TwoLines, corrected, lind_mehlum, onset_lines, two_lines
 from lockprobe.statistics.inference.verdict import (
+    ONE_LOOK,
     TestResult,
+    at_every_look,
     harm_tests,
     looping_again_tests,
     looping_tests,
@@ -130,7 +132,7 @@ def infer(
         raise BadValue("dose of the trials", outcomes.dose[~proper][0], "a finite number")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
     found = _tested(outcomes, rng, blind, most, agents)
-    kept = tuple(persistence_tests(persistence)) if persistence else ()
+    kept = tuple(persistence_tests(persistence)) if persistence and outcomes.order is None else ()
     if broken is None or not len(broken):
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
@@ -167,7 +169,7 @@ def _tested(
         of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents
     )
     if outcomes.order is not None:
-        lines = replace(lines, p_value=None, direction=None)  # it holds for one look
+        lines = TwoLines(note=ONE_LOOK)
     again = of("Two lines of loop onset", onset_lines)
     rates = of("Two lines of loop rates", lambda some: two_lines(some.dose, some.looped, _players(some)))
     hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
@@ -175,6 +177,14 @@ def _tested(
     whole = of("Loops against success", naive_association)
     fine = of("Correlation over repetitions", lambda some: pearson(points(some)))
     coarse = of("Correlation over flip rates", lambda some: pearson(points(some, by_repetition=False)))
+    tests = (
+        *success_tests(difference, conditions),
+        *speed_tests(steps, speed),
+        *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
+        *looping_tests(onset, conditions),
+        *looping_again_tests(again, rates),
+        *harm_tests(hazard, landmark, whole, fine, coarse),
+    )
     return Inference(
         difference=difference,
         reversal=section("Smaller budgets", lambda: reversal(outcomes, difference), lambda: None),
@@ -192,14 +202,7 @@ def _tested(
         fine=fine,
         coarse=coarse,
         broken=None,
-        tests=(
-            *success_tests(difference, conditions),
-            *speed_tests(steps, speed),
-            *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
-            *looping_tests(onset, conditions),
-            *looping_again_tests(again, rates),
-            *harm_tests(hazard, landmark, whole, fine, coarse),
-        ),
+        tests=tests if outcomes.order is None else at_every_look(tests),
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lockprobe.statistics.inference.difference import AnyDifference, Bound, DifferenceAt, any_difference
 from lockprobe.statistics.inference.ushape import TwoLines
-from lockprobe.statistics.inference.verdict import TestResult
+from lockprobe.statistics.inference.verdict import ONE_LOOK, TestResult
 from lockprobe.statistics.outcomes import Outcomes, appended
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
 
@@ -114,6 +114,8 @@ def worst_case_tests(
 
 
 def _worst_case(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
+    if three[0].note == ONE_LOOK:
+        return three[0]
     first, values = three[0], [test.p_value for test in three if test.p_value is not None]
     if len(values) < len(three):
         return replace(first, p_value=None, note="too few remain")

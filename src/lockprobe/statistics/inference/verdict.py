@@ -7,8 +7,9 @@ rejects where there is nothing to find.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,8 +27,10 @@ from lockprobe.statistics.proportions import ALPHA, Difference, difference, prop
 
 __all__ = [
     "MEAN_STEPS",
+    "ONE_LOOK",
     "Question",
     "TestResult",
+    "at_every_look",
     "harm_tests",
     "looping_again_tests",
     "looping_tests",
@@ -41,6 +44,9 @@ Question = Literal["success", "speed", "shape", "looping", "looping again", "har
 
 MEAN_STEPS = "mean steps, Student over blocks"
 """The recommended test of how many steps a trial takes."""
+
+ONE_LOOK = "one look"
+"""Why a test says nothing of a study that is judged at every look: it holds for one."""
 
 _ONE_P = "fewer than two doses"
 
@@ -109,6 +115,16 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
         ),
         _naive(chosen, "success", "highest success, chosen by eye, Fisher"),
     ]
+
+
+def at_every_look(tests: Sequence[TestResult]) -> tuple[TestResult, ...]:
+    """The tests of a study that is judged at every look: that of success; others hold for one look, and say nothing."""
+    first, *others = (test for test in tests if test.recommended)
+    unsaid: dict[str, Any] = {"p_value": None, "effect": None, "low": None, "high": None, "holds": None}
+    return (
+        replace(first, name="greatest difference from the lowest dose, e-process"),
+        *(replace(one, **unsaid, baseline=None, direction=0, note=ONE_LOOK) for one in others),
+    )
 
 
 def speed_tests(steps: MeanSteps, speed: LogRanks) -> list[TestResult]:

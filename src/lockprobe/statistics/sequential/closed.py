@@ -19,11 +19,13 @@ _LARGEST = 600.0
 """Logarithm of the largest e-value that is told apart from larger ones."""
 
 
-def adjusted(log_e: Array) -> Array:
+def adjusted(log_e: Array, others: Array | None = None) -> Array:
     """The e-values adjusted for each other: the smallest mean of a set with the hypothesis, as logarithms.
 
     Args:
         log_e: Logarithms of e-values at each look, shape (looks, hypotheses).
+        others: The e-values that each hypothesis is judged beside, of the same shape; the same if None. Of several
+            hypotheses of one parameter that exclude each other it is the smallest.
 
     Returns:
         The same shape; never above ``log_e``.
@@ -32,13 +34,13 @@ def adjusted(log_e: Array) -> Array:
     [[25.0, 10.0]]
     """
     found = np.empty_like(log_e)
-    for i, (own, others) in enumerate(_each(log_e)):
-        sizes = np.arange(1, others.shape[1] + 1)
-        found[:, i] = np.log(((own[:, None] + others) / sizes).min(axis=1))
+    for i, (own, sums) in enumerate(_each(log_e, others)):
+        sizes = np.arange(1, sums.shape[1] + 1)
+        found[:, i] = np.log(((own[:, None] + sums) / sizes).min(axis=1))
     return found
 
 
-def log_thresholds(log_e: Array, level: float) -> Array:
+def log_thresholds(log_e: Array, level: float, others: Array | None = None) -> Array:
     """The e-value that each hypothesis needs to be rejected beside the others, as a logarithm.
 
     It takes the place of 1 / level in the interval of one parameter among several: the interval then excludes the
@@ -47,6 +49,7 @@ def log_thresholds(log_e: Array, level: float) -> Array:
     Args:
         log_e: Logarithms of e-values at each look, shape (looks, hypotheses).
         level: Level of the test, (0, 1).
+        others: As in :func:`adjusted`.
 
     Returns:
         Shape (looks, hypotheses); at least log(1 / level).
@@ -55,17 +58,17 @@ def log_thresholds(log_e: Array, level: float) -> Array:
     [[30.0, 20.0]]
     """
     found = np.empty_like(log_e)
-    for i, (_, others) in enumerate(_each(log_e)):
-        sizes = np.arange(1, others.shape[1] + 1)
-        found[:, i] = np.log((sizes / level - others).max(axis=1))
+    for i, (_, sums) in enumerate(_each(log_e, others)):
+        sizes = np.arange(1, sums.shape[1] + 1)
+        found[:, i] = np.log((sizes / level - sums).max(axis=1))
     return found
 
 
-def _each(log_e: Array) -> list[tuple[Array, Array]]:
+def _each(log_e: Array, others: Array | None) -> list[tuple[Array, Array]]:
     """Each e-value, and the sums of the 0, 1, 2, … smallest others, shape (looks, hypotheses)."""
-    e = np.exp(np.minimum(log_e, _LARGEST))
+    e, beside = (np.exp(np.minimum(one, _LARGEST)) for one in (log_e, log_e if others is None else others))
     found = []
     for i in range(e.shape[1]):
-        others = np.sort(np.delete(e, i, axis=1), axis=1).cumsum(axis=1)
-        found.append((e[:, i], np.concatenate([np.zeros((len(e), 1)), others], axis=1)))
+        sums = np.sort(np.delete(beside, i, axis=1), axis=1).cumsum(axis=1)
+        found.append((e[:, i], np.concatenate([np.zeros((len(e), 1)), sums], axis=1)))
     return found

@@ -1,8 +1,9 @@
 """Differences that hold at every look: several means judged together, block by block.
 
 Each is tested for an effect (its mean is not 0) and, with a margin, for being small (its mean lies within the margin).
-The statements of one kind are one family, corrected by closed testing. Once a statement is made it stays: P values are
-the smallest of all looks, and intervals lie within those before.
+All of these statements are one family, corrected by closed testing: a mean cannot be 0 and as large as the margin, so
+that of each mean one of the two hypotheses counts, that with less evidence against it. Once a statement is made it
+stays: P values are the smallest of all looks, and intervals lie within those before.
 """
 
 from __future__ import annotations
@@ -18,15 +19,12 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.betting import confidence_sequence, log_wealth, looks
 from lockprobe.statistics.sequential.closed import adjusted, log_thresholds
 
-__all__ = ["SMALL_PART", "AtEveryLook", "Numbers", "at_every_look"]
+__all__ = ["E_PROCESS", "AtEveryLook", "Numbers", "at_every_look"]
 
 Array = NDArray[np.float64]
 
-SMALL_PART = 0.2
-"""Share of the level that statements "small" have where several differences are judged.
-
-One of them may be 0 and another as large as the margin, so that both kinds of statements can be false in one study.
-"""
+E_PROCESS = "e-process"
+"""What tables call a test that holds at every look."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,20 +85,22 @@ def at_every_look(
     Args:
         family: The numbers of each mean. What has no number at a block keeps the e-value that it had before.
         agents: Number of such families that are judged together (Bonferroni).
-        margin: With a margin it is also tested whether a mean is smaller than it, either way. Statements of the two
-            kinds are then false in at most 5 % of studies together.
+        margin: With a margin it is also tested whether a mean is smaller than it, either way. Any statement of the two
+            kinds is then false in at most 5 % of studies.
     """
-    blocks = 1 + max((int(one.block[-1]) for one in family if len(one.block)), default=-1)
-    both = margin is not None and len(family) > 1
-    level = ALPHA / agents * (1 - SMALL_PART if both else 1)
+    blocks, level = 1 + max((int(one.block[-1]) for one in family if len(one.block)), default=-1), ALPHA / agents
     e = _by_block([log_wealth(one.values, 0.0, low=-one.bound, high=one.bound) for one in family], family, blocks)
-    p_values = np.minimum(1.0, np.exp(-adjusted(e)) * ALPHA / level)
-    limits = log_thresholds(e, level)
-    small = np.ones_like(p_values)
+    small, least = np.ones_like(e), e
     if margin is not None:
-        least = _by_block([_log_small(one, margin) for one in family], family, blocks)
-        small = np.minimum(1.0, np.exp(-adjusted(least)) * agents / (SMALL_PART if both else 1))
+        of_small = _by_block([_log_small(one, margin) for one in family], family, blocks)
+        least = np.minimum(e, of_small)
+        small = _p_values(of_small, least, agents)
+    p_values, limits = _p_values(e, least, agents), log_thresholds(e, level, least)
     return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+
+
+def _p_values(log_e: Array, others: Array, agents: float) -> Array:
+    return np.minimum(1.0, np.exp(-adjusted(log_e, others)) * agents)
 
 
 def _log_small(one: Numbers, margin: float) -> Array:

@@ -65,6 +65,7 @@ class Why:
         margin: The equivalence margin, (0, 1).
         needed: Blocks needed to detect a change of the margin with a power of 80 %, given the variance of these blocks.
         agents: Number of agents (and ways of showing the box) that are judged together.
+        every_look: Whether intervals and P values hold at every look.
     """
 
     agent: str
@@ -76,6 +77,7 @@ class Why:
     margin: float = MARGIN
     needed: int
     agents: int = 1
+    every_look: bool = False
 
     @property
     def detected(self) -> bool:
@@ -133,6 +135,7 @@ def why(
         margin=margin,
         needed=_needed(solved["lie"] - solved["truth"], margin, agents),
         agents=agents,
+        every_look=every,
     )
 
 

@@ -17,6 +17,7 @@ from typing import Self
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, suite_directories
 from lockprobe.trial.record import Trial
@@ -56,7 +57,7 @@ class StudyHashes:
             settings=study.settings_hash,
             results=results_hash(study, trials),
             finished=sum(not trial.owed_again for trial in trials),
-            planned=study.size,
+            planned=planned_now(study, trials),
         )
 
 

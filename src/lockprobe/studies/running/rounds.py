@@ -28,7 +28,11 @@ def owed_plans(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
 
 
 def rounds(
-    study: Study, first: list[Plan], more: Callable[[], Iterable[Plan]], journal: Journal
+    study: Study,
+    first: list[Plan],
+    more: Callable[[], Iterable[Plan]],
+    journal: Journal,
+    tell: Callable[[int], None] = lambda owed: None,
 ) -> Iterator[list[Plan]]:
     """Yield the plans that are owed; of a study that stops when it is decided, also those after each look.
 
@@ -39,12 +43,15 @@ def rounds(
         first: The plans that are owed at first.
         more: The plans of the agent, asked for after each look.
         journal: The journal of the study.
+        tell: Called after each look with the number of plans that follow.
     """
     now, met = first, set[str]()
     while now:
         yield from _followed(study, now, journal)
         met |= {plan.key for plan in now}
         now = [plan for plan in owed_plans(more(), journal) if plan.key not in met] if study.until else []
+        if now:
+            tell(len(now))
 
 
 def _followed(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:

@@ -87,6 +87,10 @@ class Observer(Protocol):
         """Called when a trial is on disk."""
         ...
 
+    def more(self, owed: int) -> None:
+        """Called after a look that has not decided all, with the trials to be played before the next."""
+        ...
+
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Called if no further trial of an agent is played, with the number that it still owes."""
         ...
@@ -105,6 +109,9 @@ class Silent:
         """Nothing."""
 
     def trial(self, trial: Trial, timing: Timing) -> None:
+        """Nothing."""
+
+    def more(self, owed: int) -> None:
         """Nothing."""
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
@@ -169,7 +176,7 @@ def run(
             continue
         observer.agent(source, len(owed[source.spec]))
         try:
-            for plans_now in rounds(study, owed[source.spec], partial(of, source.spec), journal):
+            for plans_now in rounds(study, owed[source.spec], partial(of, source.spec), journal, observer.more):
                 _play(study, source, plans_now, journal, limits, observer, known)
         except BudgetReached as reached:
             spent = reached

@@ -1,0 +1,59 @@
+"""What a study that stops when it is decided has decided, as lines and as facts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from lockprobe.cli.tally import count
+from lockprobe.report.prose.stopping import decided_said, every_look_said
+from lockprobe.studies.stopping import Answer, answers
+from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
+
+__all__ = ["decision_facts", "decision_lines", "decisions_of"]
+
+_LINES = 6
+"""Differences of an agent that have a line each."""
+
+
+def decisions_of(study: Study, trials: Iterable[Trial]) -> dict[str, tuple[Answer, ...]]:
+    """Agent -> what is decided of its differences."""
+    known = study.own_trials(trials)
+    return {study.label_of(agent): answers(study, agent, known) for agent in study.run_agents}
+
+
+def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: int) -> list[str]:
+    """How much is decided, and each difference of every agent.
+
+    Args:
+        study: A study that stops when it is decided.
+        found: Agent -> its answers.
+        played: Trials that are finished.
+    """
+    assert study.until is not None
+    lines = [every_look_said(study, "until", found, played).partition(". ")[0].rstrip(".")]
+    for agent, own in found.items():
+        for one in own[:_LINES]:
+            where = f" (block {one.at})" if one.at else f" after {count(one.course.n, 'block')}"
+            lines.append(f"  {agent}, {one.question.name}: {decided_said(one.verdict, study.until.points)}{where}")
+        lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
+    return lines
+
+
+def decision_facts(found: Mapping[str, Sequence[Answer]]) -> list[dict[str, object]]:
+    """Every difference as JSON holds it; differences are of shares."""
+    return [
+        {
+            "agent": agent,
+            "difference": one.question.name,
+            "verdict": one.verdict,
+            "block": one.at,
+            "blocks": one.course.n,
+            "value": one.course.value if one.course.n else None,
+            "low": one.course.low,
+            "high": one.course.high,
+            "p_value": one.course.p_value,
+        }
+        for agent, own in found.items()
+        for one in own
+    ]

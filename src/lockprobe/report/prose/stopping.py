@@ -1,0 +1,74 @@
+"""Sentences on what holds at every look: why it does, what is decided, and which differences are small."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lockprobe.foundation.formatting import listed
+from lockprobe.report.prose.subject import Subject
+from lockprobe.studies.extension import extension_said
+from lockprobe.studies.stopping import Answer
+from lockprobe.studies.study import Study
+
+__all__ = ["AT_ONE_LOOK", "PEOPLE_SAID", "decided_said", "every_look_said", "small_said"]
+
+_HOLDS = "Success and differences in success are shown as they hold at every look"
+
+PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
+
+AT_ONE_LOOK = (
+    "No claim is judged: the tests hold for one look, at a number of trials that was planned before and is played."
+)
+
+_NAMED = 3
+"""Conditions that a sentence names."""
+
+
+def every_look_said(study: Study, kind: str, answers: Mapping[str, Sequence[Answer]], played: int) -> str:
+    """For how many looks the page holds, and why; empty for a study of fixed size that is finished.
+
+    Args:
+        study: The study.
+        kind: Why it must hold at every look: until, extended or unfinished.
+        answers: Agent -> what is decided, of a study that stops when it is.
+        played: Its finished trials.
+    """
+    if kind == "until":
+        found = [one for own in answers.values() for one in own]
+        done, of = sum(one.at is not None for one in found), len(found)
+        assert study.until is not None
+        what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
+        number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
+        end = "" if done == of else " yet" if of == 1 else ""
+        return f"{number} {what}{end}, with {played} of at most {study.size} trials. {_HOLDS}."
+    if kind == "extended":
+        return f"This study was {extension_said(study)}. {_HOLDS}."
+    return f"{_HOLDS}, so that reading them now and playing on is valid." if kind else ""
+
+
+def small_said(answers: Mapping[str, Sequence[Answer]], points: float) -> str:
+    """Which differences are shown to be smaller than the margin, either way; empty if none is.
+
+    Args:
+        answers: Agent -> what is decided.
+        points: The margin, (0, 1).
+    """
+    found = {agent: [one.question.name for one in own if one.verdict == "small"] for agent, own in answers.items()}
+    said = [f"{listed(names, named=_NAMED)} on {Subject.of(agent).name}" for agent, names in found.items() if names]
+    if not said:
+        return ""
+    more = len(said) - _NAMED
+    rest = f"; and on {more} more agent{'s' * (more > 1)}" if more > 0 else ""
+    return (
+        f"Shown to be smaller than {100 * points:g} points, either way: effects of {'; of '.join(said[:_NAMED])}{rest}."
+    )
+
+
+def decided_said(verdict: str | None, points: float) -> str:
+    """What was decided of a difference, in words.
+
+    >>> decided_said("effect", 0.1), decided_said("small", 0.1), decided_said(None, 0.1)
+    ('an effect', 'smaller than 10 points', 'open')
+    """
+    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points"}
+    return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")
