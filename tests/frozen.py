@@ -24,6 +24,7 @@ from placeholders import undrawn
 
 from lockprobe.report.rows import Curve, Estimate, Finding, Results
 from lockprobe.report.write import write_report
+from lockprobe.statistics.rationality import JUDGED
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, load
@@ -215,7 +216,7 @@ def page_text(page: str) -> list[str]:
 
 def reported(name: str, under: Path) -> tuple[list[str], list[str]]:
     """Numbers and pages of a study that is played below this directory, as they are kept."""
-    with pytest.MonkeyPatch.context() as patch, undrawn():
+    with pytest.MonkeyPatch.context() as patch, undrawn(judged=JUDGED):
         return _reported(STUDIES[name](under, name, patch))
 
 

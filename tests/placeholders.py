@@ -1,10 +1,12 @@
-"""Reports with placeholders for figures, and a rough null of blind agents, for tests that look at other things."""
+"""Reports with placeholders for figures, a rough null of blind agents, and few judged trials, for tests of other things."""
 
 from contextlib import contextmanager
 
 import pytest
 
 from lockprobe.report import report_files
+from lockprobe.report.sections import own_sections
+from lockprobe.statistics import rationality
 from lockprobe.statistics.loops import habit_baseline
 
 __all__ = ["PLACEHOLDERS", "undrawn"]
@@ -16,8 +18,14 @@ _DRAWN = report_files.drawn_figure
 
 
 @contextmanager
-def undrawn(but=lambda name: False):
-    """Reports within it hold placeholders for all figures but some, by name."""
+def undrawn(but=lambda name: False, judged=8):
+    """Reports within it hold placeholders for all figures but some, by name.
+
+    Args:
+        but: Whether the figure of a name is drawn.
+        judged: Of how many trials of a condition it is judged whether their actions were optimal.
+    """
+    own_sections()  # their captions say how many trials are judged, so they are imported before that changes
 
     def instead(found, figure):
         if but(figure.name):
@@ -27,4 +35,5 @@ def undrawn(but=lambda name: False):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_files, "drawn_figure", instead)
         patch.setattr(habit_baseline, "SIMULATED", 2_000)
+        patch.setattr(rationality, "JUDGED", judged)
         yield

@@ -14,6 +14,7 @@ import typer
 from placeholders import undrawn
 
 from lockprobe.cli import build, every_command, main
+from lockprobe.foundation import plugins
 from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
@@ -93,8 +94,12 @@ def placeholders():
 
 @pytest.fixture
 def lockprobe(tmp_path, monkeypatch, capfd):
-    """Runs a command in a directory with the canary; people's server stops as soon as people could come."""
+    """Runs a command in a directory with the canary; people's server stops as soon as people could come.
+
+    What commands of another test named may not run in this one.
+    """
     foreign.hatch(tmp_path)
+    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))

@@ -133,16 +133,16 @@ def test_forks_of_a_hosted_model_hold_and_edits_of_them_are_found(hosted, tmp_pa
     assert [check.name for check in verify(directory) if not check.holds] == ["fork replies"]
 
 
-def test_trials_from_an_inspect_log_are_counted_in_the_first_line_and_held_by_their_words(hosted, tmp_path):
+def test_trials_from_an_inspect_log_are_counted_in_the_first_line_and_held_by_their_words(hosted, tmp_path, lockprobe):
     """Also when they were imported twice; a trial that only has no calls is no such trial."""
     _, played = hosted(p=[0, 0.4])
     log = tmp_path / "log.eval"
-    assert typed("export", played, "--format", "eval", "--out", log).returncode == 0
-    assert typed("import", tmp_path / "first", log).returncode == 0
-    assert typed("import", tmp_path / "mine", tmp_path / "first").returncode == 0
-    done = typed("verify", tmp_path / "mine")
-    assert done.returncode == 0, done.stdout
-    first, *others = done.stdout.splitlines()
+    assert lockprobe("export", played, "--format", "eval", "--out", log)[0] == 0
+    assert lockprobe("import", tmp_path / "first", log)[0] == 0
+    assert lockprobe("import", tmp_path / "mine", tmp_path / "first")[0] == 0
+    status, out, _ = lockprobe("verify", tmp_path / "mine")
+    assert status == 0, out
+    first, *others = out.splitlines()
     assert first.endswith("replies of 4 trials are not checked: they came from an Inspect log, which has no calls")
     assert any("4 trials from an Inspect log are held by their words and joints alone" in line for line in others)
     files = Evidence(tmp_path / "mine")

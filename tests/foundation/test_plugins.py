@@ -1,9 +1,9 @@
 """What other packages add is found by its name, imported late, and breaks in one line."""
 
 import json
-import subprocess
 import sys
 
+import forked
 import pytest
 import strangers
 
@@ -377,12 +377,12 @@ def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
     """A command line names a module in the working directory; workers import it too, and the study is resumed."""
     (tmp_path / "mine.py").write_text(strangers.WORKING, "utf-8")
     command = [
-        sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "python:mine:First", "--agent", "random",
+        "run", "flips", "--agent", "python:mine:First", "--agent", "random",
         "--plant", "python:mine:Plain", "--box", "python:mine:gate?size=5", "--p", "0", "--trials", "2",
         "--repetitions", "1", "--workers", "2", "--no-report", "--out", "d",
     ]  # fmt: skip
     for _ in range(2):
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        done = forked.run(command, cwd=tmp_path, timeout=120)
         assert done.returncode == 0, done.stderr
     records = [trial_from_line(line)[0] for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
     assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}

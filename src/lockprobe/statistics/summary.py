@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from operator import call
+from types import MappingProxyType
 from typing import Any, TypedDict
 
 import numpy as np
@@ -25,7 +26,7 @@ from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
-from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_summary, contrast
+from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
 from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.battery import Inference, infer
@@ -162,6 +163,7 @@ def summarise(
     place: Callable[[Trial], Place] = on_flip_axis,
     one_of_several: bool = False,
     orders: Mapping[str, BlockOrder] = NO_ORDERS,
+    known: Mapping[tuple[str, str], ConditionSummary] = MappingProxyType({}),
 ) -> StudySummary:
     """Compute all results over one axis. The order of an agent's trials does not matter.
 
@@ -173,6 +175,7 @@ def summarise(
         place: The place of a trial on the axis.
         one_of_several: Whether the study has the axis in several modalities, so that agents are named with theirs.
         orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+        known: Results of agents under conditions that were computed before, of the same trials.
 
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
@@ -187,7 +190,7 @@ def summarise(
     )
     shown = Counter(members.agent for members in by_agent)
     several = {agent for agent, count in shown.items() if one_of_several or count > 1}
-    jobs = _jobs(by_agent, reference, box, axis, several, place)
+    jobs = _jobs(by_agent, reference, box, axis, several, place, known)
     compared, *found = each(call, jobs)
     made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
     agents = tuple[AgentSummary, ...](agent for _, agent in made)
@@ -214,6 +217,7 @@ def _jobs(
     axis: Axis,
     several: Collection[str],
     place: Callable[[Trial], Place],
+    known: Mapping[tuple[str, str], ConditionSummary],
 ) -> list[Callable[[], Any]]:
     """The work of a summary: all comparisons first, then each agent."""
     heeded = [heeded_at_most(members.trials) for members in by_agent]
@@ -234,6 +238,7 @@ def _jobs(
                     box,
                     axis,
                     place,
+                    {name: one for name, one in known.items() if name in names},
                     several=members.agent in several,
                     heeded=share,
                     agents=n,
@@ -241,6 +246,7 @@ def _jobs(
                 members.agent,
             )
             for members, share, n in zip(by_agent, heeded, family, strict=True)
+            for names in [members.names]
         ),
     ]
 
@@ -332,6 +338,7 @@ def _agent(
     box: Lockbox | None,
     axis: Axis,
     place: Callable[[Trial], Place],
+    known: Mapping[tuple[str, str], ConditionSummary],
     *,
     several: bool,
     heeded: float | None,
@@ -339,7 +346,7 @@ def _agent(
 ) -> AgentSummary:
     """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
     conditions = tuple(
-        condition_summary(members, reference, box, place, trials.order) for _, members in trials.by_dose()
+        condition_at(members, reference, box, place, known, trials.order) for _, members in trials.by_dose()
     )
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]

@@ -1,6 +1,7 @@
 """A user's settings of Matplotlib neither change nor prevent a figure, and stay as they are."""
 
 import inspect
+import json
 import os
 import subprocess
 import sys
@@ -32,21 +33,42 @@ HOSTILE = {
 """Settings as some journals' styles have them; TeX is not installed."""
 
 DRAW = """
-import hashlib
-from lockprobe.report.figures import render
-from lockprobe.report.figures.boxes import box_figure
+import hashlib, json, os, sys
+import scipy.stats
 from lockprobe.boxes.families import box
-print(*(hashlib.sha256(render(box_figure(box("chain-4")), form)).hexdigest() for form in ("png", "svg")))
+assert "matplotlib" not in sys.modules
+for folder, environment in json.loads(sys.argv[1]):
+    if child := os.fork():
+        assert os.waitpid(child, 0)[1] == 0
+        continue
+    os.chdir(folder)
+    os.environ.update(environment)
+    from lockprobe.report.figures import render
+    from lockprobe.report.figures.boxes import box_figure
+    print(*(hashlib.sha256(render(box_figure(box("chain-4")), form)).hexdigest() for form in ("png", "svg")), flush=True)
+    os._exit(0)
 """
+"""Matplotlib reads the environment and the folder when it is imported: each fork imports it anew."""
+
+BACKENDS = ("module://matplotlib_inline.backend_inline", "module://no.such", "nonsense", "TkAgg", "")
 
 
-def drawn_elsewhere(folder, **environment):
-    """Checksums of a figure that a new process draws in a folder."""
-    done = subprocess.run(
-        [sys.executable, "-c", DRAW], cwd=folder, env={**os.environ, **environment}, capture_output=True, text=True
-    )
+@pytest.fixture(scope="module")
+def drawn_elsewhere(tmp_path_factory):
+    """Checksums of a figure that new processes draw: one for each backend, and one beside a file of settings."""
+    plain, with_file = tmp_path_factory.mktemp("plain"), tmp_path_factory.mktemp("with file")
+    (with_file / "matplotlibrc").write_text("font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n", "utf-8")
+    asked = {name: (str(plain), {"MPLBACKEND": name}) for name in BACKENDS} | {"a file": (str(with_file), {})}
+    command = [sys.executable, "-c", DRAW, json.dumps([*asked.values()])]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    return done.stdout.split()
+    return dict(zip(asked, map(str.split, done.stdout.splitlines()), strict=True))
+
+
+@pytest.fixture(scope="module")
+def drawn_here():
+    figure = box_figure(box("chain-4"))
+    return [sha256(render(figure, form)).hexdigest() for form in ("png", "svg")]
 
 
 def test_the_user_s_settings_change_no_byte_of_any_figure(studies):
@@ -66,18 +88,13 @@ def test_every_function_that_makes_a_figure_or_a_file_has_our_settings():
                 assert hasattr(made, "__wrapped__"), f"{module.__name__}.{name}"
 
 
-@pytest.mark.parametrize(
-    "backend", ["module://matplotlib_inline.backend_inline", "module://no.such", "nonsense", "TkAgg", ""]
-)
-def test_a_notebook_s_backend_changes_nothing(tmp_path, backend):
-    figure = box_figure(box("chain-4"))
-    here = [sha256(render(figure, form)).hexdigest() for form in ("png", "svg")]
-    assert drawn_elsewhere(tmp_path, MPLBACKEND=backend) == here
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_notebook_s_backend_changes_nothing(drawn_elsewhere, drawn_here, backend):
+    assert drawn_elsewhere[backend] == drawn_here
 
 
-def test_a_file_of_settings_changes_nothing(tmp_path):
-    (tmp_path / "matplotlibrc").write_text("font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n", "utf-8")
-    assert drawn_elsewhere(tmp_path) == drawn_elsewhere(tmp_path.parent)
+def test_a_file_of_settings_changes_nothing(drawn_elsewhere, drawn_here):
+    assert drawn_elsewhere["a file"] == drawn_here
 
 
 def test_a_file_of_settings_that_cannot_be_read_is_one_line(tmp_path):

@@ -74,30 +74,28 @@ def test_without_trials_there_is_no_course():
     )
 
 
-def many(agents, study, together, shares=(0.5,) * 7, n=20):
-    """The courses of agents that play alike, judged together or each by itself."""
-    kinds = []
+def many(agents, study, shares=(0.5,) * 7, n=20):
+    """The courses of agents that play alike, each judged by itself, and judged together."""
+    kinds = [], []
     for agent in range(agents):
         drawing = drawn(list(shares), n=n, seed=1000 * study + agent)
-        size = agents if together else 1
-        difference = any_difference(drawing, np.random.default_rng(study), 199, agents=size)
-        lines = corrected(two_lines(drawing.dose, drawing.solved), size)
-        kinds.append(course(points(drawing, by_repetition=False), difference, lines).kind)
+        lines = two_lines(drawing.dose, drawing.solved)
+        for size, found in zip((1, agents), kinds, strict=True):
+            difference = any_difference(drawing, np.random.default_rng(study), 199, agents=size)
+            found.append(course(points(drawing, by_repetition=False), difference, corrected(lines, size)).kind)
     return kinds
 
 
 def test_over_many_agents_a_course_is_seldom_said_that_is_none(without_slopes):
     """Thirteen agents to whom p does nothing: without correction some course is seen in half of the studies."""
-    alone, together = (
-        [any(kind != "no change detectable" for kind in many(13, study, size)) for study in range(25)]
-        for size in (False, True)
-    )
+    seen = [[any(kind != "no change detectable" for kind in kinds) for kinds in many(13, study)] for study in range(25)]
+    alone, together = zip(*seen, strict=True)
     assert np.mean(alone) > 0.25
     assert np.mean(together) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 25)
 
 
 def test_many_agents_that_rise_are_still_seen_to(without_slopes):
-    assert many(10, 1, True, (0.2, 0.6, 0.8), 60) == ["rises"] * 10
+    assert many(10, 1, (0.2, 0.6, 0.8), 60)[1] == ["rises"] * 10
 
 
 def test_two_lines_are_corrected_for_the_agents():

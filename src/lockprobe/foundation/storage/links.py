@@ -33,8 +33,11 @@ def refuse_links(path: Path, *, within: Path | None = None) -> None:
     root = _absolute(within) if within is not None else next(filter(_is_marked, above), None)
     if root is None:
         return
-    for one in [*above, whole]:
-        if root in one.parents and one.is_symlink():
+    depth = len(root.parts)
+    if whole.parts[:depth] != root.parts:
+        return
+    for one in [*above, whole][depth:]:
+        if one.is_symlink():
             raise BadFile(one, f"is a link inside the directory of a study ({root}), which is not followed: remove it")
 
 
@@ -59,4 +62,4 @@ def _absolute(path: Path) -> Path:
 
 
 def _is_marked(directory: Path) -> bool:
-    return any(os.path.lexists(directory / mark) for mark in MARKS)
+    return any(os.path.lexists(os.path.join(directory, mark)) for mark in MARKS)  # noqa: PTH118 - four times as fast

@@ -78,6 +78,11 @@ class AxisTrials:
         return max(trial.budget for trial in self.trials)
 
     @property
+    def names(self) -> set[tuple[str, str]]:
+        """The agents and conditions of its trials."""
+        return {(trial.group, trial.condition) for trial in self.trials}
+
+    @property
     def outcomes(self) -> Outcomes:
         """Its ended trials as columns."""
         return outcomes(self.trials, self.doses, self.order)

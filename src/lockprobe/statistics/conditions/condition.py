@@ -27,7 +27,7 @@ from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.trial.record import Trial
 
-__all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
+__all__ = ["ConditionSummary", "Contrast", "condition_at", "condition_summary", "contrast"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +162,27 @@ def _success(found: Outcomes) -> Proportion:
     if found.order is None or found.crossed:
         return share_of(found.solved, found.player, found.luck)
     return share_at_every_look(found.solved[np.argsort(found.order.rank(found.repetition, found.trial))])
+
+
+def condition_at(
+    trials: Sequence[Trial],
+    reference: Reference | None,
+    box: Lockbox | None,
+    place: Callable[[Trial], Place],
+    known: Mapping[tuple[str, str], ConditionSummary],
+    order: BlockOrder | None = None,
+) -> ConditionSummary:
+    """The same as :func:`condition_summary`, from the results of the same trials on another axis where they are known.
+
+    ``known`` has the results of agents under conditions, of all their trials.
+    """
+    names = {(trial.group, trial.condition) for trial in trials}
+    found = known.get(names.pop()) if len(names) == 1 else None
+    if found is None:
+        return condition_summary(trials, reference, box, place, order)
+    agent, modality, dose = place(trials[0])
+    moved = tuple(replace(one, dose=dose) for one in found.points)
+    return replace(found, agent=agent, modality=modality, dose=dose, points=moved)
 
 
 def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from operator import call
+from types import MappingProxyType
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
@@ -125,7 +126,7 @@ def summarise_conditions(
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
-    series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle), orders=orders))
+    series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle), orders=orders, known=conditions))
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
@@ -349,6 +350,7 @@ def dose_series(
     each: Each,
     idle: frozenset[tuple[str, str]] = frozenset(),
     orders: Mapping[str, BlockOrder] = NO_ORDERS,
+    known: Mapping[tuple[str, str], ConditionSummary] = MappingProxyType({}),
 ) -> Iterator[tuple[Series, StudySummary]]:
     """The numbers over every other dose, and over options of agents under the first control.
 
@@ -359,6 +361,7 @@ def dose_series(
         each: A map function over agents, sequential or parallel.
         idle: Agents and conditions in which a dose changed nothing, which are in no series.
         orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+        known: Results of agents under conditions that were computed before.
     """
     first, found = design.control(design.arms[0].label), []
     for series in design.series:
@@ -375,16 +378,8 @@ def dose_series(
         found.append((series, members, partial(_by_condition, series)))
     for series, members, place in found:
         several = Counter(one.axis for one in design.series)[series.axis] > 1
-        make = partial(
-            summarise,
-            members,
-            box,
-            each=each,
-            axis=series.axis,
-            place=place,
-            one_of_several=several,
-            orders=orders,
-        )
+        on_it = partial(summarise, axis=series.axis, place=place, one_of_several=several, known=known, orders=orders)
+        make = partial(on_it, members, box, each=each)
         summary = section(f"Doses of {series.axis.name}", make if members else _nothing, _nothing)
         if summary is not None:
             yield series, summary
