@@ -2,8 +2,8 @@
 
 import pytest
 
-from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
-from lockprobe.studies.costs.estimate import estimates
+from lockprobe.cli.format_cost import about, estimate_facts, estimate_lines, money, spent_in_words
+from lockprobe.studies.costs.estimate import estimates, together
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -46,6 +46,25 @@ def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
     assert f" to {fresh} (" in second
     assert f" to {cached} with its provider's cache); at most {money(found.most_dollars)} whatever" in second
     assert second.endswith(f"; prices of {found.price.date}")
+
+
+def test_an_estimate_of_a_study_that_stops_when_it_is_decided_names_what_it_assumes():
+    asked = StudyOptions(agent=["llm:openai/gpt-4o"], p=[0, 0.4], until="decided", most=100)
+    found = estimates(study(asked), {})[0]
+    most, paid, effect, none, budget = estimate_lines(found)
+    assert most.startswith("llm:openai/gpt-4o: until decided, at most 200 trials, which take about ")
+    assert f"at most {money(found.most_dollars)} whatever it replies" in paid
+    assert effect.startswith("  if success is 23 % or 67 %, so that all differ from their control as in the paper: ")
+    assert effect.endswith("everything is decided in all of 60 simulated studies")
+    assert none.startswith("  if success is 23 % under every condition: ")
+    assert "a smaller --budget is fine" in budget
+    facts = estimate_facts(found)
+    assert (facts["trials"], facts["until"]) == (200, "decided")
+    few, many = facts["outlook"]
+    assert 20 <= few["trials"]["mean"] < 100 < many["trials"]["mean"] <= 200
+    assert few["expected"]["calls"] / facts["expected"]["calls"] == pytest.approx(few["trials"]["mean"] / 200, rel=0.01)
+    twice = together([found, found])[0].outlook[0]
+    assert twice.totals == tuple(2 * one for one in found.outlook[0].totals)
 
 
 def test_an_estimate_without_a_price_says_how_to_give_one():

@@ -12,7 +12,8 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.estimate import Estimate, estimates, together
+from lockprobe.studies.costs.estimate import Estimate, Expected, estimates, together
+from lockprobe.studies.costs.expected_trials import spread
 from lockprobe.studies.costs.spending import Spending, hosted
 from lockprobe.studies.costs.spending import dollars as in_words
 from lockprobe.studies.records.journal import load
@@ -74,17 +75,49 @@ def estimate_lines(found: Estimate) -> list[str]:
     """The estimated cost of an agent's trials, in words."""
     low, high = found.expected, found.full
     first = (
-        f"{found.called}: about {_span(low.calls, high.calls)} calls, "
+        f"{found.called}: {_whole(found)}about {_span(low.calls, high.calls)} calls, "
         f"{_span(low.input_tokens, high.input_tokens)} tokens in ({found.repeated:.0%} of them sent before), "
         f"{_span(low.output_tokens, high.output_tokens)} out"
     )
-    fresh = _paid(found.dollars(low, cached=False), found.dollars(high, cached=False))
-    cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
+    outlook = [_outlook_line(found, one) for one in found.outlook]
     if found.most_dollars is None:
-        return [first, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
-    kept = "" if cached == fresh else f" ({cached} with its provider's cache)"
+        return [first, *outlook, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
+    cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
+    kept = "" if cached == _fresh(found, low, high) else f" ({cached} with its provider's cache)"
     most = f"at most {money(found.most_dollars)} whatever it replies"
-    return [first, f"  about {fresh}{kept}; {most}; {of_price(found.price)}"]
+    paid = f"  about {_fresh(found, low, high)}{kept}; {most}; {of_price(found.price)}"
+    return [first, paid, *outlook, *([_LESS] if outlook else [])]
+
+
+_LESS = "  a smaller --budget is fine: what is decided when it ends holds, and a larger one goes on from there"
+
+
+def _whole(found: Estimate) -> str:
+    """Which trials an estimate is of, where not all of them need to be played."""
+    return f"{_until(found)}, at most {found.trials:,} trials, which take " if found.until else ""
+
+
+def _until(found: Estimate) -> str:
+    return "until decided" if found.until == "decided" else f"until {found.until} points"
+
+
+def _outlook_line(found: Estimate, one: Expected) -> str:
+    """What is expected until a study is decided, with the assumption in front."""
+    trials, studies = spread(one.totals), len(one.totals)
+    low, high = about(trials.low), about(trials.high)
+    many = f"{low} trials" if low == high else f"{low} to {high} trials, {about(trials.mean)} in the mean"
+    calls = _span(one.expected.calls, one.full.calls)
+    paid = "" if found.price is None else f", {_fresh(found, one.expected, one.full)}"
+    done = "all" if one.decided == studies else f"{one.decided}" if one.decided else "none"
+    return (
+        f"  if {one.assumption.says}: {many}, which take about {calls} calls{paid}; everything is decided in {done} of "
+        f"{studies} simulated studies"
+    )
+
+
+def _fresh(found: Estimate, low: Usage, high: Usage) -> str:
+    """The cost of a range of usage without the provider's cache."""
+    return _paid(found.dollars(low, cached=False), found.dollars(high, cached=False))
 
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
@@ -97,6 +130,16 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
             "output_tokens": usage.output_tokens,
             "dollars": found.dollars(usage, cached=False),
             "dollars_cached": found.dollars(usage, cached=True),
+        }
+
+    def outlook(expected: Expected) -> dict[str, object]:
+        return {
+            "assumption": asdict(expected.assumption),
+            "trials": asdict(spread(expected.totals)),
+            "studies": len(expected.totals),
+            "decided": expected.decided,
+            "expected": one(expected.expected),
+            "full": one(expected.full),
         }
 
     return {
@@ -113,6 +156,7 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
         },
         "repeated_prefix_share": round(found.repeated, 4),
         "price": None if found.price is None else asdict(found.price),
+        **({"until": found.until, "outlook": [outlook(one) for one in found.outlook]} if found.until else {}),
     }
 
 

@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from lockprobe.cli import options
+from lockprobe.cli.power_until import WHY_BLOCKS, power_until, stops
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
@@ -62,16 +63,23 @@ def power(
     0.1), for two effects: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5), and
     an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
     controls needs to name the reason for a change of success.
+
+    --until decided (or ±10): what a study that stops there is expected to play, beside the study of fixed size.
     """
     sizes, seed, rates = _whole_numbers("trials", trials), asked.get("seed", 1), asked.get("p")
-    beside = asked.keys() - {"p", "seed"}
-    if what == "why":
-        if shared or rates or beside:
-            raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
-        _power_why(success, sizes, studies, seed, json=json)
-        return
+    beside = asked.keys() - {"p", "seed", "until", "most"}
+    if what == "why" and (shared or rates or beside):
+        raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
     simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
+    if stops(what, asked):
+        if trap is not None or harm != 1.0:
+            raise Conflict("--trap and --harm", "--until", "it is decided on success alone")
+        power_until(what, asked, shares, shared, simulated | {"sizes": sizes}, json=json)
+        return
+    if what == "why":
+        _power_why(success, sizes, studies, seed, json=json)
+        return
     if what or beside:
         if trap is not None or harm != 1.0:
             raise Conflict("--trap and --harm", "conditions", "they state an effect of flip rates alone")
@@ -164,7 +172,7 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
     rates = [
         one
         for name, shares in effects.items()
-        for one in stated_rates(name, shares, blocks=sizes or [50, 150, 300, 600], studies=studies, seed=seed)
+        for one in stated_rates(name, shares, blocks=sizes or WHY_BLOCKS, studies=studies, seed=seed)
     ]
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))

@@ -7,67 +7,38 @@ many trials were open at once, on the order in which they ended, or on where a r
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import AtEveryLook, Numbers, at_every_look
+from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.summary import is_reference
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
+from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, decisions, numbers_of, wanted
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of
 from lockprobe.studies.until import LOOK_EVERY, EarlierPlan
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = ["Answer", "Family", "Question", "answers", "block_orders", "counted", "due", "families", "planned_now"]
-
-Array = NDArray[np.float64]
-_Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]
-"""Condition -> whether each block was solved (NaN where not, or broken), and whether its trial broke."""
-
-Verdict = Literal["effect", "small", "narrow"]
-"""The difference is not 0; it is smaller than the margin; its interval is as narrow as asked."""
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """A difference that a study is to decide.
-
-    Attributes:
-        name: The condition, or the contrast of arms.
-        terms: Pairs of conditions; the difference is the mean of the first minus the second of each. With a second
-            that is empty, the success of the first itself is asked for.
-    """
-
-    name: str
-    terms: tuple[tuple[str, str], ...]
-
-    @property
-    def labels(self) -> frozenset[str]:
-        """The conditions that it needs."""
-        return frozenset(label for pair in self.terms for label in pair if label)
-
-
-@dataclass(frozen=True, slots=True)
-class Family:
-    """Questions that are judged together.
-
-    Attributes:
-        questions: The questions.
-        choices: For how many such families their levels are corrected (Bonferroni).
-        after: Name of a question that must be an effect for these to matter; empty if they always do.
-    """
-
-    questions: tuple[Question, ...]
-    choices: float
-    after: str = ""
+__all__ = [
+    "Answer",
+    "Family",
+    "Question",
+    "answers",
+    "at_most",
+    "block_orders",
+    "counted",
+    "due",
+    "families",
+    "outcomes_of",
+    "own_places",
+    "planned_now",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,9 +46,7 @@ class Answer:
     """What is known of a question.
 
     Attributes:
-        question: The question.
-        verdict: What was decided; None if nothing was.
-        at: The block (from 1) with which it was decided; None if it was not.
+        question, verdict, at: As in :class:`lockprobe.studies.decisions.Decision`.
         course: The estimate after each block.
     """
 
@@ -149,7 +118,10 @@ def _families(study: Study, agent: str) -> list[tuple[Question, ...]]:
     found: list[tuple[Question, ...]] = []
     for modality in design.modalities:
         if arms := arms_of(design.shown(modality)):
-            found.append(_parts(arms[1]))
+            parts = _parts(arms[1])
+            asked_for = {label for one in parts for label in one.labels}
+            more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
+            found += [parts, *([tuple(Question(one, ((one, arms[1]["truth"]),)) for one in more)] if more else [])]
             continue
         of = design.comparison(modality)
         axes = [[label for label in axis.doses if label != of.control] for axis in of.axes]
@@ -185,21 +157,22 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
         trials: Trials on record, of other agents too; broken ones count as unsolved and as solved, and a statement must
             hold either way.
     """
-    seen = _seen(study, agent, trials)
-    found = [(family, [*_answered(study, family, seen)]) for family in families(study, agent)]
-    every = [one for _, own in found for one in own]
-    return tuple(_without_premise(one, every, family) for family, own in found for one in own)
+    assert study.until is not None
+    asked, seen = families(study, agent), outcomes_of(study, agent, trials)
+    solved = {label: one for label, (one, _) in seen.items()}
+    courses = (
+        course
+        for family in asked
+        for course in at_every_look(numbers_of(family, solved), agents=family.choices, margin=study.until.margin)
+    )
+    return tuple(
+        Answer(question=one.question, verdict=one.verdict, at=one.at, course=course)
+        for one, course in zip(decisions(asked, seen, study.until), courses, strict=True)
+    )
 
 
-def _without_premise(one: Answer, found: Sequence[Answer], family: Family) -> Answer:
-    """A contrast of arms is settled with the total effect, if that is small: there is nothing to explain."""
-    premise = next((other for other in found if family.after and other.question.name == family.after), None)
-    if premise is None or premise.verdict != "small" or (one.at or np.inf) <= (premise.at or 0):
-        return one
-    return replace(one, verdict="small", at=premise.at)
-
-
-def _seen(study: Study, agent: str, trials: Iterable[Trial]) -> _Outcomes:
+def outcomes_of(study: Study, agent: str, trials: Iterable[Trial]) -> Outcomes:
+    """The outcomes of an agent's trials under each condition, in the order of the blocks."""
     order, name = block_orders(study)[study.label_of(agent)], study.label_of(agent)
     own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
     by_label = grouped(own, lambda trial: trial.condition)
@@ -215,74 +188,44 @@ def _seen(study: Study, agent: str, trials: Iterable[Trial]) -> _Outcomes:
     return found
 
 
-def _answered(study: Study, family: Family, seen: _Outcomes) -> Iterator[Answer]:
-    assert study.until is not None
-    cases = [{label: solved for label, (solved, _) in seen.items()}]
-    if any(broken.any() for _, broken in seen.values()):
-        cases += [{label: np.where(broken, end, solved) for label, (solved, broken) in seen.items()} for end in (0, 1)]
-    judged = [
-        at_every_look(
-            [_numbers(one, case) for one in family.questions], agents=family.choices, margin=study.until.margin
-        )
-        for case in cases
-    ]
-    for i, question in enumerate(family.questions):
-        courses = [case[i] for case in judged]
-        if study.until.rule == "width" or not question.terms[0][1]:
-            scale = 1 if question.terms[0][1] else 2  # a share is asked for on a scale from -1 to 1
-            at = courses[0].narrow_at(scale * study.until.points)
-            yield Answer(question=question, verdict="narrow" if at else None, at=at, course=courses[0])
-            continue
-        alike = len({np.sign(one.value) for one in courses}) == 1
-        effect = _all([one.effect_at for one in courses]) if alike else None
-        small = _all([one.small_at for one in courses])
-        first = min((at, verdict) for at, verdict in ((effect or np.inf, "effect"), (small or np.inf, "small")))
-        decided = first[0] < np.inf
-        yield Answer(
-            question=question,
-            verdict=first[1] if decided else None,  # type: ignore[arg-type]
-            at=int(first[0]) if decided else None,
-            course=courses[0],
-        )
-
-
-def _all(blocks: Sequence[int | None]) -> int | None:
-    """The last of these blocks, if all are known."""
-    return max(block for block in blocks if block) if all(blocks) else None
-
-
-def _numbers(question: Question, solved: Mapping[str, Array]) -> Numbers:
-    terms = [solved[more] - solved[less] if less else 2 * solved[more] - 1 for more, less in question.terms]
-    values = np.mean(terms, axis=0)
-    there = np.flatnonzero(~np.isnan(values))
-    return Numbers(values=values[there], block=there)
-
-
 def due(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
     """The trials that an agent has to play before the next look; none if all is decided, or the most is played.
 
     A condition that no open question needs is no longer played. Trials of equal repetition and trial share their luck,
     so this changes nothing for the others.
     """
+    return next(_owed_by_look(study, agent, trials), [])
+
+
+def at_most(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
+    """All trials that an agent may still have to play: those that it plays if nothing more is decided."""
+    return [plan for plans in _owed_by_look(study, agent, trials) for plan in plans]
+
+
+def _owed_by_look(study: Study, agent: str, trials: Iterable[Trial]) -> Iterator[list[Plan]]:
+    """Yield the trials that are owed between two looks, as far as the trials on record leave them open."""
+    assert study.until is not None
     trials = [one for one in trials if one.group == study.label_of(agent)]
-    found, conditions = answers(study, agent, trials), study.conditions_of(agent)
+    found = decisions(families(study, agent), outcomes_of(study, agent, trials), study.until)
     finished = {one.key for one in trials if not one.owed_again}
-    places = _places(study, agent, block_orders(study)[study.label_of(agent)])
-    places = [one for one in places if study.in_shard(agent, conditions[0], *one[1])]
+    places, conditions = own_places(study, agent), study.conditions_of(agent)
     for start in range(0, len(places), LOOK_EVERY):
-        first = places[start][0]
-        wanted = {label for one in found if one.at is None or one.at > first for label in one.question.labels}
-        if not wanted:
-            return []
+        kept = wanted(found, places[start][0])
         plans = [
             study.plan(agent, condition, *place)
             for _, place in places[start : start + LOOK_EVERY]
             for condition in conditions
-            if condition.label in wanted
+            if condition.label in kept
         ]
         if owed := [plan for plan in plans if plan.key not in finished]:
-            return owed
-    return []
+            yield owed
+
+
+def own_places(study: Study, agent: str) -> list[tuple[int, tuple[int, int]]]:
+    """The blocks that an agent plays here, in their order, each with its rank in the whole study."""
+    first = study.conditions_of(agent)[0]
+    found = _places(study, agent, block_orders(study)[study.label_of(agent)])
+    return [one for one in found if study.in_shard(agent, first, *one[1])]
 
 
 def planned_now(study: Study, trials: Iterable[Trial]) -> int:

@@ -14,9 +14,10 @@ def test_blocks_of_several_agents_are_their_trials_in_order(monkeypatch):
     done = []
     asked = [Played(study=planned, agent=agent, conditions=planned.conditions) for agent in planned.agents]
     found = played_blocks(asked, 7, progress=lambda part, of: done.append((part, of)))
-    for agent, solved in zip(planned.agents, found, strict=True):
-        assert solved.tolist() == [
-            [run_trial(agent=agent, condition=one, trial=i, seed=4).solved for one in planned.conditions]
-            for i in range(1, 8)
+    for agent, played in zip(planned.agents, found, strict=True):
+        trials = [
+            [run_trial(agent=agent, condition=one, trial=i, seed=4) for one in planned.conditions] for i in range(1, 8)
         ]
+        assert played.solved.tolist() == [[one.solved for one in block] for block in trials]
+        assert played.steps.tolist() == [[len(one.steps) for one in block] for block in trials]
     assert done == [(part, 14) for part in (3, 6, 7, 10, 13, 14)]

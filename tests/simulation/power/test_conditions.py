@@ -36,7 +36,7 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
     report, labels = numbers_of(play_study(asked), asked), [one.label for one in asked.conditions]
     played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
     decisions = []
-    for agent, solved in zip(asked.agents, played_blocks(played, 30), strict=True):
+    for agent, (solved, _) in zip(asked.agents, played_blocks(played, 30), strict=True):
         for family in families_of(asked):
             own = solved[:, [labels.index(label) for label in family.doses]]
             shown = detected(own, family, generator(1, family.name), agents=2)

@@ -70,5 +70,5 @@ def decided_said(verdict: str | None, points: float) -> str:
     >>> decided_said("effect", 0.1), decided_said("small", 0.1), decided_said(None, 0.1)
     ('an effect', 'smaller than 10 points', 'open')
     """
-    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points"}
+    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points", "not needed": "not needed"}
     return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")

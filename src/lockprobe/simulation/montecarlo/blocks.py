@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 
-__all__ = ["Played", "played_blocks"]
+__all__ = ["Blocks", "Played", "played_blocks"]
 
 BATCH = 250
 """Blocks that a process plays before it reports."""
@@ -36,6 +37,18 @@ class Played:
     conditions: tuple[Condition, ...]
 
 
+class Blocks(NamedTuple):
+    """Blocks of luck that were played.
+
+    Attributes:
+        solved: Whether each trial was solved, shape (blocks, conditions).
+        steps: Its steps, of the same shape.
+    """
+
+    solved: NDArray[np.bool_]
+    steps: NDArray[np.int64]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _BlockRange:
     """A range of blocks, the work of one job: numbers ``first`` to ``end`` - 1."""
@@ -51,7 +64,7 @@ def played_blocks(
     *,
     workers: Pool = THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, of: None,
-) -> list[NDArray[np.bool_]]:
+) -> list[Blocks]:
     """Play blocks of luck.
 
     Args:
@@ -61,30 +74,36 @@ def played_blocks(
         progress: Called with the number of blocks played and their total.
 
     Returns:
-        For each of ``asked``, whether each trial was solved, shape (blocks, conditions).
+        What each of ``asked`` did.
     """
     jobs = [
         _BlockRange(of=one, first=first, end=min(first + BATCH, blocks))
         for one in asked
         for first in range(0, blocks, BATCH)
     ]
-    parts: list[NDArray[np.bool_]] = []
+    parts: list[Blocks] = []
     for part in workers.map(_batch, jobs):
         parts.append(part)
-        progress(sum(map(len, parts)), blocks * len(asked))
+        progress(sum(len(one.solved) for one in parts), blocks * len(asked))
     each = -(-blocks // BATCH)
-    return [np.concatenate(parts[first : first + each]) for first in range(0, len(parts), each)]
+    return [_joined(parts[first : first + each]) for first in range(0, len(parts), each)]
 
 
-def _batch(job: _BlockRange) -> NDArray[np.bool_]:
+def _joined(parts: Sequence[Blocks]) -> Blocks:
+    return Blocks(np.concatenate([one.solved for one in parts]), np.concatenate([one.steps for one in parts]))
+
+
+def _batch(job: _BlockRange) -> Blocks:
     return asyncio.run(_play(job))
 
 
-async def _play(job: _BlockRange) -> NDArray[np.bool_]:
+async def _play(job: _BlockRange) -> Blocks:
     player = resolve(job.of.agent).make()
-    found = np.zeros((job.end - job.first, len(job.of.conditions)), dtype=np.bool_)
-    for i in range(len(found)):
+    shape = (job.end - job.first, len(job.of.conditions))
+    found = Blocks(np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.int64))
+    for i in range(len(found.solved)):
         for j, condition in enumerate(job.of.conditions):
             plan = job.of.study.plan(job.of.agent, condition, 1, job.first + i + 1)
-            found[i, j] = (await play_timed(plan, player, lambda key, step: None))[0].solved
+            trial = (await play_timed(plan, player, lambda key, step: None))[0]
+            found.solved[i, j], found.steps[i, j] = trial.solved, len(trial.steps)
     return found

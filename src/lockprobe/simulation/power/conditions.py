@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.audit.rates import Rate
-from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.montecarlo.blocks import Blocks, Played, played_blocks
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS, TRIALS, Needed, needed
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
@@ -28,7 +28,16 @@ from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 
-__all__ = ["ConditionPower", "Family", "condition_power", "detected", "families_of"]
+__all__ = [
+    "ConditionPower",
+    "Family",
+    "by_success",
+    "check_stated",
+    "condition_power",
+    "detected",
+    "families_of",
+    "played_pools",
+]
 
 POOL = 1000
 """Blocks that are played of every agent."""
@@ -160,10 +169,15 @@ class _Source:
         """One simulated study: whether each trial was solved, shape (trials, conditions)."""
         if self.pool is not None:
             return self.pool[rng.integers(len(self.pool), size=trials)]
-        own, common = rng.random((trials, len(self.success))), rng.random((trials, 1))
-        alike = rng.random((trials, 1)) < self.shared
-        found: Flags = np.where(alike, common, own) < np.array(self.success)
-        return found
+        return by_success(self.success, self.shared, trials, rng)
+
+
+def by_success(success: Sequence[float], shared: float, trials: int, rng: np.random.Generator) -> Flags:
+    """Trials of a stated success, with the arguments of :func:`condition_power`; shape (trials, conditions)."""
+    own, common = rng.random((trials, len(success))), rng.random((trials, 1))
+    alike = rng.random((trials, 1)) < shared
+    found: Flags = np.where(alike, common, own) < np.array(success)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,7 +199,7 @@ def condition_power(
     trials: Sequence[int] = TRIALS,
     target: float = 0.8,
     studies: int = 100,
-    pool: int = POOL,
+    pool: int | Sequence[Blocks] = POOL,
     workers: Pool = THIS_PROCESS,
     playing: Progress = lambda done, of: None,
     progress: Progress = lambda done, of: None,
@@ -201,7 +215,7 @@ def condition_power(
         trials: Trials per condition to measure at, 2 to :data:`lockprobe.simulation.power.flip_rates.MOST_TRIALS`.
         target: Power to be reached, (0, 1).
         studies: Simulated studies of each size.
-        pool: Blocks played of each agent.
+        pool: Blocks to be played of each agent, or those that :func:`played_pools` has played.
         workers: The pool of processes.
         playing: Called with the number of blocks played.
         progress: Called with the number of studies simulated.
@@ -217,8 +231,10 @@ def condition_power(
     if not families:
         raise BadValue("conditions", [one.label for one in study.conditions], "a control and another condition")
     if success is None:
-        sources = _played(study, families, pool, workers, playing)
+        pools = played_pools(study, pool, workers, playing) if isinstance(pool, int) else pool
+        sources = _played(study, families, pools)
     else:
+        check_stated(study, success, shared)
         sources = _stated(study, families, success, shared)
     return [
         one
@@ -280,14 +296,22 @@ def _powers(
         )
 
 
-def _stated(study: Study, families: Sequence[Family], success: Sequence[float], shared: float) -> list[_Source]:
+def check_stated(study: Study, success: Sequence[float], shared: float) -> None:
+    """Refuse what is no success under the conditions of a study, or no share of shared luck.
+
+    Raises:
+        BadValue: If it is none.
+    """
     labels = [one.label for one in study.conditions]
     if len(success) != len(labels) or not all(0 <= share <= 1 for share in success):
         expected = f"a share from 0 to 1 for each of {len(labels)} conditions: {'; '.join(labels)}"
         raise BadValue("success", ",".join(f"{share:g}" for share in success), expected)
     if not 0 <= shared <= 1:
         raise BadValue("shared", shared, "a share from 0 to 1")
-    at = dict(zip(labels, success, strict=True))
+
+
+def _stated(study: Study, families: Sequence[Family], success: Sequence[float], shared: float) -> list[_Source]:
+    at = dict(zip((one.label for one in study.conditions), success, strict=True))
     agents = max(1, sum(not is_reference(agent) for agent in study.agents))
     return [
         _Source(
@@ -301,17 +325,26 @@ def _stated(study: Study, families: Sequence[Family], success: Sequence[float], 
     ]
 
 
-def _played(study: Study, families: Sequence[Family], pool: int, workers: Pool, progress: Progress) -> list[_Source]:
+def played_pools(
+    study: Study, blocks: int = POOL, workers: Pool = THIS_PROCESS, progress: Progress = lambda done, of: None
+) -> list[Blocks]:
+    """Blocks of luck that every agent of a study plays under all its conditions.
+
+    Raises:
+        BadValue: If an agent cannot be played here.
+    """
     for agent in study.agents:
         if not is_strategy(agent):
             raise BadValue("agent", agent, "a strategy or a learner that ships, or --success for any other")
     asked = [Played(study=study, agent=agent, conditions=study.conditions) for agent in study.agents]
+    return played_blocks(asked, blocks, workers=workers, progress=progress)
+
+
+def _played(study: Study, families: Sequence[Family], pools: Sequence[Blocks]) -> list[_Source]:
     labels = [one.label for one in study.conditions]
     found = [
         (agent, family, solved[:, [labels.index(label) for label in family.doses]])
-        for agent, solved in zip(
-            study.agents, played_blocks(asked, pool, workers=workers, progress=progress), strict=True
-        )
+        for agent, (solved, _) in zip(study.agents, pools, strict=True)
         for family in families
     ]
     heeding = Counter(_judged(agent, family) for agent, family, solved in found if (solved != solved[:, :1]).any())

@@ -19,7 +19,7 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.betting import confidence_sequence, log_wealth, looks
 from lockprobe.statistics.sequential.closed import adjusted, log_thresholds
 
-__all__ = ["E_PROCESS", "AtEveryLook", "Numbers", "at_every_look"]
+__all__ = ["E_PROCESS", "AtEveryLook", "Decided", "Numbers", "at_every_look", "decided_at_every_look"]
 
 Array = NDArray[np.float64]
 
@@ -77,6 +77,37 @@ class AtEveryLook:
         return int(self.blocks[found[0]]) if len(found) else None
 
 
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """When the tests of a mean decided, at any look.
+
+    Attributes:
+        effect_at, small_at: As in :class:`AtEveryLook`.
+        way: 1 or -1, the sign of the mean at ``effect_at``; 0 if there is none.
+    """
+
+    effect_at: int | None
+    small_at: int | None
+    way: int
+
+
+def decided_at_every_look(
+    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
+) -> tuple[Decided, ...]:
+    """The decisions of :func:`at_every_look` without its intervals, which take most of the time.
+
+    A decision at a block depends on no later one.
+    """
+    found = []
+    p_values, small, _ = _tested(family, agents, margin)
+    for i, one in enumerate(family):
+        seen = one.block[looks(len(one.values)) - 1]
+        effect_at = _first(seen, p_values[:, i])
+        mean = 0.0 if effect_at is None else one.values[one.block < effect_at].mean()
+        found.append(Decided(effect_at, _first(seen, small[:, i]), int(np.sign(mean))))
+    return tuple(found)
+
+
 def at_every_look(
     family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
 ) -> tuple[AtEveryLook, ...]:
@@ -88,15 +119,20 @@ def at_every_look(
         margin: With a margin it is also tested whether a mean is smaller than it, either way. Any statement of the two
             kinds is then false in at most 5 % of studies.
     """
-    blocks, level = 1 + max((int(one.block[-1]) for one in family if len(one.block)), default=-1), ALPHA / agents
+    p_values, small, limits = _tested(family, agents, margin)
+    return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+
+
+def _tested(family: Sequence[Numbers], agents: float, margin: float | None) -> tuple[Array, Array, Array]:
+    """P values of an effect and of being small, and the logarithms of what an e-value must exceed: (blocks, means)."""
+    blocks = 1 + max((int(one.block[-1]) for one in family if len(one.block)), default=-1)
     e = _by_block([log_wealth(one.values, 0.0, low=-one.bound, high=one.bound) for one in family], family, blocks)
     small, least = np.ones_like(e), e
     if margin is not None:
         of_small = _by_block([_log_small(one, margin) for one in family], family, blocks)
         least = np.minimum(e, of_small)
         small = _p_values(of_small, least, agents)
-    p_values, limits = _p_values(e, least, agents), log_thresholds(e, level, least)
-    return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+    return _p_values(e, least, agents), small, log_thresholds(e, ALPHA / agents, least)
 
 
 def _p_values(log_e: Array, others: Array, agents: float) -> Array:

@@ -9,27 +9,51 @@ grows by a reply and an observation with every step.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.boxes.solve import random_curve
+from lockprobe.studies.costs.expected_trials import Assumption, outlooks
 from lockprobe.studies.costs.request_sizes import PromptSizes, Request
 from lockprobe.studies.costs.spending import hosted, most_dollars
+from lockprobe.studies.stopping import at_most
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.record import Trial
 
-__all__ = ["Estimate", "assumed_output", "estimates", "together"]
+__all__ = ["Estimate", "Expected", "assumed_output", "estimates", "together"]
 
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
 
+_Stand = tuple[Condition, int, int]
+"""Where trials stand: their condition, the replies that are on record, and the step that was reached."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expected:
+    """What one agent is expected to cost until its study is decided, under an assumption.
+
+    Attributes:
+        assumption: What is taken to be true.
+        totals: Trials that it plays, one number for each simulated study.
+        decided: In how many of these studies everything is decided within the most.
+        expected, full: Usage as in :class:`Estimate`, of the mean number of trials.
+    """
+
+    assumption: Assumption
+    totals: tuple[int, ...]
+    decided: int
+    expected: Usage
+    full: Usage
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """The estimated cost of the trials that one agent owes.
+    """The estimated cost of the trials that one agent owes; of a study with ``until``, of those that it owes at most.
 
     Attributes:
         agent: Agent spec.
@@ -42,6 +66,8 @@ class Estimate:
         price: The provider's price; None if it is not known.
         batch: Whether the provider's batch interface is used.
         called: What the study calls the agent.
+        until: When the study stops, if that is before all trials are played; else empty.
+        outlook: What is expected until then, under each assumption.
     """
 
     agent: str
@@ -54,6 +80,8 @@ class Estimate:
     repeated: float
     price: Price | None
     batch: bool = False
+    until: str = ""
+    outlook: tuple[Expected, ...] = ()
 
     def dollars(self, usage: Usage, *, cached: bool) -> float | None:
         """The cost of a usage in US dollars, with the provider's cache at its best or without; None if not known."""
@@ -108,6 +136,16 @@ def _added(first: Estimate, second: Estimate) -> Estimate:
         full=first.full + second.full,
         most=first.most + second.most,
         repeated=repeated / sum(read) if sum(read) else 0.0,
+        outlook=tuple(
+            Expected(
+                assumption=one.assumption,
+                totals=tuple(map(sum, zip(one.totals, other.totals, strict=True))),
+                decided=min(one.decided, other.decided),
+                expected=one.expected + other.expected,
+                full=one.full + other.full,
+            )
+            for one, other in zip(first.outlook, second.outlook, strict=True)
+        ),
     )
 
 
@@ -126,6 +164,7 @@ class _AgentEstimator:
         name, self._settings = read_settings(agent)
         self._facts = facts_of(name)
         self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
+        self._trials = done
         self._done = {
             # a malformed reply ends a trial in a step that is not played
             key: len(trial.steps) + (trial.error is not None)
@@ -167,34 +206,57 @@ class _AgentEstimator:
 
     def estimate(self, *, batch: bool) -> Estimate:
         """The estimate for the owed trials, by modality and by the step at which they resume."""
-        owed = Counter(
-            (shown, self._made[key], self._reached[key]) for key, shown in self._shown.items() if key not in self._done
+        owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in self._owed())
+        whole = self._usage(owed)
+        return Estimate(
+            agent=self._agent,
+            called=self._study.label_of(self._agent),
+            trials=owed.total(),
+            rests_on=self._replies,
+            expected=whole.expected.usage,
+            full=whole.full.usage,
+            most=sum((self._prompts[shown].most(begun + 1, n) for (shown, begun, _), n in owed.items()), Usage()),
+            repeated=whole.repeated / whole.expected.input if whole.expected.input else 0.0,
+            price=self._facts.price,
+            batch=batch,
+            until=str(self._study.until or ""),
+            outlook=tuple(self._expected(owed)) if owed else (),
         )
-        coming_to = self._survival()
+
+    def _owed(self) -> Iterable[str]:
+        """The keys of the trials that it owes, or owes at most."""
+        if self._study.until is None:
+            return (key for key in self._shown if key not in self._done)
+        return (plan.key for plan in at_most(self._study, self._agent, self._trials.values()))
+
+    def _expected(self, owed: Counter[_Stand]) -> Iterator[Expected]:
+        """What is expected until the study is decided: of each condition the expected share of its owed trials."""
+        if self._study.until is None:
+            return
+        for one in outlooks(self._study, self._agent, self._trials.values()):
+            usage = self._usage({stand: trials * one.shares[stand[0].label] for stand, trials in owed.items()})
+            yield Expected(
+                assumption=one.assumption,
+                totals=one.totals,
+                decided=one.decided,
+                expected=usage.expected.usage,
+                full=usage.full.usage,
+            )
+
+    def _usage(self, owed: Mapping[_Stand, float]) -> _Usages:
+        """The usage of trials by condition, replies on record, and steps reached."""
+        found, coming_to = _Usages(), self._survival()
         longer, output, repairs = self._habits()
-        expected, full, most, repeated = _UsageSum(), _UsageSum(), Usage(), 0.0
         for (shown, begun, reached), trials in owed.items():
             prompt = self._prompts[shown]
             for step in range(begun + 1, self._study.max_steps + 1):
                 request, times = prompt.request(step, longer), trials * repairs
                 share = coming_to[step] / coming_to[reached] if step > reached else 1.0
                 written = assumed_output(prompt, self._settings, self._facts) if output is None else output
-                expected.add(request, written, times * share)
-                full.add(request, written, times)
-                repeated += prompt.repeated(step, longer) * times * share
-            most += prompt.most(begun + 1, trials)
-        return Estimate(
-            agent=self._agent,
-            called=self._study.label_of(self._agent),
-            trials=sum(owed.values()),
-            rests_on=self._replies,
-            expected=expected.usage,
-            full=full.usage,
-            most=most,
-            repeated=repeated / expected.input if expected.input else 0.0,
-            price=self._facts.price,
-            batch=batch,
-        )
+                found.expected.add(request, written, times * share)
+                found.full.add(request, written, times)
+                found.repeated += prompt.repeated(step, longer) * times * share
+        return found
 
     def _survival(self) -> list[float]:
         """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
@@ -239,3 +301,12 @@ class _UsageSum:
             cached_tokens=round(self.cached),
             stored_tokens=round(self.stored),
         )
+
+
+@dataclass(slots=True)
+class _Usages:
+    """Expected usage, usage of trials that are all played to the last step, and the tokens of the first sent before."""
+
+    expected: _UsageSum = field(default_factory=_UsageSum)
+    full: _UsageSum = field(default_factory=_UsageSum)
+    repeated: float = 0.0

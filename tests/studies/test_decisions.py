@@ -1,0 +1,100 @@
+"""The course of a study that stops when it is decided: the rule over outcomes, and the runner over records."""
+
+import numpy as np
+import pytest
+
+from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.studies.decisions import Family, Question, decisions, played_out, wanted
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.stopping import answers, families
+from lockprobe.studies.until import LOOK_EVERY, Until
+
+DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.3)
+
+
+def outcomes(success, blocks, seed, broken=0.0):
+    rng = np.random.default_rng(seed)
+    solved = rng.random((len(success), blocks)) < np.array(success)[:, None]
+    broke = rng.random(solved.shape) < broken
+    values = np.where(broke, np.nan, solved)
+    return {label: (values[i], broke[i]) for i, label in enumerate("tabcd"[: len(success)])}
+
+
+def look_by_look(asked, whole, until):
+    """The course as the runner takes it: five blocks at a time, with no knowledge of what follows."""
+    size = len(whole["t"][0])
+    seen = {label: (np.full(size, np.nan), np.zeros(size, dtype=bool)) for label in whole}
+    bought = dict.fromkeys(whole, 0)
+    for start in range(0, size, LOOK_EVERY):
+        known = {label: (solved[:start], broke[:start]) for label, (solved, broke) in seen.items()}
+        kept = wanted(decisions(asked, known, until), start)
+        for label in kept:
+            part = slice(start, start + LOOK_EVERY)
+            for mine, all_of_it in zip(seen[label], whole[label], strict=True):
+                mine[part] = all_of_it[part]
+            bought[label] = min(size, start + LOOK_EVERY)
+    return decisions(asked, seen, until), bought
+
+
+ONE_FAMILY = [Family(tuple(Question(one, ((one, "t"),)) for one in "abc"), 1)]
+PARTS = [
+    Family((Question("total", (("a", "t"),)),), 1),
+    Family((Question("first", (("b", "t"), ("c", "a"))),), 5 / 3, after="total"),
+    Family((Question("second", (("c", "t"),)),), 5 / 3, after="total"),
+]
+
+
+@pytest.mark.parametrize(
+    ("asked", "success", "until", "broken"),
+    [
+        (ONE_FAMILY, (0.2, 0.9, 0.5, 0.2), DECIDED, 0.0),
+        (ONE_FAMILY, (0.99, 0.99, 0.8, 0.5), DECIDED, 0.03),
+        (PARTS, (0.01, 0.02, 0.5, 0.6), DECIDED, 0.0),
+        (PARTS, (0.2, 0.8, 0.3, 0.5), DECIDED, 0.0),
+        (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), WIDTH, 0.0),
+    ],
+)
+def test_the_course_from_all_outcomes_is_that_of_looking_every_five_blocks(asked, success, until, broken):
+    ends = set()
+    for seed in range(1 if until is WIDTH else 3):
+        whole = outcomes(success, 92 if until is WIDTH else 132, seed, broken)
+        found, (expected, bought) = played_out(asked, whole, until), look_by_look(asked, whole, until)
+        assert found.decisions == expected
+        assert found.bought == bought
+        ends |= {*bought.values()}
+    assert len(ends) > 1  # conditions were dropped at different looks
+
+
+def test_a_dropped_condition_is_not_seen_again_by_the_family():
+    """What would have been played of it would turn the other way, and change when the others are decided."""
+    changed = False
+    for seed in range(4):
+        whole = outcomes((0.5, 0.95, 0.75, 0.72), 120, seed)
+        found = played_out(ONE_FAMILY, whole, DECIDED)
+        end = found.bought["a"]
+        whole["a"][0][end:] = 0
+        assert played_out(ONE_FAMILY, whole, DECIDED) == found
+        assert look_by_look(ONE_FAMILY, whole, DECIDED) == (found.decisions, found.bought)
+        changed |= decisions(ONE_FAMILY, whole, DECIDED) != found.decisions
+    assert changed  # if all of it had been played
+
+
+def test_a_simulated_study_decides_and_buys_what_the_runner_does(tmp_path):
+    most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
+    planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, **varied)
+    (agent,) = planned.agents
+    pool = [Played(study=planned, agent=agent, conditions=planned.conditions)]
+    (blocks,) = played_blocks(pool, most)
+    whole = {
+        one.label: (blocks.solved[:, i].astype(float), np.zeros(most, dtype=bool))
+        for i, one in enumerate(planned.conditions)
+    }
+    found = played_out(families(planned, agent), whole, planned.until)
+    trials = run_study(planned, tmp_path / "run")
+    assert found.bought == {one.label: sum(t.condition == one.label for t in trials) for one in planned.conditions}
+    real = answers(planned, agent, trials)
+    assert [(one.question, one.verdict, one.at) for one in found.decisions] == [
+        (one.question, one.verdict, one.at) for one in real
+    ]
+    assert len({*found.bought.values()}) > 1
