@@ -62,7 +62,7 @@ class Manner:
     """How a provider behaves.
 
     Attributes:
-        answer: ``truthful`` or ``blind``, where no function is given.
+        answer: ``truthful``, ``blind`` or ``counted``, where no function is given.
         median: Median latency in seconds; 0 answers at once.
         sigma: Spread of the logarithm of the latency.
         faults: Share of requests that fare so, by kind, as listed in ``FAULTS``.
@@ -284,7 +284,7 @@ def counted(request, times=1, answer=truthful):
     return status, body
 
 
-ANSWERS = {"truthful": truthful, "blind": blind}
+ANSWERS = {"truthful": truthful, "blind": blind, "counted": counted}
 
 
 def main():

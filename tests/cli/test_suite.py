@@ -55,8 +55,14 @@ def test_an_estimate_is_of_all_levels_together(lockprobe):
 @pytest.mark.parametrize(
     ("arguments", "refused"),
     [
-        (["--trials", "3"], "--trials cannot be combined with suite-1: a suite fixes everything except --agent"),
+        (
+            ["--trials", "3"],
+            "--trials cannot be combined with suite-1: a suite fixes everything except --agent, --until and",
+        ),
         (["--box", "chain-5"], "--box cannot be combined with suite-1: a suite fixes everything except --agent"),
+        (["--most", "9"], "most: got 9, expected --until with it"),
+        (["--until", "±10", "--most", "0"], "most: got 0, expected a whole number from 1"),
+        (["--until", "soon"], "until: got 'soon', expected decided"),
         (["--agent", "participant"], "people do not play suite-1"),
         (["--again", "reply"], "again: got 'reply', expected a suite that has been played before"),
     ],
@@ -119,3 +125,28 @@ def test_a_budget_is_that_of_all_levels_together(lockprobe, provider, prices, mo
     assert (status, "16" in said.splitlines()[-2].split()) == (0, True)
     assert cost("b") == pytest.approx(whole)
     assert server.account()["replied"] == 2 * before  # no call was made twice
+
+
+def test_it_stops_when_it_is_decided_and_says_so(lockprobe, tmp_path):
+    asked = ("run", "suite-1", "--out", "a", "--no-report")
+    assert lockprobe(*asked, "--until", "±40", "--most", 12, "--agent", "round-robin")[0] == 0
+    studies = [read_study(tmp_path / "a" / name) for name in SUITES["suite-1"].boxes]
+    assert {(str(one.until), one.trials, one.repetitions) for one in studies} == {("±40", 12, 1)}
+    status, said, _ = lockprobe("run", "suite-1", "--out", "a")
+    assert (status, said.count("; 0 are owed")) == (0, 4)
+    scores = json.loads((tmp_path / "a" / "suite.json").read_text())
+    assert (scores["until"], scores["most"]) == ("±40", 12)
+    page = (tmp_path / "a" / "suite.html").read_text()
+    assert "stops when the effect of false reports is known to ±40 points, or after 12 trials of a kind" in page
+    assert "Partial:" not in page
+    assert lockprobe("verify", "a")[0] == 0
+    for refused in (["--until", "decided"], ["--until", "±40", "--most", 13]):
+        status, _, said = lockprobe(*asked, *refused)
+        assert (status, len(said.splitlines())) == (2, 1)
+        assert "a: it holds suite-1 until ±40 (at most 12 trials), not suite-1 until " in said
+    records = tmp_path / "a" / "reset" / "trials.jsonl"
+    records.write_bytes(b"".join(records.read_bytes().splitlines(keepends=True)[:-1]))
+    assert lockprobe("report", "a")[0] == 0
+    assert "of at most 96 trials of round-robin" in (tmp_path / "a" / "suite.html").read_text()
+    assert lockprobe("run", "suite-1", "--out", "a", "--until", "±40", "--no-report")[0] == 0
+    assert len(records.read_bytes().splitlines()) == len(load(records.parent))

@@ -8,7 +8,9 @@ from builders import play_study, small_study, write_study
 from lockprobe.cli import report as command
 from lockprobe.cli.watch_report import PAUSE, owed_trials, watch_report
 from lockprobe.foundation.errors import BadFile
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing, load
+from lockprobe.studies.running.runner import run_study
 
 STUDY = small_study(agents=("random",), p=(0.0,), repetitions=1, trials=4)
 TRIALS = play_study(STUDY)
@@ -46,6 +48,16 @@ def test_a_finished_study_is_reported_once(tmp_path):
     run = Run(write_study(tmp_path / "study", STUDY, TRIALS))
     run.watch()
     assert run.reports == [(0.0, 4)]
+
+
+def test_a_study_that_has_stopped_is_reported_once(tmp_path):
+    stopped = study("flips", agent="random", p=[0], until="±45", most=300)
+    trials = run_study(stopped, tmp_path)
+    assert owed_trials(tmp_path) == 0
+    assert len(trials) < 300
+    records = tmp_path / "trials.jsonl"
+    records.write_bytes(b"".join(records.read_bytes().splitlines(keepends=True)[:-1]))
+    assert owed_trials(tmp_path) == 1
 
 
 def test_it_is_written_when_records_have_grown_and_ends_with_the_last_of_them(tmp_path):

@@ -100,7 +100,18 @@ def test_a_directory_says_which_suite_it_holds(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", ["", "[", "[]", '{"suite": "suite-0"}', '{"suite": 3}', json.dumps({"suite": "x" * 999})]
+    "content",
+    [
+        "",
+        "[",
+        "[]",
+        '{"suite": "suite-0"}',
+        '{"suite": 3}',
+        json.dumps({"suite": "x" * 999}),
+        '{"suite": "suite-1", "until": "soon", "most": 3}',
+        '{"suite": "suite-1", "until": "decided"}',
+        '{"suite": "suite-1", "until": "decided", "most": 1e99}',
+    ],
 )
 def test_a_damaged_or_unknown_one_is_refused_in_a_line(tmp_path, content):
     (tmp_path / "suite.json").write_text(content)

@@ -53,7 +53,7 @@ class JsonLines(Plain):
             directory=str(journal.directory),
             trials=study.size - study.invited,
             owed=owed,
-            done=sum(not trial.owed_again for trial in journal.trials.values() if not trial.player),
+            done=sum(not trial.owed_again and trial.spec in study.agents for trial in journal.trials.values()),
             settings=study.settings(),
             settings_hash=read_study(journal.directory).settings_hash,
         )

@@ -22,6 +22,7 @@ from lockprobe.foundation.errors import BadValue, Conflict, Missing
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.isolation import Isolation, check_isolation, client_of_stdio, named_client
 from lockprobe.interfaces.mcp.session import SessionOptions, ToolSession
+from lockprobe.studies.extension import extended
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
@@ -76,6 +77,7 @@ def mcp(
     directory = out or records_directory(planned)
     over_http = None if client_user is None else named_client(client_user)
     client = client_of_stdio() if transport == "stdio" else over_http
+    planned = extended(planned, directory)
     found = check_isolation(directory, isolation, client)
     token = _token() if transport == "http" else ""
     logging.basicConfig(stream=sys.stderr, level=logging.ERROR, format="lockprobe: %(message)s")
@@ -111,8 +113,9 @@ async def _serve(
     planned: Study, agent: str, directory: Path, given: SessionOptions, port: int, token: str, *, json: bool
 ) -> None:
     async with ToolSession.open(directory, planned, agent, given) as session:
+        most = f"at most {planned.size}" if planned.until else f"{planned.size}"
         said = (
-            f"{agent} plays {planned.name}: {session.owed} of {planned.size} trials are owed; "
+            f"{agent} plays {planned.name}: {session.owed} of {most} trials are owed; "
             f"hash of the settings {read_study(directory).settings_hash}"
         )
         print(printable(said), file=sys.stderr, flush=True)  # and not where the records lie: a client may read this

@@ -12,6 +12,7 @@ from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.extension import extended, extension_said
 from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import SETTINGS
@@ -19,10 +20,7 @@ from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite
 
-__all__ = ["planned_study", "refuse_followers"]
-
-_SIZES = {"trials", "repetitions", "strategy_trials", "full", "until", "most"}
-"""The options that say how much is played."""
+__all__ = ["planned_study", "refuse_followers", "say_extended"]
 
 AT_EVERY_LOOK = "The report shows what holds at every look."
 
@@ -32,30 +30,38 @@ def planned_study(
 ) -> tuple[Study, Path]:
     """The study of a name or file with the options of the command line, and its directory.
 
-    Without an agent, those of an existing study play.
+    Without an agent, those of an existing study play. What is not said of its size is as in an existing study.
     """
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     if camera is not None:
         asked = {**asked, "plant": _photographed(asked.get("plant", request.plant), camera)}
-    planned = study(request, **asked)
+    planned, said = study(request, **asked), {*asked, *request.model_fields_set}
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if is_suite(directory):
         raise BadFile(directory, f"it holds {read_suite(directory).name}; {planned.name} needs another directory")
     if not (directory / SETTINGS).exists():
         return planned, directory
     there = read_study(directory)
+    if SIZES & said and (plain := _unsized(request, asked)).of_equal_trials(there):
+        planned = replace(plain, **{name: getattr(planned, name) for name in Sizes._fields})
     if request.agent is None and "agent" not in asked and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)
     planned = planned.ordered_as(there.settings())
-    if not _SIZES & {*asked, *request.model_fields_set}:
-        return replace(planned, earlier=there.earlier), directory
-    if planned.until and there.repetitions > 1:  # its repetitions stay, since its trials are numbered within them
-        each = -(-planned.trials // there.repetitions)
-        planned = replace(planned, repetitions=there.repetitions, trials=each)
-    longer = extended(planned, directory)
-    if len(longer.earlier) > len(there.earlier):
-        print(f"Extended: {extension_said(longer)}. {AT_EVERY_LOOK}", file=sys.stderr)
-    return longer, directory
+    planned = sized_as_there(planned, there, said)
+    return extended(planned, directory), directory
+
+
+def say_extended(planned: Study, directory: Path) -> None:
+    """Say that a study is about to be extended, if it is."""
+    before = len(read_study(directory).earlier) if (directory / SETTINGS).exists() else 0
+    if len(planned.earlier) > before:
+        print(f"Extended: {extension_said(planned)}. {AT_EVERY_LOOK}", file=sys.stderr)
+
+
+def _unsized(request: StudyOptions, asked: Mapping[str, object]) -> Study:
+    """The study that is asked for, had nothing been said of its size; a size can change what else it has by default."""
+    plain = request.model_copy(update=dict.fromkeys(SIZES - {"full"}))
+    return study(plain, **{name: value for name, value in asked.items() if name not in SIZES - {"full"}})
 
 
 def refuse_followers(planned: Study, part: Shard | None) -> None:

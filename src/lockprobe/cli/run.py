@@ -42,8 +42,8 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
 HEADINGS = {
-    "Options": "agent p trials condition box full seed out estimate budget",
-    "The study": "until most repetitions strategy_trials max_steps plant camera layout shuffle as_paper name",
+    "Options": "agent p trials until condition box full out estimate budget",
+    "The study": "repetitions strategy_trials most seed max_steps plant camera layout shuffle as_paper name",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
     "Hosted models": "connections timeout retries batch",
@@ -82,7 +82,7 @@ def run(
     bridge: whether misreadings of pictures act as false reports in words do; six conditions, 60 trials in each; without
     options a scripted agent. looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
     in each; without options scripted agents.
-    suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen.
+    suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen, and --until.
 
     --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
     control. --p without them plays those rates and no others.
@@ -131,7 +131,7 @@ def _run_study(
     report: bool,
     json: bool,
 ) -> None:
-    from lockprobe.cli.planned_study import planned_study, refuse_followers
+    from lockprobe.cli.planned_study import planned_study, refuse_followers, say_extended
     from lockprobe.studies.records.shard import Shard
 
     part = None if shard is None else Shard.parse(shard)
@@ -148,6 +148,7 @@ def _run_study(
         return
     from lockprobe.cli.run_study import allowed_budget, play_study
 
+    say_extended(planned, directory)
     allowed = allowed_budget(planned, budget, directory)
     if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
         raise typer.Exit(status)

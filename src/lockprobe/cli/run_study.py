@@ -87,9 +87,8 @@ def play_study(
         observer.reported(_report(directory, limits, left_out) if report and something else None, left_out)
         status = _failure(planned, journal, observer)
         if reached is not None:
-            owed = sum(
-                journal.owes(plan.key) for agent in planned.run_agents for plan in next_plans(planned, journal)(agent)
-            )
+            plans = next_plans(planned, journal)
+            owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
                 raise _NothingKept

@@ -25,15 +25,16 @@ from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.records.results_hash import hash_of_parts, hashes_of_suite
 from lockprobe.studies.running.runner import Limits
-from lockprobe.studies.study import Study
-from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
+from lockprobe.studies.study import LIMITS, Study
+from lockprobe.studies.suites import Suite, begin_suite, is_suite, read_suite, suite_directories, suite_studies
+from lockprobe.studies.until import MOST, Until
 
 if TYPE_CHECKING:
     from lockprobe.report.suite.results import SuiteResults
 
 __all__ = ["report_suite", "run_suite"]
 
-_CHOSEN = ("agent",)
+_CHOSEN = ("agent", "until", "most")
 """Options of a study that the user of a suite may set."""
 
 
@@ -58,8 +59,9 @@ def run_suite(
     for name in asked:
         if name not in _CHOSEN:
             option = "--" + name.replace("_", "-")
-            raise Conflict(option, suite.name, "a suite fixes everything except --agent")
+            raise Conflict(option, suite.name, "a suite fixes everything except --agent, --until and --most")
     directory = out or Path("lockprobe-runs") / suite.name
+    suite = _as_asked(suite, directory, asked)
     studies = suite_studies(suite, _agents(suite, directory, cast("list[str] | None", asked.get("agent"))))
     if estimate:
         parts = [(study, directory / name) for name, study in studies.items()]
@@ -82,6 +84,21 @@ def run_suite(
     if report:
         report_suite(directory, json=json)
     return _end(unfinished, json=json)
+
+
+def _as_asked(suite: Suite, directory: Path, asked: Mapping[str, object]) -> Suite:
+    """The suite with the rule by which its studies stop, if one is given; else as it was begun in its directory."""
+    until, most = asked.get("until"), asked.get("most")
+    if until is None and most is not None:
+        raise BadValue("most", most, f"--until with it; else an agent plays {suite.size} trials of {suite.name}")
+    there = read_suite(directory) if is_suite(directory) else suite
+    if until is None:
+        return there if there.name == suite.name else suite
+    if most is None:
+        return suite.until_decided(Until.parse(str(until)), there.trials if there.until else MOST)
+    if not 1 <= int(str(most)) <= LIMITS["trials"]:
+        raise BadValue("most", most, f"a whole number from 1 to {LIMITS['trials']}")
+    return suite.until_decided(Until.parse(str(until)), int(str(most)))
 
 
 def _end(unfinished: Mapping[str, int], *, json: bool) -> None:

@@ -57,6 +57,8 @@ def watch_report(
 def owed_trials(directory: Path) -> int:
     """The number of planned trials that are not finished, including those of people.
 
+    Of a study that stops when it is decided: of those before its next look; 0 once it may stop.
+
     Raises:
         BadFile: If the directory is not a study's, or a record is damaged.
     """

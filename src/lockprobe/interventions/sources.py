@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lockprobe.foundation.spec import Spec
 from lockprobe.trial.condition import Condition
 
-__all__ = ["alone", "follows", "looping_rate", "source_named"]
+__all__ = ["alone", "follows", "looping_rate", "looping_source", "rates_from", "source_named", "sources_of"]
 
 _SOURCE = {"flip": "like", "yoked": "claims"}
 """Intervention -> the option that names the source."""
@@ -35,9 +36,44 @@ def source_named(spec: str) -> str | None:
     return found.options.get(_SOURCE.get(found.full_name, ""))
 
 
+def rates_from(spec: str) -> str | None:
+    """The source whose trials all together give an intervention its flip rates; None if it takes none so.
+
+    >>> rates_from("flip?like=rgb"), rates_from("yoked?claims=rgb")
+    ('rgb', None)
+    """
+    return source_named(spec) if Spec.parse(spec, "intervention").full_name == "flip" else None
+
+
 def looping_rate(spec: str) -> float | None:
     """The flip rate of the source, if an intervention is yoked to a trial with false reports in loops; else None."""
     found = Spec.parse(spec, "intervention")
     if found.full_name != "yoked" or found.options.get("how") != "looping":
         return None
     return float(found.options.get("p", "0"))
+
+
+def sources_of(condition: Condition, conditions: Sequence[Condition]) -> frozenset[str]:
+    """The labels of those conditions of a study whose trials have to be played before those of a condition."""
+    named = {source for spec in condition.specs if (source := source_named(spec)) is not None}
+    looping = looping_source(condition, conditions) if follows(condition) else None
+    return frozenset(one.label for one in conditions if one.label in named or one is looping)
+
+
+def looping_source(condition: Condition, conditions: Sequence[Condition]) -> Condition | None:
+    """The source condition: the same with ``flip?while=looping`` instead of the yoked intervention; None without."""
+    wanted = [_instead(spec) for spec in condition.specs]
+    for one in conditions:
+        if one.modality == condition.modality and [_options(spec) for spec in one.specs] == wanted:
+            return one
+    return None
+
+
+def _instead(spec: str) -> tuple[str, dict[str, str]]:
+    rate = looping_rate(spec)
+    return _options(spec) if rate is None else ("flip", {"p": f"{rate:g}", "while": "looping"})
+
+
+def _options(spec: str) -> tuple[str, dict[str, str]]:
+    found = Spec.parse(spec, "intervention")
+    return found.full_name, dict(found.options)

@@ -9,9 +9,11 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.directory import SETTINGS
+from lockprobe.studies.options.sizes import sized_as_there
+from lockprobe.studies.records.directory import SETTINGS, is_begun
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
+from lockprobe.studies.study_checks import rated_by_all
 from lockprobe.studies.until import EarlierPlan, Until
 
 __all__ = ["extended", "extension_said"]
@@ -28,29 +30,35 @@ def extended(planned: Study, directory: Path) -> Study:
         directory: Its directory, which may be new.
 
     Returns:
-        The study; as it was where it is no larger, or where no trial was played.
+        The study; as it was where it is no larger, or where no trial was begun. One that stops when it is decided keeps
+        the repetitions of its directory, within which its trials are numbered.
 
     Raises:
-        BadValue: If people take part, who are compared at one look.
+        BadValue: If people take part, who are compared at one look, or if trials took flip rates from all trials of
+            another condition, which would be more now.
     """
     if not (directory / SETTINGS).exists():
         return planned
     there = read_study(directory)
-    planned = replace(planned, earlier=there.earlier)
-    if _size(there) == _size(planned) or not _larger(there, planned):
+    if planned.until and planned.repetitions == 1 < there.repetitions:
+        planned = sized_as_there(planned, there, {"until", "most"})
+    if not _larger(there, planned):
         return planned
-    finished = sum(not trial.owed_again for trial in load(directory))
-    if not finished:
+    planned = replace(planned, earlier=there.earlier)
+    if _size(there) == _size(planned) or not is_begun(directory):
         return planned
     if PEOPLE in {*there.agents, *planned.agents}:
         raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")
+    if label := rated_by_all(planned.conditions):
+        expected = f"{there.trials}: {label} took its flip rates from all trials of another condition"
+        raise BadValue("trials", planned.trials, expected)
     before = EarlierPlan(
         repetitions=there.repetitions,
         trials=there.trials,
         strategy_trials=there.strategy_trials,
         until=there.until,
         settings_hash=there.settings_hash,
-        finished=finished,
+        finished=sum(not trial.owed_again for trial in load(directory)),
         when=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     return replace(planned, earlier=(*there.earlier, before))
@@ -61,17 +69,16 @@ def _size(study: Study) -> tuple[object, ...]:
 
 
 def _larger(there: Study, planned: Study) -> bool:
-    """Whether no agent has fewer repetitions or trials than before."""
-    return planned.repetitions >= there.repetitions and all(
-        planned.trials_of(agent) >= there.trials_of(agent) for agent in there.agents
-    )
+    """Whether there are no fewer repetitions and trials than before, for each agent too."""
+    before, now = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
+    return all(more >= less for more, less in zip(now, before, strict=True))
 
 
 def extension_said(study: Study) -> str:
     """What the last extension of a study changed, in words."""
     before = study.earlier[-1]
     there, now = (_plan_said(one.repetitions, one.trials, one.until) for one in (before, study))
-    return f"planned for {there}, and since {before.when}, after {before.finished} trials, for {now}"
+    return f"planned for {there}, and since {before.when[:10]}, after {before.finished} trials, for {now}"
 
 
 def _plan_said(repetitions: int, trials: int, until: Until | None) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.foundation.grouping import grouped
+from lockprobe.interventions.sources import sources_of
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
@@ -211,6 +212,9 @@ def _owed_by_look(study: Study, agent: str, trials: Iterable[Trial]) -> Iterator
     places, conditions = own_places(study, agent), study.conditions_of(agent)
     for start in range(0, len(places), LOOK_EVERY):
         kept = wanted(found, places[start][0])
+        if not kept:
+            return
+        kept |= {source for label in kept for source in sources_of(study.labelled(label), study.conditions)}
         plans = [
             study.plan(agent, condition, *place)
             for _, place in places[start : start + LOOK_EVERY]

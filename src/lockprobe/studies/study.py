@@ -23,7 +23,7 @@ from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.study_checks import check_doses, check_people, check_plant
+from lockprobe.studies.study_checks import check_doses, check_people, check_plant, check_sizes
 from lockprobe.studies.until import EarlierPlan, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
@@ -31,11 +31,14 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
 
-__all__ = ["LARGEST_SEED", "Study", "trials_planned"]
+__all__ = ["LARGEST_SEED", "LIMITS", "Study", "trials_planned"]
 
 LARGEST_SEED = 2**63
 LONGEST_NAME = 100
+"""Characters of the name of a study."""
+
 LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
+"""The largest number that a setting can have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,6 +123,7 @@ class Study:
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
         check_people(self)
+        check_sizes(self)
         check_doses(self.conditions, self.p)
         check_plant(self)
 
@@ -203,6 +207,12 @@ class Study:
     def unordered_settings(self) -> dict[str, object]:
         """The settings with agents and conditions sorted: they are equal if and only if the trials are."""
         return in_no_order(self.settings())
+
+    def of_equal_trials(self, other: Study) -> bool:
+        """Whether another study has the same settings, but for its agents and its size."""
+        beside = {"agents", "names", "repetitions", "trials", "strategy_trials", "until"}
+        one, two = (study.unordered_settings for study in (self, other))
+        return all(one.get(name) == two.get(name) for name in {*one, *two} - beside)
 
     def ordered_as(self, settings: Mapping[str, object]) -> Study:
         """The study with its conditions in the order of settings that have the same; else as it is."""

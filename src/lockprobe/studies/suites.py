@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
@@ -27,7 +28,8 @@ from lockprobe.interventions.flip import DEFAULT
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.records.directory import SETTINGS
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import LIMITS, Study
+from lockprobe.studies.until import MOST, Until
 from lockprobe.trial.record import STATES
 
 __all__ = [
@@ -64,6 +66,7 @@ class Suite:
         trials: Trials of a level and flip rate, for agents that read reports.
         looks: Trials of a level, flip rate and modality, for agents that read pictures; the total is equal.
         seed: Seed of the first level; each further level has the next seed, so that levels are independent samples.
+        until: When each of its studies stops; ``trials`` and ``looks`` are then the most. None if all are played.
     """
 
     name: str
@@ -73,6 +76,21 @@ class Suite:
     trials: int
     looks: int
     seed: int
+    until: Until | None = None
+
+    def until_decided(self, until: Until, most: int = MOST) -> Suite:
+        """The suite whose studies stop when they are decided; ``most``: trials of a level and condition at most."""
+        return replace(self, until=until, trials=most, looks=most)
+
+    @property
+    def stopping(self) -> dict[str, object]:
+        """When its studies stop, as JSON holds it; empty if all trials are played."""
+        return {} if self.until is None else {"until": str(self.until), "most": self.trials}
+
+    @property
+    def said(self) -> str:
+        """Its name, and when its studies stop."""
+        return self.name if self.until is None else f"{self.name} until {self.until} (at most {self.trials} trials)"
 
     @property
     def size(self) -> int:
@@ -133,6 +151,7 @@ def suite_study(suite: Suite, directory: str, agents: Sequence[str], names: Mapp
         repetitions=1,
         trials=suite.looks if pictures else suite.trials,
         max_steps=paper.MAX_STEPS,
+        until=suite.until,
         seed=suite.seed + suite.boxes.index(name),
         plant=paper.ROBOT if pictures else "symbolic",
         layout="shuffled",
@@ -156,7 +175,21 @@ def read_suite(directory: Path) -> Suite:
     name = found.get("suite") if isinstance(found, dict) else None
     if not isinstance(name, str) or name not in SUITES:
         raise BadFile(path, str(UnknownName("suite", str(name)[:60], SUITES)))
-    return SUITES[name]
+    assert isinstance(found, dict)
+    return _stopping(SUITES[name], found, path)
+
+
+def _stopping(suite: Suite, found: Mapping[str, Any], path: Path) -> Suite:
+    """The suite as its file has it: all trials, or until its studies are decided."""
+    until, most = found.get("until"), found.get("most")
+    if until is None and most is None:
+        return suite
+    if not isinstance(until, str) or type(most) is not int or not 1 <= most <= LIMITS["trials"]:
+        raise BadFile(path, 'expected "until" and "most", as `lockprobe run suite-1 --until` writes them')
+    try:
+        return suite.until_decided(Until.parse(until), most)
+    except BadValue as error:
+        raise BadFile(path, str(error)) from None
 
 
 def begin_suite(directory: Path, suite: Suite) -> None:
@@ -169,12 +202,13 @@ def begin_suite(directory: Path, suite: Suite) -> None:
         raise BadFile(directory, f"it holds a study; {suite.name} needs a directory that has none")
     if is_suite(directory):
         if (there := read_suite(directory)) != suite:
-            raise BadFile(directory, f"it holds {there.name}, not {suite.name}")
+            both = "repeat its settings to resume it, or give another --out"
+            raise BadFile(directory, f"it holds {there.said}, not {suite.said}: {both}")
         return
     refuse_links(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        write_file(directory / SCORES, json.dumps({"suite": suite.name}) + "\n")
+        write_file(directory / SCORES, json.dumps({"suite": suite.name, **suite.stopping}) + "\n")
     except OSError as error:
         raise BadFile(directory, f"cannot be written ({error.strerror})") from error
 

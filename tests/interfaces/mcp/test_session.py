@@ -70,6 +70,22 @@ def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
     assert [timing.steps for timing in read_timings(tmp_path)] == [len(trial.steps) for trial in load(tmp_path)]
 
 
+def test_a_study_stops_when_it_is_decided(tmp_path):
+    def stops(agent):
+        return study("flips", agent=[agent], p=[0.0, 0.3], until="±45", most=40, max_steps=12)
+
+    async def play():
+        async with opened(tmp_path / "tools", stops(AGENT)) as session:
+            assert session.owed == 10
+            played = await Player(calls(session)).play()
+            assert session.owed == 0
+            return played
+
+    assert 10 < asyncio.run(play()) < 80
+    run_study(stops(SPEC), tmp_path / "alone")
+    assert plain_records(tmp_path / "tools") == plain_records(tmp_path / "alone")
+
+
 def test_an_agent_is_added_to_a_study_and_shares_its_luck(tmp_path, alone):
     run_study(planned(SPEC), tmp_path)
 

@@ -212,7 +212,12 @@ def test_while_no_two_conditions_share_a_trial_the_screen_says_so(tmp_path, kept
     found = found_in(tmp_path, planned, trials)
     assert found.answer == "No two conditions have a trial in common yet."
     assert not found.facts_about("first screen")
-    assert {one.kind for one in found.findings if one.section == "overview"} == {"question", "trial", "answer", "every_look"}
+    assert {one.kind for one in found.findings if one.section == "overview"} == {
+        "question",
+        "trial",
+        "answer",
+        "every_look",
+    }
 
 
 def test_an_idle_condition_is_the_answer_only_where_nothing_else_is(tmp_path):

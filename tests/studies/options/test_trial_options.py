@@ -33,6 +33,8 @@ OF_STUDIES = {
     "name",
     "sweep",
     "readings",
+    "until",
+    "most",
 }
 
 

@@ -136,5 +136,10 @@ def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
     (tmp_path / "trials.jsonl").write_text("x\n")
     path = tmp_path / "study.json"
     path.write_text(path.read_text().replace('"conditions": [', '"conditions": ["odd", {"interventions": 3}, '))
-    with pytest.raises(SettingsChanged, match="'odd; truth; truth' there, 'truth' asked"):
+    with (
+        pytest.raises(SettingsChanged, match="'odd; truth; truth' there, 'truth' asked"),
+        Journal.open(tmp_path, planned),
+    ):
+        pass
+    with pytest.raises(BadFile, match=r"conditions\.0: expected a table"):
         run_study(planned, tmp_path)

@@ -42,7 +42,7 @@ NOT_HERE: Mapping[str, str] = {
     "assessment": "no assessment: the caller of step() is not asked what happened",
     "hypothesis": "no hypothesis: the caller of step() is not asked how the box works",
     "seed": "reset(seed=...)",
-    **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions"), _PLACE),
+    **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions", "until", "most"), _PLACE),
     "pictures": "no pictures: observations are not stored",
     **dict.fromkeys(("study", "name", "full", "as_paper", "parts", "sweep", "readings"), _ONE),
 }

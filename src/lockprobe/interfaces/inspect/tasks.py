@@ -113,6 +113,8 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     planned = study(**given)
     if later := [one.label for one in planned.conditions if follows(one)]:
         raise BadValue("condition", later[0], "one whose trials follow no others: Inspect plays samples in any order")
+    if planned.until is not None:
+        raise BadValue("until", str(planned.until), "none with Inspect, which plays all samples; `lockprobe run` stops")
     return planned
 
 

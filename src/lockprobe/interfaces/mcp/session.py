@@ -27,6 +27,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, check_playable
+from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
@@ -85,7 +86,7 @@ class ToolSession:
         self._trial: PausedTrial | None = None
         self._player: Connection | None = None
         self._begun: Counter[str] = Counter()
-        self._owed = {plan.key: plan for plan in study.plans(agent) if journal.owes(plan.key)}
+        self._owed = self._due()
         self._broken: set[str] = set()
         self._busy = False
 
@@ -117,9 +118,14 @@ class ToolSession:
             finally:
                 await session._let_go()
 
+    def _due(self) -> dict[str, Plan]:
+        """The trials that are owed; of a study that stops when it is decided, those before the next look."""
+        plans = next_plans(self.study, self._journal)(self.agent)
+        return {plan.key: plan for plan in plans if self._journal.owes(plan.key)}
+
     @property
     def owed(self) -> int:
-        """The number of trials left."""
+        """The number of trials left; of a study that stops when it is decided, those before the next look."""
         return len(self._owed)
 
     @property
@@ -294,6 +300,7 @@ class ToolSession:
             self._journal.append(trial.trial, trial.timing)
         if not self._journal.owes(trial.plan.key):
             self._owed.pop(trial.plan.key, None)
+        self._owed = self._owed or self._due()
 
     def _check_played(self, facts: dict[str, Fact]) -> None:
         """Refuse an agent that played this study with other settings.

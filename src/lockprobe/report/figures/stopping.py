@@ -18,7 +18,7 @@ from lockprobe.report.rows import Curve, Results
 __all__ = ["stopping"]
 
 _MOST = 6
-"""Panels that are drawn: the differences of agents that the study is about first."""
+"""Panels that are drawn: total effects first, then the differences of agents that the study is about."""
 
 _LONGEST = 38
 """Characters of a name above a panel."""
@@ -34,8 +34,8 @@ _REACH = 60
 def stopping(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
     """A panel for each difference; below each other in a column, where there are several."""
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and one.x]
-    first = [one for one in curves if one.agent in found.subjects]
-    shown = [(found, one) for one in [*first, *(one for one in curves if one not in first)][:_MOST]]
+    curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
+    shown = [(found, one) for one in curves[:_MOST]]
     if size == "column":
         return sheet(shown, _draw, columns=1, heights=[_HEIGHT], width=3.6) if len(shown) > 1 else None
     wide = 5.6 if len(shown) == 1 else _WIDTH

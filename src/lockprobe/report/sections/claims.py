@@ -66,7 +66,7 @@ def _of_claim(
         quantity="claim",
         of=claim.name,
         unit="verdict",
-        p_value=p_value,
+        p_value=None if not_judged else p_value,
         test=not_judged or test,
         note=NOT_JUDGED if not_judged else verdict,
         **of,

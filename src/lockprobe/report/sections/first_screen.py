@@ -176,7 +176,7 @@ def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
         screen,
         answer=_ONE_LOOK if _judged_at_one_look(numbers) else screen.answer,
         every_look=_joined(said, people),
-        small=small_said(found, margin) if margin else "",
+        small="" if margin is None or (numbers.others and numbers.others.whys) else small_said(found, margin),
         needed="",
         interaction="",
         figure="stopping" if study.until else screen.figure,

@@ -108,12 +108,13 @@ def _show(found: Results) -> Iterator[Part]:
     rows = found.where("difference_by_block")
     if not rows:
         return
-    decided = len(found.where("decided_at_block"))
+    decided, parts = len(found.where("decided_at_block")), any(row.of == "total" for row in rows)
     answer = f"{decided} of {len(rows)} differences are decided." if "until" in found.study else ""
     note = Note(
         "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
         "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
-        "studies any of these statements is false at any look.",
+        f"studies {'a statement on a total effect' if parts else 'one of these statements'} is false at any look."
+        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}",
     )
     yield Part("Differences block by block", answer, [_FIGURE, _TABLE, note])
 

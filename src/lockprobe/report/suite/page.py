@@ -101,7 +101,8 @@ def score_table(found: SuiteResults) -> TextTable:
         optimal = _cell(scores.rationality, share)
         if scores.rationality:
             optimal += f", chance {percent(scores.rationality.chance)}"
-        trials = f"{scores.trials} of {one.planned}" if one.partial or scores.broken else str(scores.trials)
+        most = f"at most {one.planned}" if found.suite.until else one.planned
+        trials = f"{scores.trials} of {most}" if one.partial or scores.broken else str(scores.trials)
         rows.append(
             [
                 one.name,

@@ -19,6 +19,7 @@ from lockprobe.statistics.suite.ranks import possible_ranks
 from lockprobe.statistics.suite.scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.studies.options import paper
 from lockprobe.studies.records.results_hash import records_digest
+from lockprobe.studies.stopping import due
 from lockprobe.studies.suites import Suite, read_suite, suite_directories
 
 __all__ = ["Entry", "Level", "SuiteResults", "suite_results"]
@@ -41,7 +42,8 @@ class Entry:
         agent: Its name, or its spec if it has none.
         modality: How the boxes were shown.
         name: Its spec, and what it is shown in brackets if it looks at pictures.
-        planned: Trials planned.
+        planned: Trials planned; where studies stop when they are decided, the most.
+        partial: Whether trials are missing.
         scores: Its scores.
     """
 
@@ -49,12 +51,8 @@ class Entry:
     modality: str
     name: str
     planned: int
+    partial: bool
     scores: SuiteScore
-
-    @property
-    def partial(self) -> bool:
-        """Whether trials are missing."""
-        return self.scores.trials + self.scores.broken < self.planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +81,7 @@ class SuiteResults:
         ]
         found: dict[str, Any] = {
             "suite": self.suite.name,
+            **self.suite.stopping,
             "version": _VERSION,
             "lockprobe": version("lockprobe"),
             "levels": self.levels,
@@ -152,8 +151,18 @@ def _entries(
             scores = replace(scores, ranks=ranks.get((agent, modality)))
         planned = len(levels) * len(suite.p) * (suite.looks if pictures else suite.trials)
         name = f"{agent} ({spoken(modality)})" if pictures else agent
-        found.append(Entry(agent=agent, modality=modality, name=name, planned=planned, scores=scores))
+        partial = scores.trials + scores.broken < planned
+        if suite.until is not None:
+            partial = any(agent in one.study.labels and _goes_on(agent, one) for one in studies.values())
+        entry = Entry(agent=agent, modality=modality, name=name, planned=planned, partial=partial, scores=scores)
+        found.append(entry)
     return found
+
+
+def _goes_on(agent: str, opened: OpenedStudy) -> bool:
+    """Whether an agent has to play more trials of a study that stops when it is decided."""
+    spec = next(one for one in opened.study.agents if opened.study.label_of(one) == agent)
+    return bool(due(opened.study, spec, opened.trials))
 
 
 def _played(

@@ -35,6 +35,7 @@ from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.running.followers import Followers
+from lockprobe.studies.stopping import due
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
@@ -95,7 +96,7 @@ def _of_records(
     owed = {plan.key: plan for plan in planned if plan.key not in there}
     yield _records(opened, evidence, sum(one.from_log for one in again))
     yield _settings(opened)
-    yield _complete(opened, owed)
+    yield _complete(opened, owed if opened.study.until is None else _due(opened))
     yield from _of_hashes(opened, settings, results)
     yield _luck(again)
     yield _choices(again)
@@ -166,12 +167,19 @@ def _doses_of(spec: str, recorded: tuple[str, ...]) -> tuple[str, ...]:
     return InterventionTraits.of(made).doses
 
 
+def _due(opened: OpenedStudy) -> dict[str, Plan]:
+    """What a study that stops when it is decided has to play before its next look; nothing if it may stop."""
+    study = opened.study
+    return {plan.key: plan for agent in study.run_agents for plan in due(study, agent, opened.trials)}
+
+
 def _complete(opened: OpenedStudy, owed: Mapping[str, Plan]) -> Check:
     """Whether every planned trial of agents is there, and every trial that was timed; participants owe none."""
     known = {*owed, *(trial.key for trial in opened.trials)}
     others = opened.foreign or opened.journal.foreign
     timed = [] if others else [one.key for one in read_timings(opened.directory) if one.key not in known]
-    said = f"{len(owed)} planned trials are missing" if owed else "every planned trial is there"
+    until = f"trial that it needs until {until}" if (until := opened.study.until) else "planned trial"
+    said = f"{len(owed)} planned trials are missing" if owed else f"every {until} is there"
     if opened.study.invited:
         played = sum(bool(trial.player) for trial in opened.trials)
         said += f"; of people {played} of {opened.study.invited}, who owe none"

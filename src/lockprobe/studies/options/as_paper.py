@@ -23,7 +23,7 @@ def as_paper(asked: StudyOptions, plant: PlantSource) -> StudyOptions:
     same in all trials (Sec. 2.1): both are drawn once from the seed of the study, so that neither labels nor their
     order nor places follow the interlock; a real box keeps its own panel. The agent says what its last action did
     (Sec. 3.1) and is asked for no hypothesis. A trial has 20 steps (Sec. 2.2); flips have 7 rates x 3 repetitions x 10
-    trials (Sec. 3.2), modalities 10 trials each (Sec. 2.2).
+    trials (Sec. 3.2), modalities 10 trials each (Sec. 2.2); with ``until`` the number of trials is not the paper's.
 
     Raises:
         Conflict: If the study is none of the paper's, labels are to stand along the panel, or they are painted on a
@@ -46,7 +46,6 @@ def as_paper(asked: StudyOptions, plant: PlantSource) -> StudyOptions:
         "hypothesis": "off",
         "assessment": True,
         "max_steps": paper.MAX_STEPS,
-        "repetitions": extent.repetitions,
-        "trials": extent.trials,
+        **({} if asked.until else {"repetitions": extent.repetitions, "trials": extent.trials}),
     }
     return asked.model_copy(update={name: value for name, value in usual.items() if getattr(asked, name) is None})

@@ -30,6 +30,7 @@ from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
 from lockprobe.studies.options.readings import conditions_for_strategies, flips_of_readings, readings_of
 from lockprobe.studies.options.settings import LONGEST_SPEC
+from lockprobe.studies.options.sizes import sizes_of
 from lockprobe.studies.options.study_defaults import (
     extent_of,
     layout_by_default,
@@ -43,7 +44,6 @@ from lockprobe.studies.options.trial_options import trial_options
 from lockprobe.studies.running.followers import check_sources
 from lockprobe.studies.running.other_study import with_sources
 from lockprobe.studies.study import Study
-from lockprobe.studies.until import MOST, Until
 from lockprobe.studies.why import arm_conditions
 from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
@@ -161,16 +161,12 @@ def _planned(
     extent: paper.Extent,
     names: Mapping[str, str],
 ) -> Study:
-    until = _until(request)
     return Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
         box=find_box(paper.BOX if request.box is None else request.box),
         conditions=tuple(conditions),
-        repetitions=1 if until else _given(request.repetitions, extent.repetitions),
-        trials=_given(request.most, MOST) if until else _given(request.trials, extent.trials),
-        strategy_trials=None if until else _given(request.strategy_trials, extent.strategy_trials),
-        until=until,
+        **sizes_of(request, extent)._asdict(),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, shuffle_by_default(request.study, plant)),
@@ -180,18 +176,6 @@ def _planned(
         hypothesis=_given(request.hypothesis, "before"),
         names=names,
     )
-
-
-def _until(request: StudyOptions) -> Until | None:
-    """When the study stops; None if it plays all of its trials."""
-    if request.until is None:
-        if request.most is not None:
-            raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
-        return None
-    for name in ("trials", "strategy_trials", "repetitions"):
-        if (given := getattr(request, name)) is not None:
-            raise BadValue(name, given, f"none with --until {request.until}; --most says how many trials at most")
-    return Until.parse(request.until)
 
 
 def _is_plain(request: StudyOptions) -> bool:

@@ -25,6 +25,7 @@ from lockprobe.studies.costs.call_log import ASKED, CALLS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings_hash import in_no_order
 from lockprobe.studies.study import Study
+from lockprobe.studies.until import Until
 from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.record import STATES
 
@@ -37,6 +38,7 @@ __all__ = [
     "StudyDirectory",
     "added_agents",
     "claim",
+    "is_begun",
     "read_settings",
     "told_apart",
     "write_settings",
@@ -162,16 +164,19 @@ def _are_of_a_study(settings: Mapping[str, object]) -> bool:
 def write_settings(directory: Path, study: Study) -> None:
     """Write the settings of a study atomically.
 
-    If trials were already played, the settings say when each later agent was added.
+    If trials were already played, the settings say when each later agent was added. What they say of earlier plans is
+    never forgotten.
 
     Raises:
         BadFile: If they cannot be written.
     """
     added: dict[str, str] = {}
+    earlier: object = [plan.settings() for plan in study.earlier]
     if _played(directory) and (directory / SETTINGS).exists():
-        now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(read_settings(directory)["agents"])
+        there = read_settings(directory)
+        earlier = there["extended"] if _plans(there) > len(study.earlier) else earlier
+        now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(there["agents"])
         added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
-    earlier = [plan.settings() for plan in study.earlier]
     settings = {
         **study.settings(),
         **({"added": added} if added else {}),
@@ -251,6 +256,8 @@ def told_apart(name: str, there: object, asked: object) -> tuple[object, object]
     """Two values of a setting for a message: boxes by name, or by the parts that differ if their names are equal."""
     if name == "conditions":
         return _conditions_said(there), _conditions_said(asked)
+    if name == "until":
+        return _until_said(there), _until_said(asked)
     if not (isinstance(there, dict) and isinstance(asked, dict)):
         return there, asked
     parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
@@ -258,6 +265,13 @@ def told_apart(name: str, there: object, asked: object) -> tuple[object, object]
     if first == "name":
         return there.get("name"), asked.get("name")
     return {first: there.get(first)}, {first: asked.get(first)}
+
+
+def _until_said(until: object) -> str:
+    """When a study stops, as it is given on the command line."""
+    if not isinstance(until, dict):
+        return "never"
+    return str(Until(**until)) if {*until} == {"rule", "points"} else str(until)
 
 
 def _conditions_said(conditions: object) -> str:
@@ -274,6 +288,11 @@ def _condition_said(condition: Mapping[str, object]) -> str:
     said = specs if shown == STATES else [*specs, shown]
     acts, name = " + ".join(said) or TRUTH, str(condition.get("name", ""))
     return f"{name}={acts}" if name else acts
+
+
+def is_begun(directory: Path) -> bool:
+    """Whether a directory holds trials or paid calls, so that the size of its study is no longer free."""
+    return bool(_played(directory))
 
 
 def _texts(values: object) -> list[str]:

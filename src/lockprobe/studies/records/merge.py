@@ -26,6 +26,7 @@ from lockprobe.studies.records.journal import Journal, Timing, load, read_timing
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
+from lockprobe.studies.until import EarlierPlan
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Fact, Trial
@@ -133,7 +134,8 @@ def gather(
     names = {spec: name for source in reversed(finished) for spec, name in source.study.names.items()}
     names |= known.names if known else {}
     own = _agents(finished) or sources[0].study.agents
-    first = replace(known, shard=None) if known else replace(sources[0].study, agents=own, names=names, shard=None)
+    first = known or replace(sources[0].study, agents=own, names=names)
+    first = replace(first, shard=None, earlier=_earlier(known, finished))
     joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))), names=names)
     for source in finished:
         _refuse_another_study(source, joined, directory)
@@ -161,6 +163,11 @@ def gather(
         agents=joined.labels if known is None else joined.labels[len(first.agents) :],
         pictures_missing=missing,
     )
+
+
+def _earlier(known: Study | None, sources: Sequence[MergeSource]) -> tuple[EarlierPlan, ...]:
+    """The plans before the present one: those of the study that was extended most often."""
+    return max((one.earlier for one in (*([known] if known else ()), *(one.study for one in sources))), key=len)
 
 
 def _finished(source: MergeSource) -> MergeSource:

@@ -36,7 +36,8 @@ class StudyHashes:
         settings: Of the settings.
         results: Of the records.
         finished: Trials that are not owed.
-        planned: Trials that are planned, those of people included.
+        planned: Trials that are planned, those of people included; of a study that stops when it is decided, those that
+            it has to play before its next look.
     """
 
     settings: str
@@ -53,10 +54,11 @@ class StudyHashes:
         """
         study = read_study(directory)
         trials = study.own_trials(load(directory))
+        finished = sum(not trial.owed_again for trial in trials)
         return cls(
             settings=study.settings_hash,
             results=results_hash(study, trials),
-            finished=sum(not trial.owed_again for trial in trials),
+            finished=finished,
             planned=planned_now(study, trials),
         )
 

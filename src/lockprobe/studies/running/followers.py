@@ -22,7 +22,7 @@ from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.confusion import Rates, entries_of, rates_of
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.replayed import NOTHING, Misreading, Replayed, misreading_entry
-from lockprobe.interventions.sources import follows, looping_rate, source_named
+from lockprobe.interventions.sources import follows, looping_rate, looping_source, source_named
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.statistics.confusion import Confusion, confusion
 from lockprobe.statistics.misinterpretation import claims
@@ -38,25 +38,6 @@ from lockprobe.trial.told_outcome import flipped
 __all__ = ["Followers", "as_recorded", "check_sources"]
 
 
-def _looping_source(condition: Condition, conditions: Sequence[Condition]) -> Condition | None:
-    """The source condition: the same with ``flip?while=looping`` instead of the yoked intervention; None without."""
-    wanted = [_instead(spec) for spec in condition.specs]
-    for one in conditions:
-        if one.modality == condition.modality and [_options(spec) for spec in one.specs] == wanted:
-            return one
-    return None
-
-
-def _instead(spec: str) -> tuple[str, dict[str, str]]:
-    rate = looping_rate(spec)
-    return _options(spec) if rate is None else ("flip", {"p": f"{rate:g}", "while": "looping"})
-
-
-def _options(spec: str) -> tuple[str, dict[str, str]]:
-    found = Spec.parse(spec, "intervention")
-    return found.full_name, dict(found.options)
-
-
 def check_sources(study: Study) -> None:
     """Refuse conditions whose source is missing, follows others itself, or is not played by an agent.
 
@@ -65,7 +46,7 @@ def check_sources(study: Study) -> None:
     """
     for one in study.conditions:
         rates = [rate for spec in one.specs if (rate := looping_rate(spec)) is not None]
-        if rates and _looping_source(one, study.conditions) is None:
+        if rates and looping_source(one, study.conditions) is None:
             needed = f"with the condition flip?p={rates[0]:g}&while=looping in the same study, whose trials it follows"
             raise BadValue("condition", one.label, needed)
         if follows(one):
@@ -143,7 +124,7 @@ class Followers:
 
     def _filled(self, one: Intervention, plan: Plan) -> Intervention | None:
         if isinstance(one, Yoked) and one.how == "looping":
-            source = _looping_source(plan.condition, self._study.conditions)
+            source = looping_source(plan.condition, self._study.conditions)
             assert source is not None  # a study has it
             followed = self._recorded(source, plan)
             return None if followed is None else replace(one, at=_at_random(plan, followed, _lies(followed)))

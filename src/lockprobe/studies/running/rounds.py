@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from lockprobe.interventions.sources import follows
+from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal, load
 from lockprobe.studies.running.followers import Followers
 from lockprobe.studies.stopping import due
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
 
 __all__ = ["next_plans", "owed_plans", "rounds"]
 
 
 def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]]:
-    """Function from an agent to its plans: all, or those before the next look of a study that may stop there."""
+    """Function from an agent to its plans: all, or those before the next look of a study that may stop there.
+
+    All agents of the directory are judged together, those too that are not run now.
+    """
     if study.until is None:
         return study.plans
-    return lambda agent: due(study, agent, journal.trials.values())
+    whole = replace(read_study(journal.directory), shard=study.shard)
+    return lambda agent: due(whole, agent, [one for one in journal.trials.values() if _is_planned(whole, one)])
+
+
+def _is_planned(study: Study, trial: Trial) -> bool:
+    """Whether a trial lies within a study; a directory may hold records beyond it."""
+    inside = 1 <= trial.repetition <= study.repetitions and 1 <= trial.trial <= study.trials_of(trial.spec)
+    return inside and trial.spec in study.agents and any(one.label == trial.condition for one in study.conditions)
 
 
 def owed_plans(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
@@ -36,7 +49,7 @@ def rounds(
 ) -> Iterator[list[Plan]]:
     """Yield the plans that are owed; of a study that stops when it is decided, also those after each look.
 
-    A trial that broke is not played again in the same run.
+    Before a look all trials have to end. So those that broke are played again, as long as others end meanwhile.
 
     Args:
         study: The study.
@@ -45,11 +58,11 @@ def rounds(
         journal: The journal of the study.
         tell: Called after each look with the number of plans that follow.
     """
-    now, met = first, set[str]()
+    now = first
     while now:
         yield from _followed(study, now, journal)
-        met |= {plan.key for plan in now}
-        now = [plan for plan in owed_plans(more(), journal) if plan.key not in met] if study.until else []
+        ended = any(not journal.owes(plan.key) for plan in now)
+        now = owed_plans(more(), journal) if study.until and ended else []
         if now:
             tell(len(now))
 

@@ -37,6 +37,7 @@ from lockprobe.foundation.errors import (
 from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.extension import extended
 from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
@@ -249,6 +250,8 @@ def _play(
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
     """Play a study, or resume it, in a directory, and return all its trials.
 
+    A directory of a smaller study of the same settings is extended, as by ``lockprobe run``.
+
     It also works in a notebook, whose thread already runs an event loop: the study is then played in another thread.
 
     Raises:
@@ -257,6 +260,7 @@ def run_study(study: Study, directory: Path | str, *, limits: Limits | None = No
     """
     if not isinstance(study, Study):
         raise BadValue("study", study, "a study, as lockprobe.study makes one")
+    study = extended(study, Path(directory))
     with Journal.open(directory, study) as journal:
         if _in_event_loop():
             _run_in_thread(study, journal, limits)

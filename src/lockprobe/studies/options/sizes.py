@@ -1,0 +1,98 @@
+"""How much of a study is played: the options that say it, and what a study has if a directory holds it already."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import NamedTuple
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.studies.options import paper
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.study import LIMITS, Study
+from lockprobe.studies.until import MOST, Until
+
+__all__ = ["SIZES", "Sizes", "sized_as_there", "sizes_of"]
+
+SIZES = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", "most"})
+"""The options that say how much is played."""
+
+
+class Sizes(NamedTuple):
+    """How much of a study is played, in the fields of :class:`lockprobe.studies.study.Study`."""
+
+    repetitions: int
+    trials: int
+    strategy_trials: int | None
+    until: Until | None
+
+
+def sizes_of(request: StudyOptions, extent: paper.Extent) -> Sizes:
+    """How much a request plays; ``extent`` says what it leaves out.
+
+    Raises:
+        BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
+    """
+    until = _until(request)
+    if until is not None:
+        most = MOST if request.most is None else request.most
+        if not 1 <= most <= LIMITS["trials"]:
+            raise BadValue("most", most, f"a whole number from 1 to {LIMITS['trials']}")
+        return Sizes(1, most, None, until)
+    asked = {name: value for name in Sizes._fields if (value := getattr(request, name)) is not None}
+    usual = {"repetitions": extent.repetitions, "trials": extent.trials, "strategy_trials": extent.strategy_trials}
+    return Sizes(**{**usual, **asked, "until": None})
+
+
+def _until(request: StudyOptions) -> Until | None:
+    """When the study stops; None if it plays all of its trials."""
+    if request.until is None:
+        if request.most is not None:
+            raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
+        return None
+    for name in ("trials", "strategy_trials", "repetitions"):
+        if (given := getattr(request, name)) is not None:
+            raise BadValue(name, given, f"none with --until {request.until}; --most says how many trials at most")
+    if request.full:
+        rates = ",".join(f"{p:g}" for p in paper.FULL.p)
+        raise BadValue("full", True, f"none with --until {request.until}; --p {rates} plays the paper's flip rates")
+    return Until.parse(request.until)
+
+
+def sized_as_there(planned: Study, there: Study, said: Collection[str]) -> Study:
+    """A study with what was not said of its size as its directory has it.
+
+    Args:
+        planned: The study as it was asked for.
+        there: The study of its directory.
+        said: The options that were given, of :data:`SIZES` and others.
+    """
+    said = SIZES & {*said}
+    if not said:
+        return replace(planned, **Sizes(there.repetitions, there.trials, there.strategy_trials, there.until)._asdict())
+    if "full" in said:
+        return planned
+    if planned.until is not None:
+        return _until_there(planned, there, said)
+    trials = planned.trials if "trials" in said else there.trials
+    more = planned.strategy_trials
+    if "strategy_trials" not in said:
+        more = there.strategy_trials and max(there.strategy_trials, trials)
+    return replace(
+        planned,
+        repetitions=planned.repetitions if "repetitions" in said else there.repetitions,
+        trials=trials,
+        strategy_trials=more,
+    )
+
+
+def _until_there(planned: Study, there: Study, said: Collection[str]) -> Study:
+    """A study that stops, in the repetitions of its directory, since its trials are numbered within them.
+
+    It plays at most what was said, in whole repetitions; else what its directory allows, or as many as by default.
+    """
+    each = max(1, planned.trials // there.repetitions)
+    if "most" not in said:
+        each = there.trials if there.until else max(each, there.trials)
+    more = there.strategy_trials if there.strategy_trials and there.strategy_trials > each else None
+    return replace(planned, repetitions=there.repetitions, trials=each, strategy_trials=more)

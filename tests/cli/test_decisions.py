@@ -1,0 +1,49 @@
+"""What a run until decided says at its end, and what ``lockprobe status`` says of it."""
+
+import json
+
+import pytest
+
+ASKED = ("run", "flips", "--agent", "careful=human-inspired", "--p", "0,0.9", "--most", "40")
+
+
+@pytest.fixture
+def played(lockprobe, tmp_path):
+    status, said, _ = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", str(tmp_path / "a"))
+    assert status == 0
+    return tmp_path / "a", said.splitlines()
+
+
+def test_a_run_and_its_status_say_what_is_decided(lockprobe, played):
+    directory, said = played
+    (first,) = [line for line in said if line.startswith("The difference is decided")]
+    (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
+    assert first.endswith("of at most 80 trials")
+    assert any(line.startswith("After every 5 blocks it looks what is decided.") for line in said)
+    status = lockprobe("status", str(directory))[1]
+    assert f"decided     {first}" in status
+    assert each.strip() in status
+    facts = json.loads(lockprobe("status", str(directory), "--json")[1])
+    (one,) = facts["decided"]
+    assert (one["agent"], one["difference"], one["verdict"]) == ("careful", "flip?p=0.9", "effect")
+    assert one["block"] <= one["blocks"] < 40
+    assert facts["owed"] == 0
+    assert facts["done"] == facts["trials"] == 2 * one["blocks"]
+
+
+def test_as_json_the_decisions_are_an_event(lockprobe, played):
+    directory, _ = played
+    lines = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", str(directory), "--json")[1].splitlines()
+    (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
+    assert event["message"].startswith("The difference is decided")
+    assert event["answers"][0]["verdict"] == "effect"
+
+
+def test_more_trials_are_added_and_said(lockprobe, tmp_path):
+    asked = (*ASKED[:-2], "--repetitions", "1", "--no-report", "--out", str(tmp_path / "b"))
+    assert lockprobe(*asked, "--trials", "3")[0] == 0
+    status, _, told = lockprobe(*asked, "--trials", "5")
+    assert status == 0
+    assert told.startswith("Extended: planned for 3 trials per condition, and since ")
+    assert "after 6 trials, for 5 trials per condition. The report shows what holds at every look." in told
+    assert "extended    it was planned for 3 trials" in lockprobe("status", str(tmp_path / "b"))[1]

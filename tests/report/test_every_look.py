@@ -1,0 +1,136 @@
+"""What a page shows of a study that is unfinished, was extended, or stops when it is decided."""
+
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, small_study, write_study
+
+from lockprobe.report.every_look import at_every_look, note_at
+from lockprobe.report.opened import open_study
+from lockprobe.report.results import results_of
+from lockprobe.report.rows import Estimate, Finding
+from lockprobe.report.section import Note
+from lockprobe.report.sections.stopping import SECTIONS
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.until import EarlierPlan, Until
+
+FAILED = (0, 1) * 10
+ROWS = 40
+
+
+def trial_of(p, number, *, solved, agent="human-inspired"):
+    return make_trial(SOLUTION if solved else FAILED, p=p, trial=number, agent=agent)
+
+
+def trials_of(blocks, *, without=()):
+    """All truths are solved, and every fourth trial told lies."""
+    every = {(p, n): trial_of(p, n, solved=not p or n % 4 == 0) for n in range(1, blocks + 1) for p in (0.0, 0.4)}
+    return [trial for place, trial in every.items() if place not in without]
+
+
+def planned(trials=ROWS, **more):
+    return replace(small_study(["human-inspired"], (0.0, 0.4), 1, trials), **more)
+
+
+def found_in(directory, study, trials):
+    return results_of(study_numbers(open_study(write_study(directory / "study", study, trials))))
+
+
+def said(found, kind):
+    return " ".join(one.text for one in found.findings if (one.section, one.kind) == ("overview", kind))
+
+
+EARLIER = EarlierPlan(
+    repetitions=1, trials=20, strategy_trials=None, until=None, settings_hash="0" * 32, finished=40, when="2026-11-26"
+)
+KINDS = {
+    "": (planned(), ROWS),
+    "unfinished": (planned(60), ROWS),
+    "extended": (planned(earlier=(EARLIER,)), ROWS),
+    "until": (planned(until=Until(rule="decided")), 20),
+}
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    return {kind: found_in(tmp_path_factory.mktemp("page"), study, trials_of(n)) for kind, (study, n) in KINDS.items()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_first_screen_says_for_how_many_looks_it_holds(pages, kind):
+    found = pages[kind]
+    assert found.progress.every_look == kind
+    look = "at every look" if kind else "for one look, after all planned trials"
+    assert look in found.fact("first screen", "intervals")
+    assert bool(said(found, "every_look")) == bool(kind)
+    assert "False reports lower the success of human-inspired" in found.answer
+    if kind:
+        assert said(found, "needed") == said(found, "interaction") == ""
+
+
+def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages):
+    once, always = pages[""], pages["extended"]
+    sharp, wide = (found.one("success_difference", of="") for found in (once, always))
+    assert sharp.value == wide.value == -0.75
+    assert wide.low < sharp.low < sharp.high < wide.high < 0
+    assert (sharp.test, wide.test) == ("permutation within blocks, and interval", "e-process")
+    tested = {row.test for row in always.rows if row.p_value is not None}
+    assert tested == {"e-process", "greatest difference from the lowest dose, e-process"}
+    assert {row.note for row in always.where("claim")} == {"not judged"}
+    assert once.not_judged == ""
+    assert "one look" in always.not_judged
+
+
+def test_an_extension_and_a_plan_to_stop_are_told(pages):
+    told = said(pages["extended"], "every_look")
+    assert "planned for 20 trials per condition, and since 2026-11-26, after 40 trials, for 40" in told
+    assert said(pages["until"], "every_look").startswith("The difference is decided, with 40 of at most 80 trials.")
+    assert pages["until"].progress.planned == pages["until"].progress.finished == 40
+    assert not pages["until"].progress.partial
+
+
+def test_a_study_that_may_stop_shows_when_each_difference_was_decided(pages):
+    found = pages["until"]
+    (decided,) = found.where("decided_at_block")
+    (curve,) = [one for one in found.curves if one.quantity == "difference_by_block"]
+    at = curve.x.index(decided.value)
+    assert decided.note == "an effect"
+    assert curve.high[at] < 0 <= curve.high[at - 1]
+    assert found.fact("first screen", "figure") == "stopping"
+    (part,) = SECTIONS[0].show(found)
+    assert part.answer == "1 of 1 differences are decided."
+
+
+def test_trials_behind_an_open_block_are_in_no_number(tmp_path):
+    found = found_in(tmp_path, planned(60), trials_of(ROWS, without=[(0.4, 31)]))
+    assert found.one("success_difference", of="").n == 30
+    assert found.progress.not_counted == 9
+    assert found.progress.finished == 79
+
+
+def test_a_small_difference_is_said_to_be_small(tmp_path):
+    alike = [trial_of(p, n, solved=n % 3 > 0) for n in range(1, 81) for p in (0.0, 0.4)]
+    alike[7] = trial_of(0.4, 4, solved=False)  # an agent that plays alike is compared with nothing
+    found = found_in(tmp_path, planned(300, until=Until(rule="decided")), alike)
+    assert said(found, "small") == (
+        "Shown to be smaller than 10 points, either way: effects of flip?p=0.4 on human-inspired."
+    )
+    assert found.answer == "No effect of false reports on the success of human-inspired was detected."
+
+
+def test_rows_of_one_look_lose_their_p_value_and_sentences_that_rest_on_them():
+    valid = Estimate(quantity="a", value=1, p_value=0.01, test="e-process")
+    other = Estimate(quantity="b", value=1, p_value=0.01, test="log-rank")
+    sentences = [Finding(section="s", kind=kind, text="b", rests_on=("b",)) for kind in ("answer", "finding")]
+    kept = Finding(section="s", text="a", rests_on=("a",))
+    shown = at_every_look([valid, other, *sentences, kept])
+    assert [row.p_value for row in shown if isinstance(row, Estimate)] == [0.01, None]
+    assert [row.text for row in shown if isinstance(row, Finding)] == [
+        "It holds for one look, and is said when all planned trials are played.", "a",
+    ]  # fmt: skip
+
+
+def test_notes_on_tests_say_which_kind_is_shown(pages):
+    note = Note("What it shows.", "McNemar's test.", "More.")
+    assert note_at(pages[""], note) is note
+    assert "every look" in note_at(pages["until"], note).computed

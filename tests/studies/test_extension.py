@@ -1,0 +1,142 @@
+"""A study is made larger in its directory, which says what was planned before."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import write_study
+
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.studies.extension import extended, extension_said
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.sizes import sized_as_there
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import SETTINGS, write_settings
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.stopping import block_orders
+from lockprobe.studies.until import Until
+
+SMALL = study("flips", agent="random", p=[0, 0.4], repetitions=2, trials=2)
+
+
+@pytest.fixture
+def small(tmp_path):
+    return write_study(tmp_path / "small", SMALL)
+
+
+def test_it_keeps_its_trials_their_order_and_the_hash_of_what_was_planned(small):
+    before = load(small)
+    trials = run_study(replace(SMALL, repetitions=3, trials=4), small)
+    found = read_study(small)
+    (plan,) = found.earlier
+    assert trials[:8] == before
+    assert len(trials) == 24
+    assert (plan.repetitions, plan.trials, plan.finished) == (2, 2, 8)
+    assert plan.settings_hash == SMALL.settings_hash != found.settings_hash
+    assert found.settings_hash == replace(SMALL, repetitions=3, trials=4).settings_hash
+    assert block_orders(found)["random"].plans == ((2, 2), (3, 4))
+    assert extension_said(found) == (
+        f"planned for 4 trials per condition, and since {plan.when}, after 8 trials, for 12 trials per condition"
+    )
+    assert run_study(replace(SMALL, repetitions=3, trials=4), small) == trials
+    assert read_study(small).earlier == (plan,)
+
+
+def test_several_extensions_are_all_remembered(small):
+    run_study(replace(SMALL, trials=3), small)
+    run_study(study("flips", agent="random", p=[0, 0.4], until="decided", most=8), small)
+    found = read_study(small)
+    assert [(one.trials, one.until) for one in found.earlier] == [(2, None), (3, None)]
+    assert (found.repetitions, found.trials, found.until) == (2, 4, Until(rule="decided"))
+    run_study(study("flips", agent="random", p=[0, 0.4], until="±20", most=8), small)
+    assert [str(one.until) for one in read_study(small).earlier] == ["None", "None", "decided"]
+
+
+@pytest.mark.parametrize("smaller", [{"trials": 1}, {"repetitions": 1}, {"trials": 9, "repetitions": 1}])
+def test_a_smaller_one_is_refused(small, smaller):
+    with pytest.raises(SettingsChanged, match="repeat its settings to resume it, or give another --out"):
+        run_study(replace(SMALL, **smaller), small)
+    run_study(replace(SMALL, trials=3), small)
+    with pytest.raises(SettingsChanged):
+        run_study(replace(SMALL, **smaller), small)
+    with pytest.raises(SettingsChanged, match="until is 'never' there, '±5' asked"):
+        run_study(replace(SMALL, trials=2, until=Until(rule="width", points=0.05)), small)
+    assert len(load(small)) == 12
+
+
+def test_before_the_first_trial_the_size_is_free(tmp_path):
+    with Journal.open(tmp_path, SMALL):
+        pass
+    assert extended(replace(SMALL, trials=1), tmp_path).earlier == ()
+    run_study(replace(SMALL, trials=3), tmp_path)
+    assert read_study(tmp_path).earlier == ()
+
+
+def test_another_agent_or_an_import_forgets_no_earlier_plan(small, tmp_path):
+    run_study(replace(SMALL, trials=3), small)
+    (plan,) = read_study(small).earlier
+    with Journal.open(small, replace(SMALL, trials=3, agents=("round-robin",))):
+        pass
+    assert read_study(small).earlier == (plan,)
+    assert read_study(small).agents == ("random", "round-robin")
+    other = write_study(tmp_path / "other", replace(SMALL, trials=3, agents=("human-inspired",)))
+    gather(tmp_path / "both", [source_of_directory(other), source_of_directory(small)])
+    gather(other, [source_of_directory(small)])
+    assert read_study(tmp_path / "both").earlier == read_study(other).earlier == (plan,)
+
+
+def test_what_is_compared_at_one_look_or_took_rates_from_all_trials_is_not_extended(tmp_path):
+    people = study("flips", agent=["participant", "random"], p=[0], repetitions=1, trials=2)
+    write_study(tmp_path / "people", people, [])
+    run_study(people, tmp_path / "people")
+    with pytest.raises(BadValue, match="trials: got 3, expected 2: people are compared at one look"):
+        run_study(replace(people, trials=3), tmp_path / "people")
+    rates = {"agent": "human-inspired", "condition": ["flip?like=truth"], "repetitions": 1}
+    run_study(study("flips", **rates, trials=2), tmp_path / "rates")
+    with pytest.raises(BadValue, match="trials: got 3, expected 2: .* took its flip rates from all trials of another"):
+        run_study(study("flips", **rates, trials=3), tmp_path / "rates")
+
+
+@pytest.mark.parametrize("change", [{"trials": 10**18}, {"trials": 3}, {"repetitions": 0}, {"until": {"rule": "x"}}, 3])
+def test_settings_with_an_earlier_plan_that_was_no_smaller_are_refused_in_a_line(small, change):
+    run_study(replace(SMALL, trials=3), small)
+    settings = json.loads((small / SETTINGS).read_text())
+    settings["trials"] = 2
+    settings["extended"] = [settings["extended"][0] | change] if isinstance(change, dict) else change
+    (small / SETTINGS).write_text(json.dumps(settings))
+    with pytest.raises(BadFile) as refused:
+        read_study(small)
+    assert "\n" not in str(refused.value)
+
+
+FIXED = replace(SMALL, repetitions=3, trials=6, strategy_trials=100)
+STOPS = replace(SMALL, repetitions=1, trials=300, until=Until(rule="decided"))
+
+
+@pytest.mark.parametrize(
+    ("there", "asked", "said", "sizes"),
+    [
+        (FIXED, SMALL, (), (3, 6, 100, None)),
+        (STOPS, SMALL, (), (1, 300, None, STOPS.until)),
+        (FIXED, replace(SMALL, trials=60), ("trials",), (3, 60, 100, None)),
+        (FIXED, replace(SMALL, trials=200), ("trials",), (3, 200, 200, None)),
+        (FIXED, replace(SMALL, repetitions=5), ("repetitions",), (5, 6, 100, None)),
+        (FIXED, STOPS, ("until",), (3, 100, None, STOPS.until)),
+        (FIXED, replace(STOPS, trials=100), ("until", "most"), (3, 33, 100, STOPS.until)),
+        (replace(STOPS, trials=500), STOPS, ("until",), (1, 500, None, STOPS.until)),
+        (STOPS, replace(STOPS, trials=20), ("until", "most"), (1, 20, None, STOPS.until)),
+        (FIXED, SMALL, ("full",), (2, 2, None, None)),
+    ],
+)
+def test_what_is_not_said_of_a_size_is_as_in_the_directory(there, asked, said, sizes):
+    found = sized_as_there(asked, there, said)
+    assert (found.repetitions, found.trials, found.strategy_trials, found.until) == sizes
+
+
+def test_settings_are_written_with_a_shard_and_plans_beside_them(small):
+    there = json.loads((small / SETTINGS).read_text())
+    write_settings(small, read_study(small))
+    assert json.loads((small / SETTINGS).read_text()) == there
+    assert not {"extended", "shard", "until"} & there.keys()
