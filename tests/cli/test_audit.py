@@ -18,6 +18,8 @@ def test_an_audit_in_words(lockprobe):
     for rate in shipped()["many_agents"]["rates"]:
         assert f"{rate['world']} {rate['agents']} {rate['sentence']} " in said
     assert all(f"{name} {says}" in said for name, says in shipped()["worlds"].items())
+    for rate in shipped()["every_look"]["rates"]:
+        assert f"{rate['says']} {rate['agents']} {rate['worlds']} {rate['world']} {rate['rate']:.3f} ±" in said
     assert "Pearson over doses 1.00 ±0.00 inverted-u !" in said
     assert "two lines * 0.02 ±0.00 loop-trapped 0.29" in said
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json as json_
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
 from lockprobe.cli import options
@@ -43,11 +45,29 @@ def audit(json: options.AsJson = False) -> None:
             share if one["valid"] is not False else f"[red]{share} ![/red]",
         )
     print_table(table)
+    _print_every_look(found["every_look"], console)
     for name, says in (found["worlds"] | found["many_agents"]["worlds"]).items():
         console.print(f"[bold]{name}[/bold]  {says}")
     console.print(
         "\nRecommended tests have a star. Rates at a level of 0.05 ± Monte Carlo standard error; ! marks a rate above "
         "0.05 beyond error."
+    )
+
+
+def _print_every_look(found: Mapping[str, Any], console: Console) -> None:
+    """The rates of studies that are looked at after every block."""
+    console.print("\n[bold]What is said falsely at least once by studies that are looked at after every block[/bold]")
+    table = new_table("said")
+    for name in ("agents", "worlds", "the worst of them", "of studies"):
+        table.add_column(name)
+    for one in found["rates"]:
+        share = f"{one['rate']:.3f} ±{one['error']:.3f}"
+        share = share if one["valid"] else f"[red]{share} ![/red]"
+        table.add_row(one["says"], str(one["agents"]), str(one["worlds"]), one["world"], share)
+    print_table(table)
+    console.print(
+        f"{found['rates'][0]['studies']} studies of {found['blocks']} blocks in each world, seed {found['seed']}; "
+        "benchmarks/every_look.py in the repository measures again.\n"
     )
 
 

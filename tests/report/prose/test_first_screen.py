@@ -27,6 +27,7 @@ from lockprobe.statistics import rationality
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.loops import habit_baseline
 from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
 from lockprobe.trial.record import STATES
 
@@ -293,6 +294,14 @@ def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance
         above += by_chance.pmf(count) * (not said)
     assert 1 - (1 - below) ** agents <= 0.05
     assert 1 - (1 - above) ** agents <= 0.05
+
+
+def test_at_every_look_intervals_of_shares_hold_for_all_agents_at_once():
+    one = share_at_every_look([i % 2 == 0 for i in range(80)])
+    chance = (one.high + one.at_level(1 - 0.05 / 10).high) / 2
+    assert "solved fewer" in no_advantage_said({"a": one}, "when told the truth", chance)
+    many = dict.fromkeys("abcdefghij", one)
+    assert "did not detectably exceed" in no_advantage_said(many, "when told the truth", chance)
 
 
 def test_rates_are_left_out_of_an_answer_that_they_make_too_long():

@@ -26,13 +26,14 @@ def test_every_rate_has_a_cell_that_says_what_it_is(found):
     cells = re.findall(r"<td[^>]*>(?:<b>)?(\[?[\d.]+ ± [\d.]+[]!\s]*)(</b>)?</td>", page)
     known = [rate for rate in measured() if rate.question in QUESTIONS]
     many = shipped()["many_agents"]["rates"]
-    assert len(cells) == len(known) + len(many)
+    looks = shipped()["every_look"]["rates"]
+    assert len(cells) == len(known) + len(many) + len(looks)
     assert sum(bool(bold) for _, bold in cells) == sum(rate.recommended for rate in known)
     assert sum(said[0] == "[" for said, _ in cells) == sum(rate.truth for rate in known) + sum(
         rate["truth"] for rate in many
     )
     assert sum(said[-1] == "!" for said, _ in cells) == sum(rate.valid is False for rate in known) + sum(
-        rate["valid"] is False for rate in many
+        rate["valid"] is False for rate in (*many, *looks)
     )
 
 
@@ -45,6 +46,18 @@ def test_headings_ask_and_say_how_often_the_recommended_test_errs_at_most(found)
         first.answer
         == f"Where the truth is no, the recommended test rejects in at most {100 * worst:.1f} % of studies."
     )
+
+
+def test_the_page_says_how_often_studies_that_are_looked_at_ever_err(found):
+    shown = shipped()["every_look"]
+    part = next(part for part in parts_of(found, "audit") if part.name == "every-look")
+    table, note = part.blocks
+    assert table.rows[0] == ["said falsely at least once", "agents", "worlds", "the worst of them", "of studies, %"]
+    assert [row[:4] for row in table.rows[1:]] == [
+        [one["says"], str(one["agents"]), str(one["worlds"]), one["world"]] for one in shown["rates"]
+    ]
+    assert table.rows[1][4].startswith(f"{100 * shown['rates'][0]['rate']:.1f} ± ")
+    assert f"{shown['rates'][0]['studies']} studies of {shown['blocks']} blocks" in str(note)
 
 
 def test_the_page_says_what_is_simulated(found):

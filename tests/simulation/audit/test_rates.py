@@ -15,6 +15,7 @@ from lockprobe.report.prose.hypothesis_tests import QUESTIONS
 from lockprobe.simulation.audit.rates import (
     COMPARISON,
     EARLY,
+    EveryLookRate,
     Rate,
     false_positives,
     measure,
@@ -195,3 +196,19 @@ def test_the_docs_hold_the_shipped_audit():
     assert {rate.studies for rate in measured()} == {1000}
     assert "`python benchmarks/audit.py` simulates 1000 studies" in written
     assert shipped()["worlds"] == {name: made.says for name, made in WORLDS.items()}
+
+
+def test_no_statement_at_every_look_is_false_in_more_than_5_percent_of_studies():
+    found = shipped()["every_look"]
+    assert {one["agents"] for one in found["rates"]} >= {1, 5, 10}
+    for row in found["rates"]:
+        own = {name: row[name] for name in ("says", "world", "agents", "studies", "said")}
+        rate = EveryLookRate(**own)
+        assert (row["rate"], row["error"], row["valid"]) == (rate.rate, rate.error, rate.valid)
+        assert rate.valid
+        assert rate.studies >= 1000
+
+
+@pytest.mark.parametrize(("said", "valid"), [(0, True), (65, True), (80, False)])
+def test_a_rate_at_every_look_is_valid_within_monte_carlo_error(said, valid):
+    assert EveryLookRate(says="x", world="y", agents=1, studies=1000, said=said).valid is valid

@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import ttest_1samp
 
 from lockprobe.statistics.why.arms import ARMS, PLANNED
-from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, decide
+from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, decide, decision_of
 
 LOW, HIGH = 0.23, 0.67
 """Success at the size of the paper's effect."""
@@ -194,3 +195,28 @@ def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(low
                 wrong += 1
                 break
     assert wrong <= most(0.05)
+
+
+def test_at_every_look_the_same_mechanism_is_found_with_more_blocks():
+    solved = drawn(PATTERNS["last"], np.random.default_rng(4), blocks=150)
+    once, ever = decide(solved), decide(solved, every_look=True)
+    assert (once.verdict, once.claims) == (ever.verdict, ever.claims) == ("says", ("last",))
+    assert ever.total.low < once.total.low < ever.total.value == once.total.value
+    few = exact((0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0), blocks=12)
+    assert decide(few).total.clear
+    assert not decide(few, every_look=True).total.clear
+
+
+def test_at_every_look_no_change_is_said_of_arms_that_hardly_differ():
+    same = exact((0.5,) * 7)
+    assert decide(same, every_look=True).verdict == "no change"
+    assert decide({arm: own[:40] for arm, own in same.items()}, every_look=True).verdict == "inconclusive"
+
+
+def test_a_decision_is_that_of_its_means_over_blocks():
+    solved = drawn(PATTERNS["first"], np.random.default_rng(1))
+    found = decide(solved)
+    assert found.contrasts
+    assert decision_of(found.total, found.contrasts, found.equivalence) == found
+    undecided = decision_of(replace(found.total, p_value=0.2), found.contrasts, 0.01)
+    assert (undecided.verdict, undecided.contrasts, undecided.claims) == ("no change", {}, ())

@@ -23,6 +23,7 @@ from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
 from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
+from lockprobe.statistics.sequential.shares import SequentialShare
 from lockprobe.statistics.summary import AgentSummary, StudySummary
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import STATES
@@ -275,7 +276,12 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
-    """The share with the exact interval for one of several agents; clustered intervals of people stay as they are."""
+    """The share with the exact interval for one of several agents; clustered intervals of people stay as they are.
+
+    An interval that holds at every look holds then for all agents at once.
+    """
+    if isinstance(one, SequentialShare):
+        return one.at_level(1 - ALPHA / agents)
     alone = proportion(one.count, one.n)
     if (alone.low, alone.high) != (one.low, one.high):
         return one

@@ -37,6 +37,12 @@ def _show(found: Results) -> Iterator[Part]:
             ],
             name="many-agents",
         )
+    yield Part(
+        "What is said at every look",
+        "A study that is unfinished, was extended, or stops when it is decided is looked at after every block.",
+        [Cells(_at_every_look(audit["every_look"]["rates"]), numeric_from=4), Note(_looks(audit["every_look"]))],
+        name="every-look",
+    )
     end = (
         f"Rejections in per cent of {audit['rates'][0]['studies']} studies in each world. The worlds are simple: they "
         "show some cases in which a test fails, not all."
@@ -63,6 +69,21 @@ def _by_test(rates: Iterable[_Rate], worlds: Iterable[str]) -> Cells:
 def _said(rates: Iterable[_Rate]) -> list[list[str]]:
     rows = [[rate["world"], str(rate["agents"]), rate["sentence"], _cell(rate)] for rate in rates]
     return [["world", "agents", "said", "of studies, %"], *rows]
+
+
+def _at_every_look(rates: Iterable[_Rate]) -> list[list[str]]:
+    rows = [
+        [rate["says"], str(rate["agents"]), str(rate["worlds"]), rate["world"], _cell({**rate, "truth": False})]
+        for rate in rates
+    ]
+    return [["said falsely at least once", "agents", "worlds", "the worst of them", "of studies, %"], *rows]
+
+
+def _looks(found: Mapping[str, Any]) -> str:
+    return (
+        f"Of {found['rates'][0]['studies']} studies of {found['blocks']} blocks in each world, seed {found['seed']}: "
+        "those in which a false statement is made at any of the looks, measured by benchmarks/every_look.py."
+    )
 
 
 def _cell(rate: _Rate) -> str:

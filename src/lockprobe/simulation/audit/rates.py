@@ -2,7 +2,8 @@
 
 Simulated studies go through the same tests as a user's. If the truth is *no*, a test may reject in 5 % of the studies;
 if it is *yes*, the share of rejections is the power. ``measured.json`` ships the rates of this release, as
-``python benchmarks/audit.py`` prints them.
+``python benchmarks/audit.py`` prints them, and ``every_look.json`` those of studies that are looked at after every
+block, as ``python benchmarks/every_look.py`` writes them.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from lockprobe.statistics.proportions import ALPHA
 __all__ = [
     "COMPARISON",
     "Asked",
+    "EveryLookRate",
     "Progress",
     "Rate",
     "false_positives",
@@ -92,6 +94,41 @@ class Rate:
     def valid(self) -> bool | None:
         """Whether a false-positive rate is at most 0.05 within Monte Carlo error; None for power."""
         return None if self.truth else within_error(self.rejected, self.studies)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EveryLookRate:
+    """The share of studies that make a false statement at any of their looks, one after every block.
+
+    Attributes:
+        says: What is said falsely.
+        world: Name of the world.
+        agents: Agents that are judged together.
+        studies: Number of studies.
+        said: Studies that say it at least once.
+    """
+
+    says: str
+    world: str
+    agents: int
+    studies: int
+    said: int
+
+    @property
+    def rate(self) -> float:
+        """The share of studies, [0, 1]."""
+        return self.said / self.studies
+
+    @property
+    def error(self) -> float:
+        """Monte Carlo standard error of the rate, after adding one study of each outcome."""
+        smooth = (self.said + 1) / (self.studies + 2)
+        return math.sqrt(smooth * (1 - smooth) / self.studies)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the rate is at most 0.05 within Monte Carlo error."""
+        return within_error(self.said, self.studies)
 
 
 def within_error(rejected: int, studies: int) -> bool:
@@ -209,10 +246,12 @@ def _people_differ(people: Outcomes, truth: World, design: Design, rng: np.rando
 
 @cache
 def shipped() -> dict[str, Any]:
-    """The shipped audit as JSON data; do not modify it."""
-    found: dict[str, Any] = json.loads(
-        files("lockprobe.simulation.audit").joinpath("measured.json").read_text(encoding="utf-8")
-    )
+    """The shipped audit as JSON data, with what was measured at every look; do not modify it."""
+    return _file("measured.json") | {"every_look": _file("every_look.json")}
+
+
+def _file(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(files("lockprobe.simulation.audit").joinpath(name).read_text(encoding="utf-8"))
     return found
 
 

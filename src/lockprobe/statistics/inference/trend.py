@@ -138,11 +138,11 @@ def _score(x: Array, y: Array, order: int) -> OrderScore:
 
 
 def _turning(coefficients: Array, low: float, high: float) -> tuple[Array, NDArray[np.bool_]]:
-    """The extrema of parabolas, and whether they lie strictly inside the range. A flat one has none."""
-    bend = coefficients[..., 2]
+    """The extrema of parabolas, and whether they lie inside the range, by more than rounding. A flat one has none."""
+    bend, edge = coefficients[..., 2], 1e-9 * (high - low)
     flat = np.abs(bend) < 1e-9
     where = -coefficients[..., 1] / (2 * np.where(flat, 1.0, bend))
-    return where, ~flat & (where > low) & (where < high)
+    return where, ~flat & (where > low + edge) & (where < high - edge)
 
 
 def _quadratic(x: Array, draws: Array, coefficients: tuple[float, ...]) -> Quadratic:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lockprobe.statistics.proportions import ALPHA, Proportion
-from lockprobe.statistics.sequential.betting import confidence_sequence
+from lockprobe.statistics.sequential.betting import SHARES, confidence_sequence
 
 __all__ = ["SequentialShare", "share_at_every_look"]
 
@@ -30,18 +30,18 @@ class SequentialShare(Proportion):
 
 
 def share_at_every_look(solved: ArrayLike, level: float = 1 - ALPHA) -> SequentialShare:
-    """A share with its confidence sequence: that of the beta-binomial mixture (Robbins 1970).
+    """A share with its confidence sequence, from a mixture of binomial likelihood ratios (Robbins 1970).
 
     Args:
         solved: Whether each trial was solved, in the order of blocks, shape (trials,).
         level: Confidence level of the interval over all looks, (0, 1).
 
-    >>> found = share_at_every_look([True] * 7 + [False] * 23)
+    >>> found = share_at_every_look([i % 4 == 3 for i in range(30)])
     >>> round(found.low, 2), round(found.high, 2)
-    (0.07, 0.51)
+    (0.06, 0.51)
     """
     values = np.asarray(solved, dtype=np.bool_)
-    lows, highs = confidence_sequence(values.astype(np.float64), math.log(1 / (1 - level)))
+    lows, highs = confidence_sequence(values.astype(np.float64), math.log(1 / (1 - level)), bets=SHARES)
     return SequentialShare(
         count=int(values.sum()),
         n=len(values),

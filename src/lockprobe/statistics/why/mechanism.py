@@ -36,6 +36,7 @@ __all__ = [
     "Decision",
     "Verdict",
     "decide",
+    "decision_of",
     "mean_over_blocks",
 ]
 
@@ -138,14 +139,27 @@ def decide(
     mean = partial(mean_over_blocks, agents=agents, every_look=every_look)
     total = mean(change)
     small = _equivalence(change, margin, agents, every_look=every_look)
+    contrasts = {}
+    if _detected(total):
+        contrasts = {
+            name: mean(*(solved[more] - solved[less] for more, less in pairs))
+            for name, pairs in CONTRASTS.items()
+            if all(arm in solved for pair in pairs for arm in pair)
+        }
+    return decision_of(total, contrasts, small)
+
+
+def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
+    """The decision from means over blocks.
+
+    Args:
+        total: Success under false reports minus success under true reports.
+        contrasts: Contrast of arms -> its mean; they count only if the total effect is detected.
+        small: P value of a total effect of the margin or more, either way.
+    """
     if not _detected(total):
-        verdict: Verdict = "no change" if small < ALPHA else "inconclusive"
-        return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=verdict)
-    contrasts = {
-        name: mean(*(solved[more] - solved[less] for more, less in pairs))
-        for name, pairs in CONTRASTS.items()
-        if all(arm in solved for pair in pairs for arm in pair)
-    }
+        none: Verdict = "no change" if small < ALPHA else "inconclusive"
+        return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=none)
     way = 1 if total.value > 0 else -1
     claims = _claims(contrasts, way)
     verdict = _verdict(claims, blurred=_goes(contrasts, "true correction", way))

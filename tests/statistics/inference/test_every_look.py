@@ -1,0 +1,111 @@
+"""Differences in success at every look, in the order of the plan and whatever the order of arrival."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from solved import drawn, people, rng, study
+
+from lockprobe.statistics.inference.battery import infer
+from lockprobe.statistics.inference.difference import any_difference, each_difference
+from lockprobe.statistics.inference.every_look import changes_at_every_look
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
+from lockprobe.statistics.sequential.order import BlockOrder
+
+ORDER = BlockOrder(plans=((3, 20),))
+P = [0.0, 0.2, 0.4]
+
+
+def watched(success=(0.2, 0.25, 0.7), order=ORDER, seed=1, shape=(3, 3, 20)):
+    solved = drawn(rng(seed), success, shape, shared=0.3)
+    return replace(study(solved, P), order=order), solved.reshape(3, -1)
+
+
+def by_dose(found):
+    return [found.at(found.dose == p) for p in np.unique(found.dose)]
+
+
+def test_differences_are_those_of_the_pairs_in_the_order_of_the_plan():
+    found, solved = watched()
+    pairs = solved[1:].astype(float) - solved[0]
+    asked = at_every_look([Numbers(values=one, block=np.arange(60)) for one in pairs], agents=2)
+    changes = changes_at_every_look(by_dose(found)[0], by_dose(found)[1:], agents=2)
+    for change, one in zip(changes, asked, strict=True):
+        assert (change.pairs.low, change.pairs.high, change.pairs.p_value) == (one.low, one.high, one.p_value)
+        assert change.pairs.value == pytest.approx(one.value)
+        assert (change.course.lows == one.lows).all()
+    assert (changes[1].first.count, changes[1].second.count) == (solved[0].sum(), solved[2].sum())
+
+
+def test_no_decision_depends_on_the_order_of_arrival():
+    found, _ = watched()
+    expected = any_difference(found, rng())
+    for seed in range(2):
+        arrived = rng(seed).permutation(len(found))
+        mixed = found.at(arrived)
+        for one, other in zip(any_difference(mixed, rng()).at, expected.at, strict=True):
+            assert (one.p_value, one.low, one.high) == (other.p_value, other.low, other.high)
+            assert one.course.effect_at == other.course.effect_at
+
+
+def test_blocks_that_were_added_come_after_all_others():
+    first = BlockOrder(plans=((3, 10), (3, 20)))
+    found, solved = watched(order=first)
+    late = np.argsort([i % 20 >= 10 for i in range(60)], kind="stable")
+    pairs = (solved[2].astype(float) - solved[0])[late]
+    expected = at_every_look([Numbers(values=pairs, block=np.arange(60))])[0]
+    ((_, other),) = each_difference([by_dose(found)[0], by_dose(found)[2]], rng())
+    assert (other.low, other.p_value, other.course.effect_at) == (expected.low, expected.p_value, expected.effect_at)
+
+
+def test_only_blocks_that_both_have_are_compared_and_keep_their_places():
+    found, solved = watched()
+    missing = (found.dose == 0.4) & (found.trial % 3 == 0)
+    first, *others = by_dose(found.at(~missing))
+    _, change = changes_at_every_look(first, others)
+    there = np.array([(i % 20 + 1) % 3 != 0 for i in range(60)])
+    assert change.pairs.n == there.sum()
+    assert change.pairs.value == pytest.approx((solved[2].astype(float) - solved[0])[there].mean())
+    assert set(change.course.blocks - 1) <= set(np.flatnonzero(there))
+
+
+def test_doses_and_conditions_are_judged_alike_and_corrected_for_their_number_and_the_agents():
+    found, _ = watched()
+    doses, conditions = any_difference(found, rng(), agents=2), each_difference(by_dose(found), rng(), agents=2)
+    assert [one.p_value for one in doses.at] == [one.p_value for _, one in conditions]
+    assert (doses.lowest, doses.omnibus, doses.permutations, doses.note) == (0.0, None, 0, "")
+    single = any_difference(found, rng())
+    assert [one.p_value for one in doses.at] == pytest.approx([min(1, 2 * one.p_value) for one in single.at])
+    assert doses.clearest.dose == 0.4
+    assert doses.clearest.low < single.clearest.low
+
+
+def test_a_difference_of_the_papers_size_is_detected_and_so_is_its_course():
+    found, _ = watched(success=(0.233, 0.233, 0.667))
+    inferred = infer(found, rng())
+    assert inferred.difference.p_value < 0.05
+    assert inferred.course.kind == "rises"
+    assert (inferred.lines.p_value, inferred.lines.direction, inferred.reversal) == (None, None, None)
+    assert inferred.difference.at[1].course.effect_at < 60
+
+
+def test_at_every_look_it_takes_more_than_at_one():
+    found, _ = watched(success=(0.3, 0.3, 0.5), seed=6)
+    once = any_difference(replace(found, order=None), rng())
+    ever = any_difference(found, rng())
+    for one, other in zip(once.at, ever.at, strict=True):
+        assert other.high - other.low > one.high - one.low
+        assert other.value == one.value
+
+
+def test_people_come_as_they_please_and_are_compared_at_one_look():
+    found = people(rng(), 6, 5, 0.5)
+    ordered = replace(found, order=BlockOrder(plans=((1, 30),)))
+    assert any_difference(ordered, rng()).p_value == any_difference(found, rng()).p_value
+
+
+def test_without_a_common_block_nothing_is_compared():
+    found, _ = watched()
+    apart = found.at((found.dose == 0) == (found.repetition == 1))
+    tested = any_difference(apart, rng())
+    assert (tested.at, tested.p_value, tested.note) == ((), None, "no common trial")

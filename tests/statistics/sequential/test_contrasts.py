@@ -1,0 +1,138 @@
+"""Differences at every look, judged together: P values and intervals agree, and what was said stays said."""
+
+import math
+
+import numpy as np
+import pytest
+from benchmarked import benchmark
+
+from lockprobe.statistics.sequential.betting import log_wealth
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
+
+STUDIES = [
+    ((0.0,), {}),
+    ((0.4,), {"margin": 0.1}),
+    ((0.0, 0.3, 0.5), {}),
+    ((0.0, 0.0, 0.6), {"margin": 0.2, "agents": 3}),
+    ((0.3, 0.3, 0.3, 0.3), {"agents": 10}),
+]
+
+
+def numbers(rng, change, blocks=80, played=1.0, bound=1.0):
+    """Differences of pairs of trials, of which a share is there."""
+    block = np.flatnonzero(rng.random(blocks) < played)
+    values = rng.choice([-1, 0, 1], size=len(block), p=[0.2 - 0.2 * change, 0.6 - 0.6 * change, 0.2 + 0.8 * change])
+    return Numbers(values=bound * values.astype(float), block=block, bound=bound)
+
+
+def family(changes, seed=1, **more):
+    rng = np.random.default_rng(seed)
+    return [numbers(rng, change, **more) for change in changes]
+
+
+def first_blocks(members, blocks):
+    """What was known of them after so many blocks."""
+    kept = [one.block < blocks for one in members]
+    return [
+        Numbers(values=one.values[own], block=one.block[own], bound=one.bound)
+        for one, own in zip(members, kept, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(("changes", "more"), STUDIES)
+def test_a_p_value_is_below_5_percent_exactly_if_the_interval_leaves_out_0(changes, more):
+    for seed, played in enumerate((1.0, 0.7)):
+        for one in at_every_look(family(changes, seed, played=played), **more):
+            away = (one.lows > 0) | (one.highs < 0)
+            assert (one.p_value < 0.05) == away.any() == (one.effect_at is not None)
+            if one.effect_at is not None:
+                assert one.effect_at == one.blocks[away.argmax()]
+
+
+def test_the_p_value_of_one_difference_is_1_over_the_largest_wealth_times_the_agents():
+    (one,) = family((0.3,))
+    most = log_wealth(one.values, 0.0, low=-1, high=1).max()
+    assert at_every_look([one])[0].p_value == pytest.approx(math.exp(-most))
+    assert at_every_look([one], agents=7)[0].p_value == pytest.approx(7 * math.exp(-most))
+
+
+@pytest.mark.parametrize(("changes", "more"), STUDIES)
+def test_what_was_said_after_some_blocks_is_said_after_more(changes, more):
+    members = family(changes, 4, played=0.8)
+    before = at_every_look(first_blocks(members, 1), **more)
+    for blocks in (25, 70):
+        now = at_every_look(first_blocks(members, blocks), **more)
+        for old, new in zip(before, now, strict=True):
+            assert new.p_value <= old.p_value
+            assert new.small_p_value <= old.small_p_value
+            assert old.low <= new.low < new.high <= old.high
+            assert old.effect_at in (None, new.effect_at)
+            assert old.small_at in (None, new.small_at)
+            assert new.lows[: len(old.lows)] == pytest.approx(old.lows)
+        before = now
+
+
+def test_a_statement_has_the_block_at_which_it_was_first_made():
+    members = family((0.5, 0.0), 2, blocks=400)
+    found = at_every_look(members, margin=0.2)
+    assert found[0].effect_at
+    assert found[1].small_at
+    for one, at, of in ((0, found[0].effect_at, "effect_at"), (1, found[1].small_at, "small_at")):
+        assert getattr(at_every_look(first_blocks(members, at), margin=0.2)[one], of) == at
+        assert getattr(at_every_look(first_blocks(members, at - 1), margin=0.2)[one], of) is None
+
+
+def test_a_difference_with_larger_bounds_is_the_same_in_its_unit():
+    small, large = at_every_look(family((0.3,))), at_every_look(family((0.3,), bound=20))
+    assert large[0].p_value == pytest.approx(small[0].p_value)
+    assert large[0].low == pytest.approx(20 * small[0].low)
+    assert large[0].value == pytest.approx(20 * small[0].value)
+
+
+def test_a_further_member_that_shows_nothing_costs_and_one_that_shows_an_effect_hardly_does():
+    members = family((0.3, 0.0, 0.8), 3)
+    alone, beside_none, beside_effect = (
+        at_every_look(own)[0] for own in (members[:1], members[:2], [members[0], members[2]])
+    )
+    assert alone.p_value <= beside_effect.p_value < beside_none.p_value
+    assert beside_none.low < alone.low
+
+
+def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
+    same = Numbers(values=np.zeros(100), block=np.arange(100))
+    without, alone = at_every_look([same])[0], at_every_look([same], margin=0.1)[0]
+    assert (without.small_p_value, without.small_at) == (1, None)
+    assert alone.small_at == 49
+    least = log_wealth(np.zeros(100), 0.1, low=-1, high=1, side="below").max()
+    several = at_every_look([same, same], margin=0.1)[0]
+    beside = 2 / (math.exp(least) + 1)  # of the other one the wealth against "no effect" is 1
+    assert several.small_p_value == pytest.approx(beside)
+    assert at_every_look([same, same], margin=0.1, agents=3)[1].small_p_value == pytest.approx(3 * beside)
+
+
+def test_an_interval_is_narrow_from_its_first_narrow_look():
+    (one,) = at_every_look(family((0.0,), blocks=300))
+    at = one.narrow_at(0.2)
+    narrow = one.highs - one.lows <= 0.4 + 1e-9
+    assert at == one.blocks[narrow.argmax()] < 300
+    assert one.narrow_at(0.001) is None
+
+
+def test_without_numbers_nothing_is_known():
+    empty = Numbers(values=np.empty(0), block=np.empty(0, dtype=np.int64))
+    nothing, something = at_every_look([empty, *family((0.8,))], margin=0.1)
+    assert (nothing.n, nothing.low, nothing.high, nothing.p_value, nothing.effect_at) == (0, -1, 1, 1, None)
+    assert math.isnan(nothing.value)
+    assert something.effect_at is not None
+    assert at_every_look([empty])[0].blocks.size == 0
+
+
+@pytest.mark.parametrize("more", [{}, {"margin": 0.3}, {"agents": 5, "margin": 0.3}])
+def test_the_program_that_judges_many_studies_at_once_judges_as_a_report_does(more):
+    looking = benchmark("looking")
+    pairs = np.random.default_rng(3).choice([-1, 0, 1], size=(2, 120, 3), p=[0.05, 0.7, 0.25]).astype(np.int8)
+    pairs[:, :, 1] = 0
+    said = looking.said_at_every_look(pairs, **more)
+    looking.same_as_the_report(pairs, said, **more)
+    assert said.effect[0].any()
+    assert said.small[0].any() == ("margin" in more)
