@@ -127,14 +127,14 @@ def doses_worlds() -> Iterator[Group]:
     """1 to 11 doses, of which none changes success; and some that do not beside others that change it by 10 points."""
     lucks = {"own": "luck of their own", "half": "half of the luck shared", "apart": "other luck than the control"}
     nothing = {
-        f"{_doses(k)}, {at:.0%} solved, {lucks[luck]}": doses((at,) * (k + 1), luck)
+        f"{_doses(k)}, {100 * at:.0f} % solved, {lucks[luck]}": doses((at,) * (k + 1), luck)
         for k in (1, 3, 4, 7, 11)
         for at in (0.1, 0.5, 0.9)
         for luck in lucks
     }
     yield Group(CHANGES, 50, nothing)
     mixed = {
-        f"{_doses(k)}, {(k + 1) // 2} of them {sign}10 points, {at:.0%} solved, {lucks[luck]}": doses(
+        f"{_doses(k)}, {(k + 1) // 2} of them {sign}10 points, {100 * at:.0f} % solved, {lucks[luck]}": doses(
             (at, *(at + float(f"{sign}.1") * (i % 2 == 0) for i in range(k))), luck, MARGIN_OF_NONE
         )
         for k in (1, 4, 7, 11)
@@ -142,7 +142,7 @@ def doses_worlds() -> Iterator[Group]:
         for luck in ("own", "half")
     }
     alike = {
-        f"{k} doses, all +10 points, 50% solved, {lucks[luck]}": doses((0.5,) + (0.6,) * k, luck, MARGIN_OF_NONE)
+        f"{k} doses, all +10 points, 50 % solved, {lucks[luck]}": doses((0.5,) + (0.6,) * k, luck, MARGIN_OF_NONE)
         for k in (4, 11)
         for luck in ("own", "half")
     }
@@ -337,7 +337,7 @@ def _told_apart(found: Array, bound: float) -> bool:
 
 def chance_worlds() -> Group:
     """Agents that solve as many boxes as random agents do."""
-    return Group(CHANCE, 50, {f"{at:.0%} solved": _by_chance(at) for at in (0.05, 0.54, 0.9)})
+    return Group(CHANCE, 50, {f"{100 * at:.0f} % solved": _by_chance(at) for at in (0.05, 0.54, 0.9)})
 
 
 def _by_chance(at: float) -> Callable[[Asked], dict[int, int]]:

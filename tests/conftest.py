@@ -35,8 +35,49 @@ gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent
 
-QUICK = ("export", "interventions", "lockbox", "pictures")
+QUICK = ("boxes", "foundation", "interventions", "trial")
 """Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
+
+
+SLOW = {
+    "test_a_file_of_settings_changes_nothing": (),
+    "test_a_kernel_plays_what_the_policy_plays": (),
+    "test_a_learner_comes_out_the_same_byte_by_byte": ("2-Haswell",),
+    "test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone": (),
+    "test_a_notebook_s_backend_changes_nothing": (),
+    "test_a_simulated_plant_gives_the_same_on_one_process_and_on_two": (),
+    "test_a_strategy_at_the_page_plays_as_without_it": ("six joints", "a drawn panel, touch, outcomes only"),
+    "test_characters_are_helped_hurt_and_both": (),
+    "test_every_condition_is_shown_as_it_acts": ("panel",),
+    "test_every_decision_is_what_the_model_itself_replied": (),
+    "test_every_scene_on_a_phone_and_read_aloud": ("words, German", "panel", "eight joints"),
+    "test_every_text_is_large_enough_inside_and_touches_no_other": ("strategies", "hostile names", "thirty p"),
+    "test_forks_estimate_the_exact_effect_of_one_lie": (),
+    "test_intervals_that_knew_nothing_of_shared_luck_would_hold_the_truth_too_rarely": (),
+    "test_it_detects_in_the_trials_of_a_study_what_the_report_detects": (),
+    "test_it_tells_which_agents_rise_which_fall_and_which_do_both": (),
+    "test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice": (),
+    "test_many_boxes_in_forked_processes_show_the_same_and_do_not_hang": (),
+    "test_many_browsers_at_once_and_the_server_is_killed_meanwhile": (),
+    "test_no_model_takes_more_than_its_sum": (),
+    "test_over_many_agents_a_course_is_seldom_said_that_is_none": (),
+    "test_several_processes_change_no_byte": (),
+    "test_the_first_lie_in_a_truthful_world_is_that_of_forks": (),
+    "test_the_papers_correlation_finds_harm_where_there_is_none": (),
+    "test_the_react_agent_plays_a_study": (),
+    "test_the_same_seed_gives_the_same_record_whatever_was_played_before": (),
+    "test_the_table_of_the_documentation_is_exact": (),
+    "test_the_user_s_settings_change_no_byte_of_any_figure": (),
+    "test_trials_of_the_loop_come_to_the_same": (),
+    "test_two_worker_processes_write_the_records_of_one": (),
+    "test_very_many_take_part_at_once": (),
+}
+"""Tests that hold at length, or by simulation, what shorter ones hold too: each with its slow cases, or with all."""
+
+
+def _is_slow(item):
+    name, _, case = item.name.partition("[")
+    return name in SLOW and (not SLOW[name] or case.removesuffix("]") in SLOW[name])
 
 
 @cache
@@ -87,12 +128,15 @@ def pytest_collect_file(file_path):
     return [part for part in found if not (isinstance(part, DoctestModule) and file_path.is_relative_to(ROOMS))]
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Tests in a browser come first: they mostly wait, and at the end nothing else would be left to do meanwhile."""
-    items.sort(key=lambda item: not item.path.is_relative_to(ROOMS / "web"))
+    items.sort(key=lambda item: not item.path.is_relative_to(ROOMS / "people" / "web"))
     for item in items:
         if _is_quick(item.path):
             item.add_marker(pytest.mark.quick)
+        if _is_slow(item):
+            item.add_marker(pytest.mark.slow)
 
 
 def pytest_collection_finish():

@@ -2,16 +2,22 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.report.every_look import at_every_look, note_at
 from lockprobe.report.opened import open_study
+from lockprobe.report.prose.stopping import effects_said
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.section import Note
 from lockprobe.report.sections.stopping import SECTIONS
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.statistics.sequential.contrasts import Numbers
+from lockprobe.statistics.sequential.contrasts import at_every_look as at_every_look_of
+from lockprobe.studies.decisions import Question
+from lockprobe.studies.stopping import Answer
 from lockprobe.studies.until import EarlierPlan, Until
 
 FAILED = (0, 1) * 10
@@ -134,3 +140,14 @@ def test_notes_on_tests_say_which_kind_is_shown(pages):
     note = Note("What it shows.", "McNemar's test.", "More.")
     assert note_at(pages[""], note) is note
     assert "every look" in note_at(pages["until"], note).computed
+
+
+def test_effects_are_named_with_their_direction():
+    def answer(name, value, verdict):
+        course = at_every_look_of([Numbers(values=np.full(20, value), block=np.arange(20))])[0]
+        return Answer(question=Question(name, ((name, "rgb"),)), verdict=verdict, at=9, course=course)
+
+    found = {"viewer": [answer("rgbd", -1.0, "effect"), answer("truth", 1.0, "effect"), answer("odd", 0.0, "small")]}
+    said = "Compared with the first: rgbd lowers the success of viewer; truth raises the success of viewer."
+    assert effects_said(found) == said
+    assert effects_said({"viewer": []}) == "No effect is decided yet."

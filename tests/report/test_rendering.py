@@ -15,7 +15,7 @@ from lockprobe.report.rendering import _breakable, compact_svg, image, rendered
 
 
 def test_text_is_escaped_and_a_missing_value_is_an_error():
-    study = SimpleNamespace(name="<img src=x>", partial=False)
+    study = SimpleNamespace(name="<img src=x>", partial=False, looked_at=False)
     content = SimpleNamespace(studies=[study], box="<b>", said="A & B\u202e", unlike=["<i>"], differences=())
     values = {"lockprobe": "1", "images": {}, "caption": (), "tables": {}}
     with pytest.raises(UndefinedError):

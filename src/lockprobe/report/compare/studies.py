@@ -21,6 +21,7 @@ from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import rule_breaks, together
 from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.comparable import check_comparable, families, shared_names
+from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial
 
 __all__ = ["ComparedStudy", "Comparison", "SuccessRow", "compare_studies"]
@@ -42,6 +43,7 @@ class ComparedStudy:
         finished: Of these, trials that are not owed (any more).
         people_trials: Of these, trials of people.
         not_shared: Its conditions that no other study has; they are in no number.
+        looked_at: Whether it is unfinished, was extended, or stops when it is decided.
     """
 
     name: str
@@ -52,6 +54,7 @@ class ComparedStudy:
     finished: int
     people_trials: int
     not_shared: tuple[str, ...]
+    looked_at: bool = False
 
     @property
     def partial(self) -> bool:
@@ -212,10 +215,11 @@ def _studied(name: str, one: OpenedStudy, not_shared: Sequence[str]) -> Compared
         study=one.study.name,
         seed=one.study.seed,
         agents=one.study.labels,
-        planned=one.study.size,
+        planned=planned_now(one.study, one.trials),
         finished=one.finished,
         people_trials=one.finished_by_people,
         not_shared=tuple(dict.fromkeys(not_shared)),
+        looked_at=bool(one.every_look),
     )
 
 

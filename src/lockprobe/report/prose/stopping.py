@@ -10,7 +10,7 @@ from lockprobe.studies.extension import extension_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
-__all__ = ["AT_ONE_LOOK", "PEOPLE_SAID", "decided_said", "every_look_said", "small_said"]
+__all__ = ["AT_ONE_LOOK", "PEOPLE_SAID", "decided_said", "effects_said", "every_look_said", "small_said"]
 
 _HOLDS = "Success and differences in success are shown as they hold at every look"
 
@@ -62,6 +62,19 @@ def small_said(answers: Mapping[str, Sequence[Answer]], points: float) -> str:
     return (
         f"Shown to be smaller than {100 * points:g} points, either way: effects of {'; of '.join(said[:_NAMED])}{rest}."
     )
+
+
+def effects_said(answers: Mapping[str, Sequence[Answer]]) -> str:
+    """Which differences are shown to be effects, and their direction."""
+    said = [
+        f"{one.question.name} {'raises' if one.course.value > 0 else 'lowers'} the success of {Subject.of(agent).name}"
+        for agent, own in answers.items()
+        for one in own
+        if one.verdict == "effect"
+    ]
+    more = len(said) - _NAMED
+    rest = f"; and {more} more" if more > 0 else ""
+    return f"Compared with the first: {'; '.join(said[:_NAMED])}{rest}." if said else "No effect is decided yet."
 
 
 def decided_said(verdict: str | None, points: float) -> str:

@@ -29,7 +29,7 @@ from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_sai
 from lockprobe.report.prose.readings import BOTH_FIT
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
-from lockprobe.report.prose.stopping import PEOPLE_SAID, every_look_said, small_said
+from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
@@ -174,7 +174,7 @@ def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
     margin = study.until.margin if study.until else None
     return replace(
         screen,
-        answer=_ONE_LOOK if _judged_at_one_look(numbers) else screen.answer,
+        answer=screen.answer if not _judged_at_one_look(numbers) else effects_said(found) if found else _ONE_LOOK,
         every_look=_joined(said, people),
         small="" if margin is None or (numbers.others and numbers.others.whys) else small_said(found, margin),
         needed="",
