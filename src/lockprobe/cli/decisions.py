@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from lockprobe.cli.tally import count
-from lockprobe.report.prose.stopping import decided_said, every_look_said
-from lockprobe.studies.stopping import Answer, answers
+from lockprobe.report.prose.stopping import decided_said, progress_said
+from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
 
-__all__ = ["decision_facts", "decision_lines", "decisions_of"]
+__all__ = ["decision_facts", "decision_lines"]
 
 _LINES = 6
 """Differences of an agent that have a line each."""
-
-
-def decisions_of(study: Study, trials: Iterable[Trial]) -> dict[str, tuple[Answer, ...]]:
-    """Agent -> what is decided of its differences."""
-    known = study.own_trials(trials)
-    return {study.label_of(agent): answers(study, agent, known) for agent in study.run_agents}
 
 
 def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: int) -> list[str]:
@@ -31,7 +24,7 @@ def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: 
         played: Trials that are finished.
     """
     assert study.until is not None
-    lines = [every_look_said(study, "until", found, played).partition(". ")[0].rstrip(".")]
+    lines = [progress_said(study, found, played)]
     for agent, own in found.items():
         for one in own[:_LINES]:
             where = f" (block {one.at})" if one.at else f" after {count(one.course.n, 'block')}"

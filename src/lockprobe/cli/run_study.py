@@ -20,6 +20,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
+from lockprobe.studies.stopping import answers_by_agent
 from lockprobe.studies.study import Study
 
 __all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
@@ -113,10 +114,10 @@ def _play_trials(
 
 
 def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
-    from lockprobe.cli.decisions import decision_facts, decision_lines, decisions_of
+    from lockprobe.cli.decisions import decision_facts, decision_lines
 
-    found = decisions_of(planned, journal.trials.values())
-    played = planned.places_filled(planned.own_trials(journal.trials.values()))
+    trials = planned.own_trials(journal.trials.values())
+    found, played = answers_by_agent(planned, trials), planned.places_filled(trials)
     observer.decided(decision_lines(planned, found, played), decision_facts(found))
 
 

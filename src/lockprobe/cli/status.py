@@ -13,7 +13,7 @@ import typer
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli import options
-from lockprobe.cli.decisions import decision_facts, decision_lines, decisions_of
+from lockprobe.cli.decisions import decision_facts, decision_lines
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
@@ -29,7 +29,7 @@ from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.read_records import read_records
 from lockprobe.studies.records.results_hash import results_hash
-from lockprobe.studies.stopping import planned_now
+from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.trial.model_call import BROKEN_OFF, Call
@@ -67,11 +67,9 @@ def _status(directory: Path, *, json: bool) -> None:
     unchanged = [] if of_forks else idle_conditions(study, keyed)
     said: list[tuple[str, str]] = []
     if study.until and not of_forks:
-        decided = decisions_of(study, trials)
+        decided, filled = answers_by_agent(study, trials), study.places_filled(trials)
         facts |= {"until": str(study.until), "decided": decision_facts(decided)}
-        said = [
-            ("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, len(trials)))
-        ]
+        said = [("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, filled))]
     if study.earlier:
         facts["extended"] = extension_said(study)
         said.append(("extended", f"it was {extension_said(study)}"))

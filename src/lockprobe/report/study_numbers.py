@@ -29,7 +29,7 @@ from lockprobe.statistics.robot import RobotSenses, robot_senses
 from lockprobe.statistics.rules import RuleBreaks, together
 from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
 from lockprobe.studies.records.directory import RECORDS
-from lockprobe.studies.stopping import Answer, answers
+from lockprobe.studies.stopping import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition
@@ -172,10 +172,7 @@ class StudyNumbers:
     @cached_property
     def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
         """Agent -> what is decided, of a study that stops when it is; empty for others."""
-        study = self.study
-        if study.until is None:
-            return {}
-        return {study.label_of(agent): answers(study, agent, self.opened.trials) for agent in study.run_agents}
+        return answers_by_agent(self.study, self.opened.trials) if self.study.until else {}
 
     @cached_property
     def _answers(self) -> dict[str, str]:

@@ -31,6 +31,7 @@ __all__ = [
     "Family",
     "Question",
     "answers",
+    "answers_by_agent",
     "at_most",
     "block_orders",
     "counted",
@@ -170,6 +171,12 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
         Answer(question=one.question, verdict=one.verdict, at=one.at, course=course)
         for one, course in zip(decisions(asked, seen, study.until), courses, strict=True)
     )
+
+
+def answers_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, tuple[Answer, ...]]:
+    """What is decided of each agent, by its name, of a study that stops when it is decided."""
+    found = list(trials)
+    return {study.label_of(agent): answers(study, agent, found) for agent in study.run_agents}
 
 
 def outcomes_of(study: Study, agent: str, trials: Iterable[Trial]) -> Outcomes:

@@ -10,7 +10,15 @@ from lockprobe.studies.extension import extension_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
-__all__ = ["AT_ONE_LOOK", "PEOPLE_SAID", "decided_said", "effects_said", "every_look_said", "small_said"]
+__all__ = [
+    "AT_ONE_LOOK",
+    "PEOPLE_SAID",
+    "decided_said",
+    "effects_said",
+    "every_look_said",
+    "progress_said",
+    "small_said",
+]
 
 _HOLDS = "Success and differences in success are shown as they hold at every look"
 
@@ -34,16 +42,27 @@ def every_look_said(study: Study, kind: str, answers: Mapping[str, Sequence[Answ
         played: Its finished trials.
     """
     if kind == "until":
-        found = [one for own in answers.values() for one in own]
-        done, of = sum(one.at is not None for one in found), len(found)
-        assert study.until is not None
-        what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
-        number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
-        end = "" if done == of else " yet" if of == 1 else ""
-        return f"{number} {what}{end}, with {played} of at most {study.size} trials. {_HOLDS}."
+        return f"{progress_said(study, answers, played)}. {_HOLDS}."
     if kind == "extended":
         return f"This study was {extension_said(study)}. {_HOLDS}."
     return f"{_HOLDS}, so that reading them now and playing on is valid." if kind else ""
+
+
+def progress_said(study: Study, answers: Mapping[str, Sequence[Answer]], played: int) -> str:
+    """How many differences a study that stops when it is decided has decided, without a full stop.
+
+    Args:
+        study: The study.
+        answers: Agent -> what is decided.
+        played: Its finished trials.
+    """
+    found = [one for own in answers.values() for one in own]
+    done, of = sum(one.at is not None for one in found), len(found)
+    assert study.until is not None
+    what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
+    number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
+    end = "" if done == of else " yet" if of == 1 else ""
+    return f"{number} {what}{end}, with {played} of at most {study.size} trials"
 
 
 def small_said(answers: Mapping[str, Sequence[Answer]], points: float) -> str:
