@@ -7,7 +7,6 @@ pass through the same functions as a user's. ``audit.py`` runs this.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ import numpy as np
 
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.audit.rates import within_error
+from lockprobe.simulation.audit.rates import standard_error, within_error
 from lockprobe.simulation.audit.simulate import simulate_outcomes
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.statistics.conditions.effects import interactions
@@ -82,8 +81,7 @@ class SentenceRate:
     @property
     def error(self) -> float:
         """Monte Carlo standard error of the rate, after adding one study of each outcome."""
-        smooth = (self.said + 1) / (self.studies + 2)
-        return math.sqrt(smooth * (1 - smooth) / self.studies)
+        return standard_error(self.said, self.studies)
 
     @property
     def valid(self) -> bool | None:

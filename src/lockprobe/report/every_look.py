@@ -19,12 +19,10 @@ __all__ = ["at_every_look", "note_at"]
 
 _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
 
-
 _HEADLINES = ("answer", "effect", "verdict")
 """Kinds of sentences without which a section would have no heading."""
 
 _LATER = "It holds for one look, and is said when all planned trials are played."
-
 
 _HOW = Markup(
     "Interval and <i>P</i> hold at every look: a confidence sequence and an e-process of the mean over blocks, by "

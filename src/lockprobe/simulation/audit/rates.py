@@ -43,6 +43,7 @@ __all__ = [
     "measure",
     "measured",
     "shipped",
+    "standard_error",
     "within_error",
 ]
 
@@ -87,8 +88,7 @@ class Rate:
     @property
     def error(self) -> float:
         """Monte Carlo standard error of the rate, after adding one study of each outcome."""
-        smooth = (self.rejected + 1) / (self.studies + 2)
-        return math.sqrt(smooth * (1 - smooth) / self.studies)
+        return standard_error(self.rejected, self.studies)
 
     @property
     def valid(self) -> bool | None:
@@ -122,13 +122,18 @@ class EveryLookRate:
     @property
     def error(self) -> float:
         """Monte Carlo standard error of the rate, after adding one study of each outcome."""
-        smooth = (self.said + 1) / (self.studies + 2)
-        return math.sqrt(smooth * (1 - smooth) / self.studies)
+        return standard_error(self.said, self.studies)
 
     @property
     def valid(self) -> bool:
         """Whether the rate is at most 0.05 within Monte Carlo error."""
         return within_error(self.said, self.studies)
+
+
+def standard_error(rejected: int, studies: int) -> float:
+    """Monte Carlo standard error of a rate, after adding one study of each outcome."""
+    smooth = (rejected + 1) / (studies + 2)
+    return math.sqrt(smooth * (1 - smooth) / studies)
 
 
 def within_error(rejected: int, studies: int) -> bool:
