@@ -32,7 +32,6 @@ FROM system
 ENV UV_COMPILE_BYTECODE=1 \
     UV_LINK_MODE=copy \
     UV_NO_CACHE=1 \
-    UV_NO_DEV=1 \
     UV_PROJECT_ENVIRONMENT=/opt/lockprobe \
     UV_PYTHON_DOWNLOADS=never
 

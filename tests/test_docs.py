@@ -116,9 +116,9 @@ def test_a_command_line_parses(line):
 
 def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
     first = PAGE["README.md"].partition("## What you get")[0]
-    assert all(said in first for said in ("not published", "git clone", "600 MB", "--no-dev", "210 MB"))
+    assert all(said in first for said in ("not published", "git clone", "240 MB", "--extra providers"))
     assert "pip install uv && uv run lockprobe run flips" in first
-    assert "uv run pytest -n auto --dist worksteal" in first
+    assert "uv run --dev pytest -n auto --dist worksteal" in first
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
