@@ -10,6 +10,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
+from lockprobe.report import explorer
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.paper import LEARNER
@@ -55,6 +56,19 @@ def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth()
     (one,) = data_of(trial)["trials"]
     assert (one["verdict"], one["source"], "camera" in one) == ("1-", "verdict", False)
     assert "source" not in data_of(make_trial([3], budget=1, verdicts=["moved"]))["trials"][0]
+
+
+def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials():
+    agents, numbers = ("random", "human-inspired"), range(1, 6)
+    trials = [make_trial([0] * 20, agent=agent, trial=i, budget=20) for agent in agents for i in numbers]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(explorer, "_STEPS", 99)
+        data = data_of(*trials)
+        patch.setattr(explorer, "_STEPS", 1)
+        assert len(data_of(*trials)["trials"]) == len(agents)  # never less than a block
+    assert [(one["a"], one["n"]) for one in data["trials"]] == [(0, 1), (0, 2), (1, 1), (1, 2)]
+    assert data["of"] == len(trials)
+    assert "of" not in data_of(*trials)
 
 
 def test_broken_trials_are_left_out_and_people_are_numbered():

@@ -1,4 +1,7 @@
-"""The trial explorer of a page: all trials of a study as compact data, and the script that steps through them.
+"""The trial explorer of a page: trials of a study as compact data, and the script that steps through them.
+
+Of a large study it holds a sample: the first trials of every agent under every condition, so that each stands beside
+the trials of equal luck.
 
 The data stand in the page as JSON that no browser runs, the script is our own text and is named by its hash in the
 page's content policy. What agents wrote is shown as text and never as markup.
@@ -10,9 +13,12 @@ import base64
 import hashlib
 import json
 import re
+from bisect import bisect_right
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from itertools import accumulate
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
@@ -41,14 +47,19 @@ def script_hash() -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(script().encode()).digest()).decode()}"
 
 
+_STEPS = 80_000
+"""Steps of trials that a page holds, about 3 MB; of more, it holds a sample."""
+
+
 def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
     """The trials as JSON that may stand within a script element: it holds no ``<``.
 
     Args:
-        trials: Those of a study; broken ones are left out.
+        trials: Those of a study; broken ones are left out, and of many, those of later blocks.
         box: The box as in the settings of the study.
     """
-    shown = [trial for trial in trials if trial.ending != "error"]
+    ended = [trial for trial in trials if trial.ending != "error"]
+    shown = _sample(ended)
     agents = list(dict.fromkeys(_agent(trial) for trial in shown))
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
     names = list(dict.fromkeys(joint for trial in shown for joint in trial.joints))
@@ -71,8 +82,24 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
             }
             for trial in shown
         ],
+        **({"of": len(ended)} if len(shown) < len(ended) else {}),
     }
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
+
+
+def _sample(trials: Sequence[Trial]) -> Sequence[Trial]:
+    """Trials of whole blocks, in their order: those of the first ones, as many as a page holds, and at least one."""
+    steps = Counter[tuple[int, int]]()
+    for trial in trials:
+        steps[_block(trial)] += len(trial.steps)
+    blocks = sorted(steps)
+    room = bisect_right(list(accumulate(steps[block] for block in blocks)), _STEPS)
+    kept = set(blocks[: max(1, room)])
+    return [trial for trial in trials if _block(trial) in kept]
+
+
+def _block(trial: Trial) -> tuple[int, int]:
+    return trial.trial, trial.repetition
 
 
 def _text(said: str) -> str:

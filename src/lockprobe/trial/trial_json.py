@@ -7,7 +7,7 @@ A line of a journal ends with two more fields: ``identity`` says what was played
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,11 +18,20 @@ from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Fact, Step, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
-__all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
+__all__ = [
+    "check_step",
+    "check_whole",
+    "split_identity",
+    "trial_from_json",
+    "trial_from_line",
+    "trial_to_json",
+    "trial_to_line",
+]
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 
 _IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
+_IDENTITY_LENGTH = len(b',"identity":"000000000000"}')
 
 LONGEST = 10_000
 """The most steps of a trial."""
@@ -44,10 +53,19 @@ def trial_from_line(line: bytes) -> tuple[Trial, str]:
     Raises:
         BadValue: As :func:`trial_from_json`, and if the line has no identity, or the checksum is not its own.
     """
-    said = without_checksum(line)
-    if (named := _IDENTITY.search(said)) is None:
+    said, identity = split_identity(without_checksum(line))
+    return trial_from_json(said), identity
+
+
+def split_identity(line: bytes) -> tuple[bytes, str]:
+    """The record on a line of a journal without its checksum, and the identity of what was played.
+
+    Raises:
+        BadValue: If the line has none.
+    """
+    if (named := _IDENTITY.search(line, max(0, len(line) - _IDENTITY_LENGTH))) is None:
         raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
-    return _trial(said[: named.start()] + b"}"), named[1].decode()
+    return line[: named.start()] + b"}", named[1].decode()
 
 
 def trial_from_json(line: bytes | str) -> Trial:
@@ -56,10 +74,6 @@ def trial_from_json(line: bytes | str) -> Trial:
     Raises:
         BadValue: If the line is not a trial, or is impossible.
     """
-    return _trial(line.encode() if isinstance(line, str) else line)
-
-
-def _trial(line: bytes) -> Trial:
     try:
         trial = _adapter.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:
@@ -72,20 +86,30 @@ def _trial(line: bytes) -> Trial:
 
 def _check(trial: Trial) -> None:
     """Refuse a record of something that cannot have happened."""
-    _check_name(trial)
     if trial.target not in trial.joints:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
     if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
-    if not len(trial.steps) <= trial.budget <= LONGEST:
-        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
     _check_pictures("trial record", trial.opening_pictures)
     _check_reading("trial record", trial.opening_sensed, len(trial.joints))
-    _check_changes(trial)
+    for step in trial.steps:
+        check_step(step, trial.joints, trial.labels)
+    check_whole(trial)
+
+
+def check_whole(trial: Trial) -> None:
+    """Refuse parts of a record that are possible and do not fit each other.
+
+    Raises:
+        BadValue: If its key, its steps, their changes or its ending contradict the rest.
+    """
+    _check_name(trial)
+    if not len(trial.steps) <= trial.budget <= LONGEST:
+        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
     for number, step in enumerate(trial.steps, 1):
-        _check_step(trial, step, number)
-        _check_pictures(f"trial record, step {number}", step.pictures)
-        _check_reading(f"trial record, step {number}", step.sensed, len(trial.joints))
+        if step.step != number:
+            raise BadValue(f"trial record, step {number}, number", step.step, str(number))
+    _check_changes(trial)
     _check_ending(trial)
 
 
@@ -131,20 +155,24 @@ def _check_ending(trial: Trial) -> None:
         raise BadValue("trial record, steps", len(trial.steps), f"{trial.budget}, since the steps ran out")
 
 
-def _check_step(trial: Trial, step: Step, number: int) -> None:
-    """Refuse a step that does not fit its number or the joints, or a decision that does not fit the labels."""
-    where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
-    if step.step != number:
-        raise BadValue(f"{where}, number", step.step, str(number))
-    check_choice(f"{where}, joint", step.joint, trial.joints)
-    check_choice(f"{where}, decision", decision.joint, trial.labels)
+def check_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> None:
+    """Refuse a step that does not fit the joints, or a decision that does not fit the labels.
+
+    Raises:
+        BadValue: If it does not.
+    """
+    where, decision = f"trial record, step {step.step}", step.decision
+    check_choice(f"{where}, joint", step.joint, joints)
+    check_choice(f"{where}, decision", decision.joint, labels)
     for name, bits in (("state", step.state), ("told state", step.told_state)):
-        if bits is not None and not (len(bits) == joints and set(bits) <= {"0", "1"}):
-            raise BadValue(f"{where}, {name}", bits, f"{joints} positions, each 0 or 1")
+        if bits is not None and not (len(bits) == len(joints) and set(bits) <= {"0", "1"}):
+            raise BadValue(f"{where}, {name}", bits, f"{len(joints)} positions, each 0 or 1")
     chances = decision.probabilities
-    if chances is not None and not (len(chances) == joints and all(0 <= chance <= 1 for chance in chances)):
-        raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
+    if chances is not None and not (len(chances) == len(joints) and all(0 <= chance <= 1 for chance in chances)):
+        raise BadValue(f"{where}, probabilities", chances, f"{len(joints)} numbers from 0 to 1")
     if decision.claim_probability is not None:
         check_probability(f"{where}, claim probability", decision.claim_probability)
     if decision.confidence is not None and not 0 <= decision.confidence <= 100:
         raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")
+    _check_pictures(where, step.pictures)
+    _check_reading(where, step.sensed, len(joints))

@@ -138,7 +138,8 @@
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
   const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. Where positions are inverted, the report after a false one may look false too. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
-  home.append(controls, stepper, sides, note, key);
+  const part = data.of ? make("p", "note", `These are ${data.trials.length} of ${data.of} trials: the first of every agent under every condition. lockprobe replay shows any other.`) : "";
+  home.append(part, controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
 

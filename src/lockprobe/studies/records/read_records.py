@@ -16,7 +16,7 @@ from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import RECORDS, SETTINGS, read_settings
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_json import trial_from_line
+from lockprobe.trial.trial_reader import TrialReader
 
 __all__ = ["LeftOut", "left_out", "load", "read_records"]
 
@@ -67,12 +67,12 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
     if settings is None and (path.parent / SETTINGS).exists():
         settings = read_settings(directory)
     own = None if settings is None else _RecordFilter(study_from(settings, path.parent / SETTINGS))
-    trials: dict[str, Trial] = {}
+    trials, reader = dict[str, Trial](), TrialReader()
     replaced = repeated = contradicted = 0
     foreign: list[str] = []
     for number, line in whole_lines(path):
         try:
-            trial, identity = trial_from_line(line)
+            trial, identity = reader.read(line)
         except BadValue as error:
             raise BadFile(path, f"line {number}: {error}; without this line its trial is played again") from error
         if own is not None and (why := own.why_foreign(trial, identity)):
