@@ -8,6 +8,7 @@ What it returns, and what it refuses, are the same as :func:`lockprobe.trial.tri
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ _MARKS = (b'","study":', b',"repetition":', b',"trial":', b',"steps":[', b'],"en
 """Where a record is cut: each stands once in it, in this order."""
 
 _FIRST_STEP, _NEXT_STEP = b'{"step":', b'},{"step":'
+_NUMBER = re.compile(rb"[1-9][0-9]{0,9}")
 _REPLIES = b'"replies":'
 """Steps with replies are different in every trial, and are not kept."""
 
@@ -138,7 +140,7 @@ def _cut(said: bytes) -> _Cut | None:
     key, text = said[len(_KEY) : study], said[ends[3] : ending]
     numbers = said[ends[1] : trial], said[ends[2] : comma]
     whole = not text or (text.startswith(_FIRST_STEP) and text.endswith(b"}"))
-    if at != sorted(at) or b"\\" in key or not whole or not all(map(bytes.isdigit, numbers)):
+    if at != sorted(at) or b"\\" in key or not whole or not all(map(_NUMBER.fullmatch, numbers)):
         return None
     return _Cut(
         key=key,
