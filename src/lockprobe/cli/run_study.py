@@ -16,6 +16,7 @@ from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.counted import counted
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
@@ -124,7 +125,9 @@ def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
     """The exit status of a run, and its last lines: 0 if nothing broke and no condition has errors alone."""
     broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
-    found = invalid_conditions(planned, journal.trials) if ended or not broken else []
+    found = (
+        invalid_conditions(planned, counted(planned.own_trials(journal.trials.values()))) if ended or not broken else []
+    )
     if found:
         observer.invalid(found)
     if broken or observer.tally.given_up:

@@ -25,15 +25,15 @@ from lockprobe.studies.extension import extension_said
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.counted import Counted
 from lockprobe.studies.records.directory import added_agents
-from lockprobe.studies.records.journal import read_timings
-from lockprobe.studies.records.read_records import read_records
-from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.records.journal import load, time_played
+from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.results_hash import hash_of_digest
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.trial.model_call import BROKEN_OFF, Call
-from lockprobe.trial.record import Trial
 
 __all__ = ["status"]
 
@@ -54,19 +54,23 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
 
 def _status(directory: Path, *, json: bool) -> None:
     study = read_study(directory)
-    everything, left_out = read_records(directory)
-    of_forks = bool(everything) and all(trial.fork is not None for trial in everything)
-    trials = everything if of_forks else study.own_trials(everything)
+    index = RecordIndex(directory, study)
+    everything, left_out = index.counted(own=False), index.left_out
+    of_forks = bool(everything) and all(one.trial.fork is not None for one in everything)
+    records = everything if of_forks else index.counted()
     ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
-    facts = {"of_forks": of_forks, **_played(study, trials, everything, of_forks=of_forks), **_took(directory, trials)}
+    planned = _planned(directory, study, records, of_forks=of_forks)
+    facts: dict[str, object] = {"of_forks": of_forks, **_played(study, records, planned, of_forks=of_forks)}
+    facts |= {"not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records)}
+    facts |= _took(directory, records)
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
     added = {study.label_of(agent): when for agent, when in added_agents(directory).items()}
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added}
-    keyed = {trial.key: trial for trial in trials}
-    invalid = [] if of_forks else invalid_conditions(study, keyed)
-    unchanged = [] if of_forks else idle_conditions(study, keyed)
+    invalid = [] if of_forks else invalid_conditions(study, records)
+    unchanged = [] if of_forks else idle_conditions(study, records)
     said: list[tuple[str, str]] = []
     if study.until and not of_forks:
+        trials = study.own_trials(load(directory))
         decided, filled = answers_by_agent(study, trials), study.places_filled(trials)
         facts |= {"until": str(study.until), "decided": decision_facts(decided)}
         said = [("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, filled))]
@@ -74,8 +78,8 @@ def _status(directory: Path, *, json: bool) -> None:
         facts["extended"] = extension_said(study)
         said.append(("extended", f"it was {extension_said(study)}"))
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
-    facts |= {"settings_hash": study.settings_hash, "results_hash": results_hash(study, trials)}
-    facts |= _in_progress(directory, trials)
+    facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
+    facts |= _in_progress(directory, index)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
         lines = [
@@ -95,10 +99,10 @@ def _status(directory: Path, *, json: bool) -> None:
     print(json_.dumps(facts | spent))
 
 
-def _ledger(directory: Path, study: Study, trials: Sequence[Trial] = ()) -> Ledger:
+def _ledger(directory: Path, study: Study, records: Sequence[Counted] = ()) -> Ledger:
     """The cost of all calls of a directory, and of the trials there without calls on disk; empty if it is missing."""
     waiting = (replace(call, error=BROKEN_OFF) for call in unanswered(directory))
-    return Ledger(study, (*waiting, *_decided(directory, trials), *read_calls(directory)))
+    return Ledger(study, (*waiting, *_decided(directory, records), *read_calls(directory)))
 
 
 def _both(ledger: Ledger, forks: Ledger) -> Spending:
@@ -106,75 +110,77 @@ def _both(ledger: Ledger, forks: Ledger) -> Spending:
     return total([*ledger.by_agent.values(), *forks.by_agent.values()])
 
 
-def _in_progress(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
-    over = {trial.key for trial in trials if not trial.owed_again}
+def _in_progress(directory: Path, index: RecordIndex) -> dict[str, object]:
     waiting, begun = unanswered(directory), Counter[str]()
     for call in read_calls(directory):
-        begun.update([call.key] if call.reply is not None and call.key not in over else [])
+        begun.update([call.key] if call.reply is not None and index.owes(call.key) else [])
         if call.owed_anew:
             del begun[call.key]
     return {
-        "in_progress": len({*begun, *(call.key for call in waiting)} - over),
+        "in_progress": len({*begun, *(call.key for call in waiting if index.owes(call.key))}),
         "in_progress_calls": begun.total(),
         "unanswered_calls": len(waiting),
     }
 
 
-def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
-    run, people = ([trial for trial in trials if bool(trial.player) == of] for of in (False, True))
-    again = sum(trial.owed_again for trial in run)
-    first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
-    planned = len(run) if of_forks else planned_now(study, trials) - study.invited
+def _planned(directory: Path, study: Study, records: Sequence[Counted], *, of_forks: bool) -> int:
+    """The number of trials that are planned now, those of people included; forks have no plan."""
+    if of_forks:
+        return sum(one.number for one in records)
+    return planned_now(study, study.own_trials(load(directory)) if study.until else ())
+
+
+def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks: bool) -> dict[str, object]:
+    run, people = ([one for one in records if bool(one.trial.player) == of] for of in (False, True))
+    errors = [(one.trial.error, one.number) for one in records if one.trial.error is not None]
+    played, again = sum(one.number for one in run), sum(one.number for one in run if one.trial.owed_again)
+    by_people = 0 if of_forks else study.places_filled(one.trial for one in people)
+    finished, invited = played - again + by_people, 0 if of_forks else study.invited
+    tidied = _tidied(run)
     return {
         "study": study.name,
-        "trials": planned,
-        "done": len(run) - again,
-        "owed": planned - len(run) + again,
+        "trials": planned - invited,
+        "done": played - again,
+        "owed": planned - invited - played + again,
         "people_trials": study.invited,
-        "people_done": 0 if of_forks else study.places_filled(people),
-        "people_solved": sum(trial.solved for trial in people),
-        "people": len({trial.agent for trial in people}),
-        **_progress(study, trials, of_forks=of_forks),
-        "not_asked_for": len(everything) - len(trials),
-        "solved": sum(trial.solved for trial in run),
-        "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
-        "first_errors": first,
-        "decisions": sum(len(trial.steps) for trial in run),
-        "tidied": dict(_tidied(run).most_common()),
-        "tidied_decisions": sum(bool(step.decision.tidied) for trial in run for step in trial.steps),
+        "people_done": by_people,
+        "people_solved": sum(one.trial.solved for one in people),
+        "people": len({one.trial.agent for one in people}),
+        "planned": planned,
+        "finished": finished,
+        "partial": finished < planned,
+        "solved": sum(one.number for one in run if one.trial.solved),
+        "errors": dict(sum((Counter({error.boundary: number}) for error, number in errors), Counter[str]())),
+        "first_errors": {error.boundary: error.message for error, _ in reversed(errors)},
+        "decisions": sum(one.steps for one in run),
+        "tidied": dict(tidied.most_common()),
+        "tidied_decisions": sum(bool(step.decision.tidied) for one in run for step in one.trial.steps),
     }
 
 
-def _tidied(trials: Sequence[Trial]) -> Counter[str]:
+def _tidied(records: Sequence[Counted]) -> Counter[str]:
     """What was tidied in replies before they were read, and how often."""
-    return Counter(TIDIED.get(what, what) for trial in trials for step in trial.steps for what in step.decision.tidied)  # type: ignore[call-overload]
+    steps = (step for one in records for step in one.trial.steps)
+    return Counter(TIDIED.get(what, what) for step in steps for what in step.decision.tidied)  # type: ignore[call-overload]
 
 
-def _progress(study: Study, trials: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
-    """How far a study has come, in places of its plan, those of people included; forks have no plan."""
-    finished = sum(not trial.owed_again for trial in trials) if of_forks else study.places_filled(trials)
-    planned = len(trials) if of_forks else planned_now(study, trials)
-    return {"planned": planned, "finished": finished, "partial": finished < planned}
-
-
-def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
-    timings = read_timings(directory)
-    seconds, steps = sum(t.seconds for t in timings), sum(t.steps for t in timings)
+def _took(directory: Path, records: Sequence[Counted]) -> dict[str, object]:
+    seconds, steps = time_played(directory)
     return {
         "steps": steps,
-        "pictures": len({name for trial in trials for name in trial.picture_names}),
+        "pictures": len({name for one in records for name in one.trial.picture_names}),
         "seconds_playing": round(seconds, 1),
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
     }
 
 
-def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
+def _decided(directory: Path, records: Sequence[Counted]) -> Iterator[Call]:
     """The recorded usage of trials without calls on disk: imported, or from before calls were stored.
 
     Forks have the decisions of their trial on record, which it paid for.
     """
     known = {call.key for call in read_calls(directory)}
-    for trial in trials:
+    for trial in (one.trial for one in records):
         if trial.key in known or trial.fork is not None:
             continue
         asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]

@@ -9,6 +9,7 @@ from pathlib import Path
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import RECORDS, SETTINGS
 from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.stopping import planned_now
 
 __all__ = ["PAUSE", "owed_trials", "watch_report"]
@@ -63,8 +64,11 @@ def owed_trials(directory: Path) -> int:
         BadFile: If the directory is not a study's, or a record is damaged.
     """
     study = read_study(directory)
-    trials = study.own_trials(load(directory))
-    return planned_now(study, trials) - sum(not trial.owed_again for trial in trials)
+    if study.until:
+        trials = study.own_trials(load(directory))
+        return planned_now(study, trials) - sum(not trial.owed_again for trial in trials)
+    found = RecordIndex(directory, study).counted()
+    return planned_now(study, ()) - sum(one.number for one in found if not one.trial.owed_again)
 
 
 def _state(directory: Path) -> tuple[tuple[int, int], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import get_args
@@ -300,11 +300,6 @@ class Study:
         return trials_planned(agent, self)
 
     @property
-    def _played(self) -> dict[str, tuple[tuple[Condition, ...], int]]:
-        """Of each agent the conditions that it plays, and its trials per repetition and condition."""
-        return {agent: (self.conditions_of(agent), self.trials_of(agent)) for agent in self.agents}
-
-    @property
     def panel(self) -> Lockbox:
         """The box on the panel of its first trial, which is that of all trials unless the layout is ``shuffled``."""
         return self.plan(self.agents[0], self.conditions[0], 1, 1).box
@@ -333,15 +328,11 @@ class Study:
 
         ``seed`` replaces the study's own, for the same trial in a study that differs in its seed alone.
         """
-        box, seed = self.box, self.seed if seed is None else seed
-        if self.layout == "shuffled":
-            box = redealt(box, trial_stream(seed, repetition, trial, "layout"))
-        elif self.layout == "dealt":
-            box = redealt(box, study_stream(seed, "layout"), neutral=True)
+        seed = self.seed if seed is None else seed
         return Plan(
             study=self.name,
             agent=agent,
-            box=box,
+            box=self._laid_out(repetition, trial, seed),
             condition=condition,
             repetition=repetition,
             trial=trial,
@@ -353,6 +344,14 @@ class Study:
             hypothesis=self.hypothesis,
             called=self.names.get(agent, ""),
         )
+
+    def _laid_out(self, repetition: int, trial: int, seed: int) -> Lockbox:
+        """The box on the panel of a trial."""
+        if self.layout == "shuffled":
+            return redealt(self.box, trial_stream(seed, repetition, trial, "layout"))
+        if self.layout == "dealt":
+            return redealt(self.box, study_stream(seed, "layout"), neutral=True)
+        return self.box
 
     def condition_of(self, trial: Trial) -> Condition | None:
         """The condition of a trial on record; None if the study has none of its label."""
@@ -371,8 +370,7 @@ class Study:
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
-        agent = trial.spec
-        return agent in self.agents and self._is_own(trial, self.conditions_of(agent), self.trials_of(agent))
+        return trial.spec in self.agents and bool(self.own_trials([trial]))
 
     def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
         """Those trials on record that are of this study, in their order; see :meth:`asks_for`.
@@ -380,36 +378,44 @@ class Study:
         Raises:
             UnknownName: If there is no such agent as one of the study's.
         """
-        played = self._played
-        return [trial for trial in trials if trial.spec in played and self._is_own(trial, *played[trial.spec])]
+        played = {
+            (agent, one.label): ((one.modality, one.doses, one.specs), self.trials_of(agent))
+            for agent in self.agents
+            for one in self.conditions_of(agent)
+        }
+        one_panel = None if self.layout == "shuffled" else self.panel.names
+        return [
+            trial
+            for trial in trials
+            if (found := played.get((trial.spec, trial.condition))) is not None
+            and self._is_own(trial, *found)
+            and trial.joints == (one_panel or self._laid_out(trial.repetition, trial.trial, self.seed).names)
+        ]
 
-    def _is_own(self, trial: Trial, conditions: Sequence[Condition], trials: int) -> bool:
-        condition = next((one for one in conditions if one.label == trial.condition), None)
-        if condition is None or not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= trials):
-            return False
-        if trial.modality != condition.modality:
-            return False
-        plan = self.plan(trial.agent, condition, trial.repetition, trial.trial)
+    def _is_own(self, trial: Trial, acting: tuple[str, Mapping[str, float], tuple[str, ...]], trials: int) -> bool:
         return (
-            (trial.key, trial.called) == (plan.key, plan.called)
+            1 <= trial.repetition <= self.repetitions
+            and 1 <= trial.trial <= trials
+            and (trial.modality, trial.doses, trial.specs) == acting
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
-            and trial.doses == condition.doses
-            and trial.specs == condition.specs
-            and trial.joints == plan.box.names
             and (trial.assessment, trial.hypothesis) == (self.assessment, self.hypothesis)
+            and (trial.called, trial.key) == (self.names.get(trial.agent, ""), str(trial.name))
         )
 
-    def place_of(self, trial: Trial) -> tuple[int, int, int, int]:
+    @property
+    def place_of(self) -> Callable[[Trial], tuple[int, int, int, int]]:
         """A sort key of this study's trials: by agent, condition, repetition and trial."""
-        condition = next(i for i, one in enumerate(self.conditions) if one.label == trial.condition)
-        return self.agents.index(trial.spec), condition, trial.repetition, trial.trial
+        agents = {agent: i for i, agent in enumerate(self.agents)}
+        conditions = {one.label: i for i, one in enumerate(self.conditions)}
+        return lambda trial: (agents[trial.spec], conditions[trial.condition], trial.repetition, trial.trial)
 
     def places_filled(self, trials: Iterable[Trial]) -> int:
         """The number of places of the plan with a finished trial among trials of this study.
 
         Two people may have played the same place, where one was away and came back.
         """
-        return len({self.place_of(trial) for trial in trials if not trial.owed_again})
+        place_of = self.place_of
+        return len({place_of(trial) for trial in trials if not trial.owed_again})
 
     @property
     def run_agents(self) -> tuple[str, ...]:

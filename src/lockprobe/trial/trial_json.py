@@ -63,7 +63,7 @@ def split_identity(line: bytes) -> tuple[bytes, str]:
     Raises:
         BadValue: If the line has none.
     """
-    if (named := _IDENTITY.search(line, max(0, len(line) - _IDENTITY_LENGTH))) is None:
+    if (named := _IDENTITY.match(line, max(0, len(line) - _IDENTITY_LENGTH))) is None:
         raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
     return line[: named.start()] + b"}", named[1].decode()
 

@@ -9,7 +9,7 @@ What it returns, and what it refuses, are the same as :func:`lockprobe.trial.tri
 from __future__ import annotations
 
 import re
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
@@ -19,14 +19,11 @@ from lockprobe.foundation.storage.jsonl import without_checksum
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.trial_json import check_step, check_whole, split_identity, trial_from_json
 
-__all__ = ["TrialReader"]
+__all__ = ["Outline", "TrialReader"]
 
-_KEY = b'{"key":"'
-_MARKS = (b'","study":', b',"repetition":', b',"trial":', b',"steps":[', b'],"ending":')
-"""Where a record is cut: each stands once in it, in this order."""
-
-_FIRST_STEP, _NEXT_STEP = b'{"step":', b'},{"step":'
-_NUMBER = re.compile(rb"[1-9][0-9]{0,9}")
+_KEY, _STUDY, _REPETITION = b'{"key":"', b'","study":', b',"repetition":'
+_PLACE = re.compile(_REPETITION + rb'([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
+_STEPS, _FIRST_STEP, _NEXT_STEP, _ENDING = b',"steps":[', b'{"step":', b'},{"step":', b'],"ending":'
 _REPLIES = b'"replies":'
 """Steps with replies are different in every trial, and are not kept."""
 
@@ -52,10 +49,32 @@ class _Cut(NamedTuple):
     behind: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A record without its steps.
+
+    Attributes:
+        kind: What it has in common with others: settings, ending and changes. Place, labels and steps are not its own.
+        key: Its key.
+        place: Its repetition and trial, from 1.
+        steps: The number of its steps.
+        identity: What was played.
+        length: Bytes of the record at the beginning of its line.
+    """
+
+    kind: Trial
+    key: str
+    place: tuple[int, int]
+    steps: int
+    identity: str
+    length: int
+
+
 class TrialReader:
     """Reads lines of journals. Trials of one reader share what is equal in them."""
 
     def __init__(self) -> None:
+        self._kinds: dict[tuple[bytes, bytes], Trial] = {}
         self._before: dict[bytes, dict[str, Any]] = {}
         self._between: dict[bytes, dict[str, Any]] = {}
         self._behind: dict[bytes, dict[str, Any]] = {}
@@ -75,7 +94,26 @@ class TrialReader:
             trial = trial_from_json(said)
             self._keep(cut, trial)
             trial = self._joined(cut) or trial
+        elif (kind := (cut.before, cut.behind)) not in self._kinds and not _adds_up(trial):
+            self._kinds[kind] = replace(trial, steps=())
         return trial, identity
+
+    def outline(self, line: bytes) -> Outline | None:
+        """The record on one line without its steps, which are not examined; None if it has to be read whole.
+
+        These are the first records of their kind, and those with what adds up over steps: usage, measurements.
+
+        Raises:
+            BadValue: As :meth:`read`, if the line was changed or has no identity.
+        """
+        said, identity = split_identity(without_checksum(line))
+        if (cut := _cut(said)) is None:
+            return None
+        kind = self._kinds.get((cut.before, cut.behind))
+        if kind is None or cut.between not in self._between:
+            return None
+        steps = int(cut.steps[cut.steps.rfind(_FIRST_STEP) + len(_FIRST_STEP) :].split(b",", 1)[0]) if cut.steps else 0
+        return Outline(kind, cut.key.decode(), cut.place, steps, identity, len(said) - 1)
 
     def _joined(self, cut: _Cut) -> Trial | None:
         """The trial of parts that are known; None if one is not, or they make no trial."""
@@ -125,28 +163,33 @@ class TrialReader:
                 kept[part] = {name: getattr(trial, name) for name in names}
 
 
-def _cut(said: bytes) -> _Cut | None:
-    """Cut a record where its members begin; None if it does not have them in the order of the fields, each once.
+def _adds_up(trial: Trial) -> bool:
+    """Whether steps of such a trial hold what adds up over a study: usage, measurements, a person's time."""
+    asked = any(step.decision.replies or step.decision.usage for step in trial.steps)
+    return bool(asked or trial.plant or trial.opening_pictures or trial.player)
 
-    In JSON a quotation mark within a text is escaped. So a name between two of them, with a colon, is one of a member.
+
+def _cut(said: bytes) -> _Cut | None:
+    """Cut a record where its members begin; None if they do not stand in the order of the fields.
+
+    In JSON a quotation mark within a text is escaped, so a name between two of them, with a colon, is one of a member.
+    Members of the same name within others are facts, which hold no lists.
     """
-    at = [said.find(mark) for mark in _MARKS]
-    ends = [i + len(mark) for mark, i in zip(_MARKS, at, strict=True)]
-    again = [said.find(mark, end) for mark, end in zip(_MARKS, ends, strict=True)]
-    if not said.startswith(_KEY) or -1 in at or any(i >= 0 for i in again):
+    study, steps, ending = said.find(_STUDY), said.find(_STEPS), said.rfind(_ENDING)
+    repetition = said.find(_REPETITION, 0, max(steps, 0))
+    place = _PLACE.match(said, repetition)
+    if not said.startswith(_KEY) or not 0 < study < repetition < steps < ending or place is None:
         return None
-    study, repetition, trial, steps, ending = at
-    comma = said.find(b",", ends[2])
-    key, text = said[len(_KEY) : study], said[ends[3] : ending]
-    numbers = said[ends[1] : trial], said[ends[2] : comma]
-    whole = not text or (text.startswith(_FIRST_STEP) and text.endswith(b"}"))
-    if at != sorted(at) or b"\\" in key or not whole or not all(map(_NUMBER.fullmatch, numbers)):
+    key, text = said[len(_KEY) : study], said[steps + len(_STEPS) : ending]
+    if b'"' in key or b"\\" in key or said.find(_REPETITION, place.end(), steps) >= 0:
+        return None
+    if text and not (text.startswith(_FIRST_STEP) and text.endswith(b"}")):
         return None
     return _Cut(
         key=key,
         before=said[study:repetition],
-        place=(int(numbers[0]), int(numbers[1])),
-        between=said[comma:steps],
+        place=(int(place[1]), int(place[2])),
+        between=said[place.end() : steps],
         steps=text,
         behind=said[ending:],
     )

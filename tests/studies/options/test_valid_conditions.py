@@ -5,6 +5,7 @@ from builders import make_trial
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.counted import counted
 
 STUDY = study(StudyOptions(agent=["random"], trials=2, p=[0, 0.4, 0.6], repetitions=1, max_steps=2))
 
@@ -16,7 +17,7 @@ def test_a_condition_is_named_once_all_that_was_played_of_it_ended_as_an_error()
         make_trial([0], budget=2, p=0.4, broken="reply"),
         make_trial([0], budget=2, p=0.4, broken="model", trial=2),
     ]  # and nothing of p = 0.6
-    (found,) = invalid_conditions(STUDY, {trial.key: trial for trial in trials})
+    (found,) = invalid_conditions(STUDY, counted(trials))
     assert (found.condition, found.errors, found.owed) == ("flips/random/flip?p=0.4", 2, 1)
     assert found.first.boundary == "reply"
-    assert invalid_conditions(STUDY, {}) == []
+    assert invalid_conditions(STUDY, []) == []

@@ -21,7 +21,17 @@ from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, LeftOut, Timing, left_out, load, read_timings, rewritten, without
+from lockprobe.studies.records.journal import (
+    Journal,
+    LeftOut,
+    Timing,
+    left_out,
+    load,
+    read_timings,
+    rewritten,
+    time_played,
+    without,
+)
 from lockprobe.studies.records.read_records import read_records
 from lockprobe.studies.running.runner import run
 
@@ -436,3 +446,13 @@ def test_a_reading_of_which_it_cannot_be_told_whose_it_is_goes(tmp_path):
     with Journal.open(tmp_path, INVITING) as journal:
         journal.delete_agent(ANN)
     assert [timing.seconds for timing in read_timings(tmp_path)] == [3.0]
+
+
+def test_the_time_played_is_that_of_all_readings(tmp_path):
+    assert time_played(tmp_path) == (0.0, 0)
+    said = [(1.5, 3), (0.000002, 20), (12, 1)]
+    lines = [
+        json.dumps({"key": f"k{i}", "seconds": seconds, "steps": steps}) for i, (seconds, steps) in enumerate(said)
+    ]
+    (tmp_path / "timings.jsonl").write_text("\n".join([*lines, "{damaged", lines[0]]) + "\n")
+    assert time_played(tmp_path) == (pytest.approx(1.5 * 2 + 0.000002 + 12), 27)

@@ -253,6 +253,7 @@ def _end_of_whole_lines(handle: int, size: int) -> int:
 
 
 _CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
+_CHECKSUM_LENGTH = len(b',"crc":"00000000"}')
 
 
 def with_checksum(line: bytes) -> bytes:
@@ -272,7 +273,7 @@ def without_checksum(line: bytes) -> bytes:
         BadValue: If there is none, or it is not that of the line.
     """
     line = line.rstrip()
-    found = _CHECKSUM.search(line)
+    found = _CHECKSUM.match(line, max(0, len(line) - _CHECKSUM_LENGTH))
     if found is None:
         raise BadValue("checksum", "none", "one at the end of the line")
     said = line[: found.start()]

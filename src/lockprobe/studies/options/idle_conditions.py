@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Sequence
 
-from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.idle import steps_changed
+from lockprobe.statistics.outcomes import ended
+from lockprobe.studies.records.counted import Counted, played_cells
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 __all__ = ["idle_conditions"]
 
 
-def idle_conditions(study: Study, trials: Mapping[str, Trial]) -> list[str]:
-    """The names of these conditions, for example ``flips/random/nudge``, in the order of the study."""
-    every = (plan for agent in study.agents for plan in study.plans(agent))
-    plans = (plan for plan in every if not (plan.condition.does_nothing or plan.condition.plant.options))
-    played = grouped((trials[plan.key] for plan in plans if plan.key in trials), lambda trial: trial.name.cell)
-    found = {cell: steps_changed(members) for cell, members in played.items()}
-    return [cell for cell, steps in found.items() if steps and steps.known and not steps.changed]
+def idle_conditions(study: Study, records: Iterable[Counted]) -> list[str]:
+    """The names of these conditions, for example ``flips/random/nudge``, in the order of the study.
+
+    Args:
+        study: The study.
+        records: Of its own trials.
+    """
+    acting = {one.label for one in study.conditions if not (one.does_nothing or one.plant.options)}
+    return [
+        cell
+        for cell, found in played_cells(study, records).items()
+        if found[0].trial.condition in acting and _is_idle([one.trial for one in found])
+    ]
+
+
+def _is_idle(trials: Sequence[Trial]) -> bool:
+    """Whether trials that ended say what was changed, and nothing was."""
+    over = ended(trials)
+    named = {tuple(trial.changed) for trial in over}
+    return len(named) == 1 and named != {()} and not any(trial.changed_steps for trial in over)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lockprobe.foundation.grouping import grouped
+from lockprobe.studies.records.counted import Counted, played_cells
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial, TrialError
+from lockprobe.trial.record import TrialError
 
 __all__ = ["Invalid", "invalid_conditions"]
 
@@ -31,21 +31,26 @@ class Invalid:
     final: tuple[str, ...]
 
 
-def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invalid]:
+def invalid_conditions(study: Study, records: Iterable[Counted]) -> list[Invalid]:
     """The conditions of a study that have errors and no valid trial, in the order of the study.
 
     Conditions that nobody has played yet, and those of people, are left out.
+
+    Args:
+        study: The study.
+        records: Of its own trials.
     """
-    plans = (plan for agent in study.run_agents for plan in study.plans(agent))
-    played = grouped((trials[plan.key] for plan in plans if plan.key in trials), lambda trial: trial.name.cell)
-    return [
-        Invalid(
-            condition=condition,
-            errors=len(found),
-            first=next(trial.error for trial in found if trial.error is not None),
-            owed=sum(trial.owed_again for trial in found),
-            final=tuple(sorted({trial.error.boundary for trial in found if trial.error and not trial.owed_again})),
-        )
-        for condition, found in played.items()
-        if all(trial.ending == "error" for trial in found)
-    ]
+    found = []
+    for cell, trials in played_cells(study, records).items():
+        errors = [(one.trial, one.trial.error) for one in trials if one.trial.error is not None]
+        if len(errors) == len(trials) and not errors[0][0].player:
+            first = min(errors, key=lambda one: (one[0].repetition, one[0].trial))
+            invalid = Invalid(
+                condition=cell,
+                errors=len(errors),
+                first=first[1],
+                owed=sum(trial.owed_again for trial, _ in errors),
+                final=tuple(sorted({error.boundary for trial, error in errors if not trial.owed_again})),
+            )
+            found.append(invalid)
+    return found

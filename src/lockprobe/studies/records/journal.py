@@ -16,6 +16,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -38,7 +39,7 @@ from lockprobe.trial.model_call import Count, Seconds
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_line
 
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings", "rewritten", "without"]
+__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings", "rewritten", "time_played", "without"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -65,10 +66,13 @@ class Timing:
 
 _reading: TypeAdapter[Timing] = TypeAdapter(Timing)
 
+_CLOCK = re.compile(rb'"seconds": ([0-9]+(?:\.[0-9]+)?(?:e-?[0-9]+)?), "steps": ([0-9]+)')
+"""What a clock reading says, as it is written."""
+
 
 def read_timings(directory: Path | str) -> list[Timing]:
     """The durations of the trials, the last reading of each; lost and damaged readings are missing."""
-    path = Path(directory) / "timings.jsonl"
+    path = Path(directory) / TIMINGS
     if not is_there(path):
         return []
     found = {}
@@ -77,6 +81,15 @@ def read_timings(directory: Path | str) -> list[Timing]:
             reading = _reading.validate_json(line)
             found[reading.key] = reading
     return list(found.values())
+
+
+def time_played(directory: Path | str) -> tuple[float, int]:
+    """Seconds and steps of all playing, that of trials that were played again too; lost readings are missing."""
+    path, seconds, steps = Path(directory) / TIMINGS, 0.0, 0
+    for _, line in whole_lines(path) if is_there(path) else ():
+        if found := _CLOCK.search(line):
+            seconds, steps = seconds + float(found[1]), steps + int(found[2])
+    return seconds, steps
 
 
 class Journal:

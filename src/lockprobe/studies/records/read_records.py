@@ -5,7 +5,7 @@ Records of another study are counted and reported; they never replace a record o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader
 
-__all__ = ["LeftOut", "left_out", "load", "read_records"]
+__all__ = ["LeftOut", "LinesLeftOut", "RecordFilter", "left_out", "load", "read_records", "records_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,45 +60,83 @@ def left_out(directory: Path | str) -> LeftOut:
 
 def read_records(directory: Path | str, settings: Mapping[str, object] | None = None) -> tuple[list[Trial], LeftOut]:
     """:func:`load` and :func:`left_out` in one pass. ``settings`` are the directory's settings, if already read."""
-    path = Path(directory) / RECORDS
-    check_regular(path)
-    if not path.is_file():
-        raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
+    path = records_of(directory)
     if settings is None and (path.parent / SETTINGS).exists():
         settings = read_settings(directory)
-    own = None if settings is None else _RecordFilter(study_from(settings, path.parent / SETTINGS))
-    trials, reader = dict[str, Trial](), TrialReader()
-    replaced = repeated = contradicted = 0
-    foreign: list[str] = []
+    own = None if settings is None else RecordFilter(study_from(settings, path.parent / SETTINGS))
+    trials, reader, left = dict[str, Trial](), TrialReader(), LinesLeftOut(path)
     for number, line in whole_lines(path):
         try:
             trial, identity = reader.read(line)
         except BadValue as error:
-            raise BadFile(path, f"line {number}: {error}; without this line its trial is played again") from error
+            raise left.damaged(number, error) from error
         if own is not None and (why := own.why_foreign(trial, identity)):
-            foreign.append(f"line {number}, {trial.key}: {why}")
+            left.foreign(number, trial.key, why)
             continue
-        before = trials.pop(trial.key, None)
-        replaced += before is not None and before.owed_again
-        asked = trial.error is not None and trial.error.again  # the same record, owed anew
-        if before is not None and not before.owed_again and not asked:
-            repeated += 1
-            contradicted += before != trial
+        if (before := trials.pop(trial.key, None)) is not None:
+            left.again(before, trial, lambda before=before, trial=trial: before == trial)  # type: ignore[misc]
         trials[trial.key] = trial
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 1))
-        torn = int(file.read(1) not in (b"", b"\n"))
-    return list(trials.values()), LeftOut(
-        unfinished_lines=torn,
-        replaced=replaced,
-        repeated=repeated,
-        contradicted=contradicted,
-        foreign=len(foreign),
-        first_foreign=foreign[0] if foreign else "",
-    )
+    return list(trials.values()), left.counts()
 
 
-class _RecordFilter:
+def records_of(directory: Path | str) -> Path:
+    """The file of the records of a study.
+
+    Raises:
+        BadFile: If there is none.
+    """
+    path = Path(directory) / RECORDS
+    check_regular(path)
+    if not path.is_file():
+        raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
+    return path
+
+
+class LinesLeftOut:
+    """Counts the lines of a journal that are left out, while it is read.
+
+    Args:
+        path: The journal.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._replaced = self._repeated = self._contradicted = self._foreign = 0
+        self._first_foreign = ""
+
+    def damaged(self, number: int, error: BadValue) -> BadFile:
+        """What is wrong with a line that is no record."""
+        return BadFile(self._path, f"line {number}: {error}; without this line its trial is played again")
+
+    def foreign(self, number: int, key: str, why: str) -> None:
+        """A line is a record of another study."""
+        self._foreign += 1
+        self._first_foreign = self._first_foreign or f"line {number}, {key}: {why}"
+
+    def again(self, before: Trial, now: Trial, equal: Callable[[], bool]) -> None:
+        """A trial has a second record, which counts in place of the first."""
+        asked = now.error is not None and now.error.again  # the same record, owed anew
+        self._replaced += before.owed_again
+        if not before.owed_again and not asked:
+            self._repeated += 1
+            self._contradicted += not equal()
+
+    def counts(self) -> LeftOut:
+        """What was counted, and whether the last line is torn."""
+        with self._path.open("rb") as file:
+            file.seek(max(0, self._path.stat().st_size - 1))
+            torn = int(file.read(1) not in (b"", b"\n"))
+        return LeftOut(
+            unfinished_lines=torn,
+            replaced=self._replaced,
+            repeated=self._repeated,
+            contradicted=self._contradicted,
+            foreign=self._foreign,
+            first_foreign=self._first_foreign,
+        )
+
+
+class RecordFilter:
     """A filter that separates the records of one study from foreign records."""
 
     def __init__(self, study: Study) -> None:

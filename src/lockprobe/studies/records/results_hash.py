@@ -17,13 +17,22 @@ from typing import Self
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, suite_directories
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = ["StudyHashes", "check_hash", "hash_of_parts", "hashes_of_suite", "records_digest", "results_hash"]
+__all__ = [
+    "StudyHashes",
+    "check_hash",
+    "hash_of_digest",
+    "hash_of_parts",
+    "hashes_of_suite",
+    "records_digest",
+    "results_hash",
+]
 
 _DIGITS = 32
 
@@ -53,13 +62,12 @@ class StudyHashes:
             BadFile: If it is none, or a record is damaged.
         """
         study = read_study(directory)
-        trials = study.own_trials(load(directory))
-        finished = sum(not trial.owed_again for trial in trials)
+        index = RecordIndex(directory, study)
         return cls(
             settings=study.settings_hash,
-            results=results_hash(study, trials),
-            finished=finished,
-            planned=planned_now(study, trials),
+            results=hash_of_digest(study, index.digest()),
+            finished=sum(one.number for one in index.counted() if not one.trial.owed_again),
+            planned=planned_now(study, study.own_trials(load(directory)) if study.until else ()),
         )
 
 
@@ -95,7 +103,12 @@ def results_hash(study: Study, trials: Iterable[Trial]) -> str:
         study: The study.
         trials: Its own trials on record (:meth:`Study.own_trials`), in any order.
     """
-    return _hash(f"{study.settings_hash} {records_digest(trials)}")
+    return hash_of_digest(study, records_digest(trials))
+
+
+def hash_of_digest(study: Study, digest: str) -> str:
+    """:func:`results_hash` of the digest of the records."""
+    return _hash(f"{study.settings_hash} {digest}")
 
 
 def records_digest(trials: Iterable[Trial]) -> str:
