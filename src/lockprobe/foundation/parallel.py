@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
+from threading import Thread
 from typing import Any, Protocol, TypeVar
 
 from lockprobe.foundation.errors import Missing
 
-__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes"]
+__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes", "end_with_parent"]
 
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
@@ -53,6 +56,17 @@ class Processes:
         except BrokenProcessPool:
             remedy = f"is there memory enough for {self.count}? try --workers 1"
             raise Missing("a worker process died before its work was done", remedy) from None
+
+
+def end_with_parent() -> None:
+    """End this process when the one that started it is gone: where that is killed, it would wait for work forever."""
+    Thread(target=_wait_and_end, args=(parent_process(),), daemon=True).start()
+
+
+def _wait_and_end(parent: BaseProcess | None) -> None:
+    if parent:
+        parent.join()
+        os._exit(1)
 
 
 THIS_PROCESS = Processes(1)

@@ -12,15 +12,13 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
-from multiprocessing import get_context, parent_process
-from multiprocessing.process import BaseProcess
+from multiprocessing import get_context
 from pathlib import Path
-from threading import Thread
 from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.parallel import Each, Pool
+from lockprobe.foundation.parallel import Each, Pool, end_with_parent
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 
@@ -138,11 +136,4 @@ def _begin() -> None:
     gc.disable()
     atexit.register(os._exit, 0)  # freeing every object takes a second
     one_thread()  # for as long as the process lives
-    Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
-
-
-def _end_with(parent: BaseProcess | None) -> None:
-    """Where that one is killed, a pool's processes would wait for work forever."""
-    if parent:
-        parent.join()
-        os._exit(1)
+    end_with_parent()

@@ -99,6 +99,7 @@ class Journal:
         directory: The directory of the study.
         trials: Finished and broken trials by key; trials played in this run without their steps.
         calls: The log of provider calls.
+        identities: Label of a condition -> the identity of its records (:meth:`Study.record_identity`).
         left_out: Its other contents when it was opened.
         used: Whether steps of a trial are on disk; set it to True, and an error removes nothing.
     """
@@ -112,7 +113,7 @@ class Journal:
         for key in self.trials:
             if not self.owes(key):
                 calls.forget(key)
-        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
+        self.identities = {one.label: study.record_identity(one) for one in study.conditions}
         self._records = records
         self._timings = timings
         self._synced = time.monotonic()
@@ -150,18 +151,23 @@ class Journal:
         trial = self.trials.get(key)
         return trial is None or trial.owed_again
 
-    def append(self, trial: Trial, timing: Timing) -> None:
+    def append(self, trial: Trial, timing: Timing, line: bytes = b"") -> None:
         """Append a finished trial to the file.
+
+        Args:
+            trial: The trial.
+            timing: How long it took.
+            line: Its line (:func:`lockprobe.trial.trial_json.trial_to_line`), if another process has written it.
 
         Raises:
             BadFile: If it cannot be written, or another process has changed the file; see :class:`LineFile`.
         """
         if (before := self.trials.get(trial.key)) is not None and before.error is not None:
-            trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
+            trial, line = replace(trial, replays=max(trial.replays, before.replays + before.error.again)), b""
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
         clock |= {"cpu": timing.cpu} if timing.cpu else {}
         clock |= {"from_log": True} if timing.from_log else {}
-        self._records.append(trial_to_line(trial, self._identities[trial.condition]))
+        self._records.append(line or trial_to_line(trial, self.identities[trial.condition]))
         self._timings.append(json.dumps(clock).encode())
         self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one
         if not trial.owed_again:

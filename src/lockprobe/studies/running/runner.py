@@ -1,7 +1,8 @@
 """Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
 
 All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.loop.play` -> journal. Only the
-concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
+concurrency differs. Strategies play in this process, one trial after the other, and in others too if it takes longer
+(:mod:`lockprobe.studies.running.batches`). Trials of hosted models are open at the
 same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
 processes (:mod:`lockprobe.studies.running.workers`), or on a cluster (:mod:`lockprobe.studies.running.cluster_trials`).
 If somebody attends the plant, everything plays in this process, one trial after the other.
@@ -40,6 +41,7 @@ from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.extension import extended
 from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
+from lockprobe.studies.running.batches import play_in_batches
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.running.lanes import play_in_lanes
 from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
@@ -124,7 +126,7 @@ class Limits:
     """Limits of concurrency; none of them changes a record.
 
     Attributes:
-        workers: Processes for local models and simulated plants.
+        workers: Processes for local models, simulated plants, and strategies with many trials.
         access: How hosted models are reached.
         cluster: Other machines for agents and plants that come with Lockprobe; None for this one alone.
     """
@@ -241,6 +243,9 @@ def _play(
     ):
         play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
         return
+    if source.engine == "inline" and limits.workers > 1 and can_travel(study, source):
+        play_in_batches(plans, limits.workers, observer.step, finish, journal.identities)
+        return
     threaded = source.engine == "network" and not attended and not _light(study)
     with own_thread() if threaded else nullcontext(here) as place:
         play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
@@ -315,9 +320,9 @@ class _TrialWriter:
         for trial in (*known, *journal.trials.values()):
             self._note(trial)
 
-    def __call__(self, trial: Trial, timing: Timing) -> None:
+    def __call__(self, trial: Trial, timing: Timing, line: bytes = b"") -> None:
         self._refuse_another(trial)
-        self._journal.append(trial, timing)
+        self._journal.append(trial, timing, line)
         self._observer.trial(trial, timing)
         self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
         if trial.error is not None and self._broken_in_a_row == self._give_up_after:
