@@ -126,8 +126,7 @@ def test_their_language_model_agent_opens_the_box_with_one_call_per_attempt(exam
     def reply(request):
         if not plan:  # it is asked for the first time when the first trial has begun
             episode = body._env.unwrapped._episode
-            order = [episode._names.labels[i] for i in (3, 2, 1, 0)]
-            plan.extend(episode.heard.task.joints.index(label) + 1 for label in order)
+            plan.extend(episode._listing.index(joint) + 1 for joint in (3, 2, 1, 0))
         joint = plan[len(provider.requests) - 1]
         call = {"targets": {f"joint_{joint}": 1}, "note": "the next one"}
         function = {"name": "move_joints", "arguments": json.dumps(call)}

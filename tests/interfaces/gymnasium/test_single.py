@@ -240,15 +240,17 @@ def test_conditions_share_their_luck():
     assert false_reports(0.2) < false_reports(0.5) < false_reports(1.0) == set(range(18))
 
 
+@pytest.mark.parametrize("condition", [flip(0.5, "kept"), "flip?p=0.5 + drop?p=0.3"])
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_as_the_original_does(copied):
-    env = made(condition=flip(0.5, "kept"), shuffle="trial", info="truth")
+def test_a_copy_goes_on_as_the_original_does(copied, condition):
+    env = made(condition=condition, shuffle="trial", info="truth", max_steps=9)
     env.reset(seed=2)
     for action in (0, 1, 2):
         env.step(action)
     twin = copied(env)
     rest = [0, 3, 1, 2, 3, 0]
     assert repr([twin.step(action) for action in rest]) == repr([env.step(action) for action in rest])
+    assert twin.unwrapped.trial == env.unwrapped.trial == copied(twin).unwrapped.trial
     assert twin.reset()[0].tolist() == env.reset()[0].tolist()
 
 

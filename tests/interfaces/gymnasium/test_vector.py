@@ -167,6 +167,16 @@ def test_what_is_returned_is_not_written_to_again():
     assert all((now == then).all() for now, then in zip(held, kept, strict=True))
 
 
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.uint64])
+def test_every_kind_of_whole_number_is_an_action(kind):
+    envs = [made(box="chain-8", condition="flip?p=0.4&keep=0.5", info="truth") for _ in range(2)]
+    for env in envs:
+        env.reset(seed=1)
+    for joint in (7, 6, 5, 4, 7, 0):
+        here, there = (env.step(np.full(COUNT, joint, dtype=one)) for env, one in zip(envs, (kind, int), strict=True))
+        assert equal(here, there)
+
+
 class Dim:
     def perceive(self, percept, past, task, rng):
         return Percept(joint=percept.joint, outcome=percept.outcome)

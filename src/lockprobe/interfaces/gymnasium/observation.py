@@ -38,6 +38,7 @@ __all__ = [
     "colours",
     "distances",
     "images",
+    "laid_out",
     "sizes",
     "so_far",
     "stacked",
@@ -87,8 +88,13 @@ def vector(task: Task, percept: Percept, steps_left: int | None = None, *, posit
     joint = 0 if percept.joint is None else task.joints.index(percept.joint) + 1
     outcome = 0 if percept.outcome is None else MOVED if percept.outcome == "moved" else BLOCKED
     told = (percept.positions or (UNTOLD,) * len(task.joints)) if positions else ()
+    return laid_out(task.joints.index(task.target), joint, outcome, told, steps_left)
+
+
+def laid_out(target: int, joint: int, outcome: int, positions: Sequence[int], steps_left: int | None) -> Vector:
+    """The vector of these entries; empty positions and None are left out."""
     last = () if steps_left is None else (steps_left,)
-    return np.array([task.joints.index(task.target), joint, outcome, *told, *last], dtype=np.int64)
+    return np.array((target, joint, outcome, *positions, *last), dtype=np.int64)
 
 
 def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:

@@ -87,7 +87,8 @@ class WatchedPlant:
             _ABANDONED.append(plant)
 
     def _noted(self, snapshot: Snapshot) -> Snapshot:
-        look, render = (None if way is None else functools.cache(way) for way in (snapshot.look, snapshot.render))
-        self._now = replace(snapshot, look=look, render=render)
-        self.configuration = snapshot.configuration
-        return self._now
+        if snapshot.look is not None or snapshot.render is not None:
+            look, render = (None if way is None else functools.cache(way) for way in (snapshot.look, snapshot.render))
+            snapshot = replace(snapshot, look=look, render=render)
+        self._now, self.configuration = snapshot, snapshot.configuration
+        return snapshot

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,7 +50,7 @@ NOT_HERE: Mapping[str, str] = {
 """Options of a study or a trial that an environment does not have -> the alternative."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class EnvironmentSettings:
     """The trials that episodes play, and their observations.
 
@@ -65,18 +66,18 @@ class EnvironmentSettings:
     step_cost: float
     truth: bool
 
-    @property
+    @cached_property
     def observation(self) -> str:
         """``symbolic``, ``rgb`` or ``rgbd``."""
         return spec_name(self.study.conditions[0].modality)
 
-    @property
+    @cached_property
     def plant(self) -> str:
         """The spec of the plant, with what the condition changes of it."""
         (plant,) = self.study.plants
         return plant
 
-    @property
+    @cached_property
     def chain(self) -> tuple[Intervention, ...]:
         """The interventions in order."""
         return interventions_for(self.study.conditions[0])
@@ -86,12 +87,12 @@ class EnvironmentSettings:
         """Width and height of the plant's pictures, pixels; None without a simulated camera."""
         return resolve_plant(self.plant).picture_size
 
-    @property
+    @cached_property
     def tells_positions(self) -> bool:
         """Whether reports tell positions, or only outcomes."""
         return self._first_look().positions is not None
 
-    @property
+    @cached_property
     def tells_outcomes(self) -> bool:
         """Whether reports in words tell outcomes."""
         return not self._first_look().states_only
@@ -177,8 +178,7 @@ def whole(what: str, value: object) -> int:
     return int(value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EpisodeKey:
+class EpisodeKey(NamedTuple):
     """The trial of a study that an episode plays.
 
     Attributes:
@@ -194,7 +194,7 @@ class EpisodeKey:
     @property
     def next(self) -> EpisodeKey:
         """The next trial."""
-        return replace(self, trial=self.trial + 1)
+        return EpisodeKey(self.seed, self.repetition, self.trial + 1)
 
 
 def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> EpisodeKey:
@@ -210,7 +210,7 @@ def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> E
     for name in options or {}:
         if name not in ("repetition", "trial"):
             raise UnknownName("option of reset", str(name), ("repetition", "trial"))
-    return replace(before, **{name: whole(name, value) for name, value in (options or {}).items()})
+    return before._replace(**{name: whole(name, value) for name, value in (options or {}).items()})
 
 
 def _can_be_played(settings: EnvironmentSettings) -> None:

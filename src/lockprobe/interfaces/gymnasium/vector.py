@@ -12,9 +12,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.many_streams import first_numbers
 from lockprobe.interfaces.gymnasium.observation import BLOCKED, Vector
+from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, PlainState
 from lockprobe.interfaces.gymnasium.settings import (
     EnvironmentSettings,
     EpisodeKey,
@@ -22,11 +23,6 @@ from lockprobe.interfaces.gymnasium.settings import (
     read_settings,
     whole,
 )
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.second_draw import survival
-from lockprobe.interventions.words import TextChannel
-from lockprobe.trial.condition import spec_of
-from lockprobe.trial.plan import Names
 
 __all__ = ["LockboxVectorEnv"]
 
@@ -43,8 +39,8 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
     Args:
         num_envs: Number of environments.
         render_mode: None; many boxes have no picture.
-        settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`, with the symbolic plant, reports
-            and outcome flips only; anything else needs ``vectorization_mode="sync"``.
+        settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`, plain ones only
+            (:func:`lockprobe.interfaces.gymnasium.plain_rules.is_plain`); others need ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -54,14 +50,11 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             raise BadValue("render_mode", render_mode, 'None; vectorization_mode="sync" renders')
         self.num_envs = whole("num_envs", num_envs)
         self.settings: EnvironmentSettings = read_settings(settings)
-        for what, asked in (("observation", self.settings.observation), ("plant", self.settings.plant)):
-            if asked != "symbolic":
-                raise BadValue(what, asked, 'symbolic; vectorization_mode="sync" or "async" plays all others')
+        self._boxes = _Boxes(self.settings, self.num_envs)
         self.single_action_space = spaces.Discrete(len(self.settings.study.box.joints))
         self.single_observation_space = spaces.MultiDiscrete(list(self.settings.sizes))
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self._boxes = _Boxes(self.settings, self.num_envs)
         self._next: list[EpisodeKey] = []
 
     def reset(
@@ -107,7 +100,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         if not integers or joints.min() < 0 or joints.max() > last:
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
         boxes, resting = self._boxes, self._boxes.over
-        solved = boxes.attempt(joints) & ~resting
+        solved = boxes.attempt(joints.astype(np.int64, copy=False)) & ~resting
         truncated = (boxes.taken >= self.settings.study.max_steps) & ~solved & ~resting
         rewards = np.where(resting, 0.0, solved - self.settings.step_cost)
         if resting.any():
@@ -154,113 +147,55 @@ class _Boxes:
     """
 
     def __init__(self, settings: EnvironmentSettings, count: int) -> None:
-        box, joints = settings.study.box, len(settings.study.box.joints)
-        self._settings = settings
-        self._flips = _flips(settings)
-        self._may_move = space_of(box).may_move
-        self._initial = np.array(box.initial, dtype=np.bool_)
-        self._start = int(self._initial @ (1 << np.arange(joints)))
-        self._tells_positions, self._tells_outcomes = settings.tells_positions, settings.tells_outcomes
-        self._is_drawn = settings.study.shuffle != "never" or settings.study.layout != "fixed"
+        self._settings, self._rules = settings, PlainRules(settings)
+        self._target, joints = self._rules.box.target_index, len(self._rules.box.joints)
+        self._may_move, self._bits = np.array(self._rules.may_move), np.array(self._rules.bits)
+        self._luck = np.zeros((len(self._rules.streams), count, settings.study.max_steps + 1))
         self._rows = np.arange(count)
         self._listing = np.tile(np.arange(joints), (count, 1))
-        self._code = np.full(count, self._start)
-        self._positions = np.tile(self._initial, (count, 1))
-        self._told = self._positions.copy()
+        self._state = PlainState(*np.zeros((3, count), dtype=np.int64))
         self._moved = np.zeros(count, dtype=np.bool_)
-        self._luck = np.zeros((len(self._flips), count, settings.study.max_steps + 1))
         self._seen = np.zeros((count, len(settings.sizes)), dtype=np.int64)
-        self._seen[:, 0] = box.target_index
         self.taken = np.zeros(count, dtype=np.int64)
         self.over = np.zeros(count, dtype=np.bool_)
 
     def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
         """Begin trials in the given rows."""
-        settings = self._settings
-        drawn = [k for k, flip in enumerate(self._flips) if _heeds_luck(flip)]
-        if drawn or self._is_drawn:
-            for i, key in zip(rows.tolist(), keys, strict=True):
-                plan = settings.plan(key.seed, key.repetition, key.trial)
-                for k in drawn:
-                    self._luck[k, i, :-1] = plan.stream(f"{OutcomeFlip.stream}-{k}").random(plan.budget)
-                if self._is_drawn:
-                    panel = [settings.study.box.names.index(name) for name in plan.box.names]
-                    self._listing[i] = [panel[joint] for joint in Names(plan).order]
-        self._code[rows] = self._start
-        self._positions[rows] = self._told[rows] = self._initial[self._listing[rows]]
+        rules, state = self._rules, self._state
+        for luck, name in zip(self._luck, rules.streams, strict=True):
+            luck[rows, :-1] = first_numbers(keys, name, luck.shape[1] - 1)
+        if not rules.same_listing:
+            self._listing[rows] = rules.listings(keys)
+        listing = self._listing[rows]
+        state.configuration[rows] = rules.start
+        state.positions[rows] = state.told[rows] = (rules.start >> listing & 1) @ (1 << np.arange(listing.shape[1]))
         self._moved[rows] = self.over[rows] = False
         self.taken[rows] = 0
-        self._seen[rows, 0] = np.argmax(self._listing[rows] == settings.study.box.target_index, axis=1)
+        self._seen[rows, 0] = np.argmax(listing == self._target, axis=1)
         self._seen[rows, 1:3] = 0
 
-    def attempt(self, actions: NDArray[np.integer[Any]]) -> Flags:
+    def attempt(self, actions: NDArray[np.int64]) -> Flags:
         """Attempt a joint in every box; whether it was the target and moved, shape (num_envs,)."""
         joints = self._listing[self._rows, actions]
-        moved: Flags = self._may_move[self._code, joints]
-        self._code ^= moved.astype(np.int64) << joints
-        self._positions[self._rows, actions] ^= moved
-        self._tell(actions, moved)
-        self._moved = moved
+        self._moved = self._may_move[self._state.configuration, joints]
+        drawn = [luck[self._rows, self.taken] for luck in self._luck]
+        outcome = self._rules.attempt(self._state, joints, actions, moved=self._moved, drawn=drawn)
         self.taken += 1
-        solved: Flags = moved & (joints == self._settings.study.box.target_index)
-        return solved
-
-    def _tell(self, actions: NDArray[np.integer[Any]], moved: Flags) -> None:
-        """Apply :meth:`OutcomeFlip.perceive`, one flip after the other, in all boxes."""
-        outcome, positions = moved, self._positions.copy()
-        for flip, luck in zip(self._flips, self._luck, strict=True):
-            drawn = luck[self._rows, self.taken]
-            flipped = drawn < flip.p
-            if flip.part != "outcome":
-                attempted = positions[self._rows, actions] ^ flipped
-                if flip.inverts == "outcome":
-                    attempted = self._told[self._rows, actions] ^ outcome ^ flipped
-                positions = self._others_told(flip, drawn, positions)
-                positions[self._rows, actions] = attempted
-            if flip.part != "position":
-                outcome = outcome ^ flipped
-        self._told = positions
         self._seen[:, 1] = actions + 1
-        if self._tells_outcomes:
+        if self._rules.tells_outcomes:
             self._seen[:, 2] = BLOCKED + outcome
-
-    def _others_told(self, flip: OutcomeFlip, drawn: NDArray[np.float64], positions: Flags) -> Flags:
-        """The positions of all joints as they are told where they are not attempted, shape (num_envs, joints)."""
-        if flip.keep == 1:
-            return self._told.copy()
-        if not flip.keep and flip.others != "noisy":
-            return positions
-        numbers = np.stack([survival(drawn, place) for place in range(positions.shape[1])], axis=1)
-        if flip.others == "noisy":
-            return positions ^ (numbers < flip.p)
-        return np.where(numbers < flip.keep, self._told, positions)
+        solved: Flags = self._moved & (joints == self._target)
+        return solved
 
     def observation(self) -> Vector:
         """The agents' observations, shape (num_envs, entries)."""
-        joints = self._told.shape[1]
-        if self._tells_positions:
-            self._seen[:, 3 : 3 + joints] = self._told
+        if self._rules.tells_positions:
+            self._seen[:, 3 : 3 + self._bits.shape[1]] = self._bits[self._state.told]
         if self._settings.steps_left:
             self._seen[:, -1] = self._settings.study.max_steps - self.taken
         return self._seen.copy()
 
     def truth(self) -> dict[str, NDArray[Any]]:
         """True positions, shape (num_envs, joints), and whether the last attempt moved its joint, (num_envs,)."""
-        return {"positions": self._positions.astype(np.int8), "moved": self._moved.copy()}
-
-
-def _heeds_luck(flip: OutcomeFlip) -> bool:
-    """Whether the numbers that a flip draws decide anything."""
-    return 0 < flip.p < 1 or 0 < flip.keep < 1
-
-
-def _flips(settings: EnvironmentSettings) -> list[OutcomeFlip]:
-    """The flips of the condition, in order."""
-    flips: list[OutcomeFlip] = []
-    for one in settings.chain:
-        if isinstance(one, OutcomeFlip) and one == one.at_rate(one.p):
-            flips.append(one)
-        elif not isinstance(one, TextChannel):
-            expected = "a flip of p, inverts, others, keep and part alone"
-            raise BadValue("condition", spec_of(one), f'{expected}; vectorization_mode="sync" plays any other')
-    return flips
+        positions = self._bits[self._state.positions].astype(np.int8)
+        return {"positions": positions, "moved": self._moved.copy()}
