@@ -34,6 +34,13 @@ def test_of_one_agent_it_says_the_competence_and_a_change_only_where_it_is_shown
     assert suite_said([("a", replace(BEST, competence=None))]) == suite_said([])
 
 
+def test_of_studies_that_stop_nothing_is_concluded_from_intervals_of_a_fixed_number():
+    said = "Whether false reports change success, the reports of its studies say, which hold at every look."
+    assert suite_said([("a", BEST)], stops=True) == f"a has a competence of {SIZE}. {said}"
+    shown = [("a", replace(BEST, ranks=(1, 1), together=2)), ("b", replace(WORSE, ranks=(2, 2), together=2))]
+    assert suite_said(shown, stops=True) == f"The highest measured competence is a's: {SIZE}. {said}"
+
+
 def test_the_best_of_several_is_named_as_the_best_only_if_the_comparisons_show_it():
     first, second, third = (replace(one, together=3) for one in (BEST, WORSE, WORSE))
     shown = [

@@ -10,16 +10,24 @@ from lockprobe.statistics.suite.scores import SuiteScore
 __all__ = ["ranks_said", "suite_said"]
 
 
-def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
+def suite_said(entries: Sequence[tuple[str, SuiteScore]], *, stops: bool = False) -> str:
     """Who is the most competent, or that it is not decided, and how false reports change the first one's competence.
 
     Args:
         entries: Names and scores, the highest competence first.
+        stops: Whether its studies stop when they are decided. Its intervals are of a fixed number of trials, so nothing
+            is concluded from them then.
     """
     if not entries or (competence := entries[0][1].competence) is None:
         return "No agent has finished trials at every level yet."
     name, first = entries[0]
     size = f"{share(competence.value, competence.low, competence.high)}, where 0 % is chance and 100 % solves every box"
+    if stops:
+        highest = (
+            f"{name} has a competence of" if len(entries) == 1 else f"The highest measured competence is {name}'s:"
+        )
+        where = "Whether false reports change success, the reports of its studies say, which hold at every look."
+        return f"{highest} {size}. {where}"
     if first.ranks is None:
         return f"{name} has a competence of {size}. {_change_said(first)}".rstrip()
     tied = [other for other, one in entries if one.competence is not None and one.competence.value == competence.value]

@@ -74,7 +74,11 @@ def _page(found: SuiteResults) -> str:
     return rendered(
         "suite",
         content=found,
-        said=section("First sentence", lambda: suite_said(shown), lambda: "The answer could not be computed."),
+        said=section(
+            "First sentence",
+            lambda: suite_said(shown, stops=found.suite.until is not None),
+            lambda: "The answer could not be computed.",
+        ),
         lockprobe=found.plain()["lockprobe"],
         images={"scores": image(picture["svg"])} if picture else {},
         caption=_CAPTION,
@@ -107,7 +111,7 @@ def score_table(found: SuiteResults) -> TextTable:
             [
                 one.name,
                 _cell(scores.competence, share),
-                ranks_said(scores) or NONE,
+                (ranks_said(scores) or NONE) if found.suite.until is None else NONE,
                 _cell(scores.robustness, bracketed),
                 _cell(scores.misreading, share),
                 _cell(scores.loops, bracketed),

@@ -209,10 +209,11 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
         try:
             if trial.player:
                 check_participant(trial.agent)
-            asked = joined.asks_for(trial)
         except UserMistake as mistake:
             raise BadFile(source.path, f"{trial.key}: {mistake}") from None
-        if not asked:
+    own = {id(trial) for trial in joined.own_trials(source.trials)}
+    for trial in source.trials:
+        if id(trial) not in own:
             raise BadFile(source.path, f"{trial.key} is no trial of that study")
 
 
