@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.jsonl import without_checksum
-from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.record import Decision, Step, Trial
 from lockprobe.trial.trial_json import check_step, check_whole, split_identity, trial_from_json
 
 __all__ = ["Outline", "TrialReader"]
@@ -25,7 +25,7 @@ _KEY, _STUDY, _REPETITION = b'{"key":"', b'","study":', b',"repetition":'
 _PLACE = re.compile(_REPETITION + rb'([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
 _STEPS, _FIRST_STEP, _NEXT_STEP, _ENDING = b',"steps":[', b'{"step":', b'},{"step":', b'],"ending":'
 _REPLIES = b'"replies":'
-"""Steps with replies are different in every trial, and are not kept."""
+"""Decisions with replies are different in every trial, and are not kept."""
 
 _MOST = 1 << 20
 """Different steps that are kept; further ones are parsed each time."""
@@ -79,6 +79,7 @@ class TrialReader:
         self._between: dict[bytes, dict[str, Any]] = {}
         self._behind: dict[bytes, dict[str, Any]] = {}
         self._steps: dict[tuple[tuple[str, ...], tuple[str, ...]], dict[bytes, Step]] = {}
+        self._decisions: dict[Decision, Decision] = {}
         self._kept = 0
 
     def read(self, line: bytes) -> tuple[Trial, str]:
@@ -144,7 +145,10 @@ class TrialReader:
     ) -> Step:
         step = _step.validate_json(_FIRST_STEP + part + b"}", strict=True, extra="forbid")
         check_step(step, joints, labels)
-        if _REPLIES not in part and self._kept < _MOST:
+        if _REPLIES in part:
+            return step
+        step = replace(step, decision=self._decisions.setdefault(step.decision, step.decision))
+        if self._kept < _MOST:
             known[part] = step
             self._kept += 1
         return step
