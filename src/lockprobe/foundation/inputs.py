@@ -28,6 +28,9 @@ __all__ = [
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
 
+_BUFFER = 1 << 18
+"""Bytes that are read at once: records have some thousands."""
+
 LARGEST_TOML = 64 * 1024
 """Bytes of a TOML file; a larger one is refused unread."""
 
@@ -87,7 +90,7 @@ def _opened(path: Path) -> Iterator[IO[bytes]]:
     """
     check_regular(path)
     try:
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123 - of a number
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", _BUFFER) as file:  # noqa: PTH123 - of a number
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadFile(path, "not a regular file")
             yield file

@@ -25,6 +25,9 @@ __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 LARGE = 2_000_000
 """Bytes of records from which on another process pays; it takes about two seconds to start."""
 
+HUGE = 1_000_000_000
+"""Bytes of records from which on memory is short: this process then works alone."""
+
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
 
@@ -73,10 +76,11 @@ def shared(
         preload: Modules that every process imports while the others start.
     """
     records = directory / "trials.jsonl"
-    large = records.is_file() and records.stat().st_size >= LARGE
+    size = records.stat().st_size if records.is_file() else 0
+    large = size >= LARGE
     if large and elsewhere is not None:
         yield lambda work, jobs: list(elsewhere.map(partial(_on_one_thread, work), list(jobs)))
-    elif large and processes > 1:
+    elif large and processes > 1 and size < HUGE:
         with _processes(processes - 1, preload) as each:
             yield each
     else:

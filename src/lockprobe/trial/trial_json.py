@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import checked_length, with_checksum
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Fact, Step, Trial
@@ -21,7 +21,7 @@ from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 __all__ = [
     "check_step",
     "check_whole",
-    "split_identity",
+    "record_end",
     "trial_from_json",
     "trial_from_line",
     "trial_to_json",
@@ -30,8 +30,8 @@ __all__ = [
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 
-_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
-_IDENTITY_LENGTH = len(b',"identity":"000000000000"}')
+_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\Z')
+_IDENTITY_LENGTH = len(b',"identity":"000000000000"')
 
 LONGEST = 10_000
 """The most steps of a trial."""
@@ -53,19 +53,20 @@ def trial_from_line(line: bytes) -> tuple[Trial, str]:
     Raises:
         BadValue: As :func:`trial_from_json`, and if the line has no identity, or the checksum is not its own.
     """
-    said, identity = split_identity(without_checksum(line))
-    return trial_from_json(said), identity
+    end, identity = record_end(line)
+    return trial_from_json(line[:end] + b"}"), identity
 
 
-def split_identity(line: bytes) -> tuple[bytes, str]:
-    """The record on a line of a journal without its checksum, and the identity of what was played.
+def record_end(line: bytes) -> tuple[int, str]:
+    """Where a record ends on its line, without its last brace, and the identity of what was played.
 
     Raises:
-        BadValue: If the line has none.
+        BadValue: If there is no identity, or the checksum is not that of the line.
     """
-    if (named := _IDENTITY.match(line, max(0, len(line) - _IDENTITY_LENGTH))) is None:
+    checked = checked_length(line)
+    if (named := _IDENTITY.search(line, max(0, checked - _IDENTITY_LENGTH), checked)) is None:
         raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
-    return line[: named.start()] + b"}", named[1].decode()
+    return named.start(), named[1].decode()
 
 
 def trial_from_json(line: bytes | str) -> Trial:

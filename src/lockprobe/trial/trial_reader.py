@@ -9,15 +9,14 @@ What it returns, and what it refuses, are the same as :func:`lockprobe.trial.tri
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.storage.jsonl import without_checksum
 from lockprobe.trial.record import Decision, Step, Trial
-from lockprobe.trial.trial_json import check_step, check_whole, split_identity, trial_from_json
+from lockprobe.trial.trial_json import check_step, check_whole, record_end, trial_from_json
 
 __all__ = ["Outline", "TrialReader"]
 
@@ -39,18 +38,20 @@ _step: TypeAdapter[Step] = TypeAdapter(Step)
 
 
 class _Cut(NamedTuple):
-    """The parts of a line: its key, the members before its place, its place, those before and behind its steps."""
+    """The parts of a line: its key, the members before its place, its place, those before and behind its steps.
+
+    Of the steps, where they begin and end on the line.
+    """
 
     key: bytes
     before: bytes
     place: tuple[int, int]
     between: bytes
-    steps: bytes
+    steps: tuple[int, int]
     behind: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Outline:
+class Outline(NamedTuple):
     """A record without its steps.
 
     Attributes:
@@ -88,13 +89,13 @@ class TrialReader:
         Raises:
             BadValue: As :func:`lockprobe.trial.trial_json.trial_from_line`.
         """
-        said, identity = split_identity(without_checksum(line))
-        if (cut := _cut(said)) is None:
-            return trial_from_json(said), identity
-        if (trial := self._joined(cut)) is None:
-            trial = trial_from_json(said)
+        end, identity = record_end(line)
+        if (cut := _cut(line, end)) is None:
+            return trial_from_json(line[:end] + b"}"), identity
+        if (trial := self._joined(line, cut)) is None:
+            trial = trial_from_json(line[:end] + b"}")
             self._keep(cut, trial)
-            trial = self._joined(cut) or trial
+            trial = self._joined(line, cut) or trial
         elif (kind := (cut.before, cut.behind)) not in self._kinds and not _adds_up(trial):
             self._kinds[kind] = replace(trial, steps=())
         return trial, identity
@@ -107,16 +108,17 @@ class TrialReader:
         Raises:
             BadValue: As :meth:`read`, if the line was changed or has no identity.
         """
-        said, identity = split_identity(without_checksum(line))
-        if (cut := _cut(said)) is None:
+        end, identity = record_end(line)
+        if (cut := _cut(line, end)) is None:
             return None
         kind = self._kinds.get((cut.before, cut.behind))
         if kind is None or cut.between not in self._between:
             return None
-        steps = int(cut.steps[cut.steps.rfind(_FIRST_STEP) + len(_FIRST_STEP) :].split(b",", 1)[0]) if cut.steps else 0
-        return Outline(kind, cut.key.decode(), cut.place, steps, identity, len(said) - 1)
+        last = line.rfind(_FIRST_STEP, *cut.steps) + len(_FIRST_STEP)
+        steps = int(line[last : line.find(b",", last)]) if cut.steps[0] < cut.steps[1] else 0
+        return Outline(kind, cut.key.decode(), cut.place, steps, identity, end)
 
-    def _joined(self, cut: _Cut) -> Trial | None:
+    def _joined(self, line: bytes, cut: _Cut) -> Trial | None:
         """The trial of parts that are known; None if one is not, or they make no trial."""
         before, between = self._before.get(cut.before), self._between.get(cut.between)
         behind = self._behind.get(cut.behind)
@@ -124,7 +126,7 @@ class TrialReader:
             return None
         repetition, number = cut.place
         try:
-            steps = self._parsed(cut.steps, between["joints"], between["labels"])
+            steps = self._parsed(line[slice(*cut.steps)], between["joints"], between["labels"])
             key = cut.key.decode()
             trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
             check_whole(trial)
@@ -173,27 +175,27 @@ def _adds_up(trial: Trial) -> bool:
     return bool(asked or trial.plant or trial.opening_pictures or trial.player)
 
 
-def _cut(said: bytes) -> _Cut | None:
-    """Cut a record where its members begin; None if they do not stand in the order of the fields.
+def _cut(line: bytes, end: int) -> _Cut | None:
+    """Cut the record on a line, which ends there, where its members begin; None if they stand in another order.
 
     In JSON a quotation mark within a text is escaped, so a name between two of them, with a colon, is one of a member.
     Members of the same name within others are facts, which hold no lists.
     """
-    study, steps, ending = said.find(_STUDY), said.find(_STEPS), said.rfind(_ENDING)
-    repetition = said.find(_REPETITION, 0, max(steps, 0))
-    place = _PLACE.match(said, repetition)
-    if not said.startswith(_KEY) or not 0 < study < repetition < steps < ending or place is None:
+    study, steps, ending = line.find(_STUDY), line.find(_STEPS), line.rfind(_ENDING, 0, end)
+    repetition = line.find(_REPETITION, 0, max(steps, 0))
+    place = _PLACE.match(line, repetition)
+    if not line.startswith(_KEY) or not 0 < study < repetition < steps < ending or place is None:
         return None
-    key, text = said[len(_KEY) : study], said[steps + len(_STEPS) : ending]
-    if b'"' in key or b"\\" in key or said.find(_REPETITION, place.end(), steps) >= 0:
+    key, first = line[len(_KEY) : study], steps + len(_STEPS)
+    if b'"' in key or b"\\" in key or line.find(_REPETITION, place.end(), steps) >= 0:
         return None
-    if text and not (text.startswith(_FIRST_STEP) and text.endswith(b"}")):
+    if first < ending and not (line.startswith(_FIRST_STEP, first) and line.endswith(b"}", first, ending)):
         return None
     return _Cut(
-        key=key,
-        before=said[study:repetition],
-        place=(int(place[1]), int(place[2])),
-        between=said[place.end() : steps],
-        steps=text,
-        behind=said[ending:],
+        key,
+        line[study:repetition],
+        (int(place[1]), int(place[2])),
+        line[place.end() : steps],
+        (first, ending),
+        line[ending:end],
     )

@@ -28,6 +28,7 @@ from lockprobe.foundation.storage.links import refuse_links
 __all__ = [
     "LineFile",
     "State",
+    "checked_length",
     "read_values",
     "rescued_files",
     "state_of",
@@ -252,8 +253,8 @@ def _end_of_whole_lines(handle: int, size: int) -> int:
     return 0
 
 
-_CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
-_CHECKSUM_LENGTH = len(b',"crc":"00000000"}')
+_CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\s*\Z')
+_CHECKSUM_LENGTH = len(b',"crc":"00000000"}\r\n')
 
 
 def with_checksum(line: bytes) -> bytes:
@@ -272,14 +273,21 @@ def without_checksum(line: bytes) -> bytes:
     Raises:
         BadValue: If there is none, or it is not that of the line.
     """
-    line = line.rstrip()
-    found = _CHECKSUM.match(line, max(0, len(line) - _CHECKSUM_LENGTH))
+    return line[: checked_length(line)] + b"}"
+
+
+def checked_length(line: bytes) -> int:
+    """The number of bytes before the checksum of a line, which is checked.
+
+    Raises:
+        BadValue: If there is none, or it is not that of the line.
+    """
+    found = _CHECKSUM.search(line, max(0, len(line) - _CHECKSUM_LENGTH))
     if found is None:
         raise BadValue("checksum", "none", "one at the end of the line")
-    said = line[: found.start()]
-    if zlib.crc32(said) != int(found[1], 16):
-        raise BadValue("checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")
-    return said + b"}"
+    if (own := zlib.crc32(memoryview(line)[: found.start()])) != int(found[1], 16):
+        raise BadValue("checksum", found[1].decode(), f"{own:08x}: the line was changed")
+    return found.start()
 
 
 def read_values(path: Path, adapter: TypeAdapter[_Value]) -> Iterator[_Value]:

@@ -10,6 +10,7 @@ import hashlib
 import os
 from array import array
 from pathlib import Path
+from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.inputs import read_lines
@@ -21,6 +22,22 @@ from lockprobe.trial.trial_json import trial_to_json
 from lockprobe.trial.trial_reader import Outline, TrialReader
 
 __all__ = ["RecordIndex"]
+
+
+class _Kind(NamedTuple):
+    """Records that are alike but for their places.
+
+    Attributes:
+        number: From 0, in the order in which they were met.
+        trial: One of them.
+        trials: Trials per repetition and condition that the study asks its agent for; 0 if it asks for none.
+        foreign: Why they are of another study; empty if they are not.
+    """
+
+    number: int
+    trial: Trial
+    trials: int
+    foreign: str
 
 
 class RecordIndex:
@@ -43,8 +60,8 @@ class RecordIndex:
         self._trials = {one: study.trials_of(one) for one in study.agents}
         self._played = {(one, condition.label) for one in study.agents for condition in study.conditions_of(one)}
         self._rows: dict[str, int] = {}
-        self._kinds: list[Trial] = []
-        self._numbers: dict[tuple[int, str], int] = {}
+        self._kinds: list[_Kind] = []
+        self._known: dict[tuple[int, str], _Kind] = {}
         self._kind, self._own, self._steps, self._begin, self._length = (array("q") for _ in range(5))
         left, begin = LinesLeftOut(self._path), 0
         for number, line in enumerate(read_lines(self._path), 1):
@@ -62,7 +79,7 @@ class RecordIndex:
     def owes(self, key: str) -> bool:
         """Whether a trial is not finished: not on record, or broken by something outside the agent."""
         row = self._rows.get(key)
-        return row is None or self._kinds[self._kind[row]].owed_again
+        return row is None or self._kinds[self._kind[row]].trial.owed_again
 
     def counted(self, *, own: bool = True) -> list[Counted]:
         """The records of trials that the study asks for (:meth:`Study.asks_for`), or all with its settings."""
@@ -72,7 +89,7 @@ class RecordIndex:
                 kind = self._kind[row]
                 numbers[kind] = numbers.get(kind, 0) + 1
                 steps[kind] = steps.get(kind, 0) + self._steps[row]
-        return [Counted(self._kinds[kind], number, steps[kind]) for kind, number in numbers.items()]
+        return [Counted(self._kinds[kind].trial, number, steps[kind]) for kind, number in numbers.items()]
 
     def digest(self) -> str:
         """:func:`lockprobe.studies.records.results_hash.records_digest` of the trials that the study asks for."""
@@ -82,51 +99,43 @@ class RecordIndex:
                 if length := self._length[row]:
                     found.update(before + os.pread(file.fileno(), length, self._begin[row]) + b"}")
                 else:
-                    found.update(before + trial_to_json(self._kinds[self._kind[row]]))
+                    found.update(before + trial_to_json(self._kinds[self._kind[row]].trial))
                 before = b"\n"
         return found.hexdigest()
 
     def _take(self, number: int, line: bytes, begin: int, left: LinesLeftOut) -> None:
         """Add the record on a line, unless it is of another study."""
+        kind = None
         if (found := self._reader.outline(line)) is None:
             trial, identity = self._reader.read(line)
             found = Outline(trial, trial.key, (trial.repetition, trial.trial), len(trial.steps), identity, 0)
-            if why := self._filter.why_foreign(trial, identity):
-                left.foreign(number, trial.key, why)
-                return
-            kind, own = self._new_kind(trial), self._asked(found) and trial.fork is None
         else:
-            known = self._numbers.get((id(found.kind), found.identity))
-            if known is None:
-                why = self._filter.why_foreign(found.kind, found.identity)
-                known = -1 if why else self._new_kind(found.kind)
-                self._numbers[id(found.kind), found.identity] = known
-            if known < 0:
-                left.foreign(number, found.key, self._filter.why_foreign(found.kind, found.identity))
-                return
-            kind, own = known, self._asked(found)
+            kind = self._known.get((id(found.kind), found.identity))
+        if kind is None:
+            kind = self._new_kind(found)
+            if found.length:
+                self._known[id(found.kind), found.identity] = kind
+        if kind.foreign:
+            left.foreign(number, found.key, kind.foreign)
+            return
         if (before := self._rows.pop(found.key, None)) is not None:
             first = self._begin[before]
-            left.again(self._kinds[self._kind[before]], self._kinds[kind], lambda: self._line_at(first) == line)
+            left.again(self._kinds[self._kind[before]].trial, kind.trial, lambda: self._line_at(first) == line)
         self._rows[found.key] = len(self._kind)
-        for column, value in (
-            (self._kind, kind),
-            (self._own, own),
-            (self._steps, found.steps),
-            (self._begin, begin),
-            (self._length, found.length),
-        ):
-            column.append(value)
+        repetition, trial = found.place
+        self._kind.append(kind.number)
+        self._own.append(trial <= kind.trials and repetition <= self._study.repetitions)
+        self._steps.append(found.steps)
+        self._begin.append(begin)
+        self._length.append(found.length)
 
-    def _new_kind(self, trial: Trial) -> int:
-        self._kinds.append(trial)
-        return len(self._kinds) - 1
-
-    def _asked(self, found: Outline) -> bool:
-        """Whether the study asks for a trial with its settings."""
-        agent, (repetition, trial) = found.kind.spec, found.place
-        inside = repetition <= self._study.repetitions and trial <= self._trials.get(agent, 0)
-        return inside and (agent, found.kind.condition) in self._played
+    def _new_kind(self, found: Outline) -> _Kind:
+        """A kind of records that was not met before."""
+        trial, foreign = found.kind, self._filter.why_foreign(found.kind, found.identity)
+        asked = trial.fork is None and (trial.spec, trial.condition) in self._played
+        kind = _Kind(len(self._kinds), trial, self._trials[trial.spec] if asked else 0, foreign)
+        self._kinds.append(kind)
+        return kind
 
     def _line_at(self, begin: int) -> bytes:
         with self._path.open("rb") as file:
