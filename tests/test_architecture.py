@@ -129,7 +129,6 @@ def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_rep
         "lockprobe/interfaces/inspect/read_log.py",
         "lockprobe/studies/running/trial_setup.py",
         "lockprobe/trial/changes.py",
-        "lockprobe/trial/loop.py",
         "lockprobe_robot/hardware/driver_call.py",
     ]
 

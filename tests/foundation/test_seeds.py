@@ -1,5 +1,7 @@
 """The seed matters, and it suffices."""
 
+import hashlib
+
 import numpy as np
 
 from lockprobe.foundation.seeds import generator, integer_seed
@@ -19,3 +21,16 @@ def test_the_streams_are_pinned():
     assert generator(1, "rep", 1, "trial", 1, "labels").random() == 0.7618068731319974
     assert integer_seed(1, "x") == integer_seed(1, "x")
     assert 0 <= integer_seed(1, "x") < 2**31
+
+
+def test_a_stream_is_seeded_by_the_first_128_bits_of_a_hash():
+    for number in range(300):  # some of them begin or end with a word of few bits
+        digest = hashlib.sha256(f"1/{number}".encode()).digest()
+        seeded = np.random.Generator(np.random.PCG64(int.from_bytes(digest[:16], "little")))
+        assert generator(1, number).bit_generator.state == seeded.bit_generator.state
+
+
+def test_words_of_zeros_are_words_of_a_number():
+    for number in (0, 1, 1 << 32, 1 << 96, (1 << 96) - 1):
+        words = np.frombuffer(number.to_bytes(16, "little"), dtype="<u4")
+        assert np.random.PCG64(words).state == np.random.PCG64(number).state

@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -47,6 +47,19 @@ def test_told_facts_are_written_again_as_they_were():
                 made = channel.perceive(told, past, TASK, np.random.default_rng(1))
                 again = channel.written(made, TASK, first=not past)
                 assert (again == made.text) is (told.corrects is None)
+
+
+def test_what_is_no_text_and_not_to_be_left_out_stays():
+    """Each field of a percept has a value of its own here."""
+    own = {"pictures": ("picture",), "handles": (((1.0, 2.0), (3.0, 4.0)),), "unlabelled": True, "look": len}
+    before = Percept(joint="A", outcome="moved", positions=(True, False), text="before", states_only=True, **own)
+    told = TextChannel(tell="both").perceive(before, (), TASK, np.random.default_rng(1))
+    changed = {"text": "A moved. At 1: B.", "states_only": False}
+    assert told == replace(before, **changed)
+    assert told.look is len
+    assert {part.name for part in fields(Percept)} == {
+        "joint", "outcome", "positions", "text", "states_only", "in_full", "corrects", *own
+    }  # fmt: skip
 
 
 def test_without_positions_only_the_outcome_is_told():

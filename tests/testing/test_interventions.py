@@ -60,6 +60,21 @@ def test_what_leaves_a_report_out_must_not_declare_that_it_always_tells():
         check_intervention(Unreliable())
 
 
+@dataclass(frozen=True, kw_only=True)
+class Secretive:
+    """Declares that it draws nothing, and does."""
+
+    draws = False
+
+    def act(self, joint, past, task, rng):
+        return joint if rng.random() < 2 else ""
+
+
+def test_what_draws_must_not_declare_that_it_does_not():
+    with pytest.raises(AssertionError, match="Secretive draws: it must not have draws = False"):
+        check_intervention(Secretive())
+
+
 @pytest.mark.parametrize("spec", ["flip?p=0", "flip?p=1&at=1000", "drop?p=0", "history?last=1000", "nudge?after=9"])
 def test_one_that_has_nothing_to_do_keeps_it(spec):
     check_intervention(*interventions_of(spec))

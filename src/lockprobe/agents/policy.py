@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
+from lockprobe.foundation.quick import quick
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
@@ -64,9 +65,12 @@ class Told:
         return self.corrects is not None or self.remarked
 
 
+_decision, _told, _view = quick(Decision), quick(Told), quick(View)
+
+
 def view_of(task: Task) -> View:
     """A task in numbers."""
-    return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
+    return _view(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
@@ -81,19 +85,18 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     joint, positions = task.joints.index(percept.joint), percept.positions
     if percept.outcome is not None:
         moved = percept.outcome == "moved"
+    elif positions is None or (last := _last_positions(past)) is None:
+        return None
     else:
-        known = (turn.percept.positions for turn in reversed(past))
-        last = next((told for told in known if told is not None), None)
-        if positions is None or last is None:
-            return None
         moved = positions[joint] != last[joint]
     shifted = None
     if positions is not None:
         first = past[0].percept if past and past[0].percept.joint is None else None
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
-            shifted = sum((now != then) << j for j, (now, then) in enumerate(zip(positions, start, strict=True)))
-    return Told(
+            pairs = enumerate(zip(positions, start, strict=True))
+            shifted = sum([1 << j for j, (now, then) in pairs if now != then])
+    return _told(
         joint=joint,
         moved=moved,
         shifted=shifted,
@@ -103,11 +106,24 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     )
 
 
+def _last_positions(past: Sequence[Turn]) -> tuple[bool, ...] | None:
+    """The last positions that were told and are remembered; None without any."""
+    for turn in reversed(past):
+        if turn.percept.positions is not None:
+            return turn.percept.positions
+    return None
+
+
 def told_outcome(situation: Situation) -> Outcome | None:
     """The reported outcome of the last attempt, from outcome or positions; None if nothing is reported."""
-    if situation.percept.outcome is not None:
-        return situation.percept.outcome
-    told = tell(situation.task, situation.percept, situation.past)
+    percept = situation.percept
+    return _outcome(percept, tell(situation.task, percept, situation.past) if percept.outcome is None else None)
+
+
+def _outcome(percept: Percept, told: Told | None) -> Outcome | None:
+    """The same, of a percept that was read already."""
+    if percept.outcome is not None:
+        return percept.outcome
     return None if told is None else "moved" if told.moved else "blocked"
 
 
@@ -180,59 +196,57 @@ class Policy(Generic[Memory]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
-        view, memory = self.recall(situation)
+        known = self._recalled(situation)
+        view, memory = known.view, known.memory
         joint = situation.task.joints[self.choose(view, memory, rng)]
-        return Decision(
+        return _decision(
             joint=joint,
-            claimed=told_outcome(situation) if self.looks else None,
+            claimed=_outcome(situation.percept, known.told) if self.looks else None,
             probabilities=self.probabilities(view, memory) if self.exact else None,
         )
 
     def recall(self, situation: Situation) -> tuple[View, Memory]:
         """The memory after all reports so far.
 
-        If the last recall was for the situation one step earlier, it only adds the newest report.
-
         Raises:
             BadValue: If it was shown pictures instead of a report, and heeds reports.
         """
-        task, past = situation.task, situation.past
+        known = self._recalled(situation)
+        return known.view, known.memory
+
+    def _recalled(self, situation: Situation) -> _Recall[Memory]:
+        """The same, with the last report. If the last recall was one step earlier, only the newest report is added."""
+        task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
         if self.looks:
-            refuse_pictures(situation.percept, type(self).__name__)
+            refuse_pictures(percept, type(self).__name__)
         known = self._last_recall
-        if known is not None and past and known[:4] == (task, past[:-1], past[-1].percept, past[-1].remark):
-            view = known.view
-            memory = self._heard(view, known.memory, situation, past)
+        if known is not None and past and known.asked == (task, past[:-1], past[-1].percept, past[-1].remark):
+            view, memory = known.view, known.memory
         else:
             view = view_of(task)
             memory = self.begin(view)
             for done, turn in enumerate(past):
-                memory = self._heard(view, memory, situation, past[:done], turn)
-            memory = self._heard(view, memory, situation, past)
-        last = _Recall(task, past, situation.percept, situation.briefing.remark, view, memory)
+                before = past[:done]
+                memory = self._heard(view, memory, task, before, tell(task, turn.percept, before, turn.remark))
+        told = tell(task, percept, past, remark)
+        memory = self._heard(view, memory, task, past, told)
+        last = _Recall((task, past, percept, remark), view, memory, told)
         object.__setattr__(self, "_last_recall", last)  # many policies are frozen dataclasses
-        return view, memory
+        return last
 
-    def _heard(
-        self, view: View, memory: Memory, situation: Situation, past: Sequence[Turn], turn: Turn | None = None
-    ) -> Memory:
-        """The memory after the report of a turn, or after the last one."""
-        percept, remark = (
-            (situation.percept, situation.briefing.remark) if turn is None else (turn.percept, turn.remark)
-        )
-        if (told := tell(situation.task, percept, past, remark)) is not None:
+    def _heard(self, view: View, memory: Memory, task: Task, past: Sequence[Turn], told: Told | None) -> Memory:
+        """The memory after a report, or after none; ``past`` holds the exchanges before it."""
+        if told is not None:
             return self.remember(view, memory, told)
         if not past:
             return memory
-        return self.remember_silence(view, memory, situation.task.joints.index(past[-1].decision.joint))
+        return self.remember_silence(view, memory, task.joints.index(past[-1].decision.joint))
 
 
 class _Recall(NamedTuple, Generic[Memory]):
-    """A situation and the memory that it leaves."""
+    """A situation (task, past, percept and remark), the view of it, the memory that it leaves, and its report."""
 
-    task: Task
-    past: tuple[Turn, ...]
-    percept: Percept
-    remark: str
+    asked: tuple[Task, tuple[Turn, ...], Percept, str]
     view: View
     memory: Memory
+    told: Told | None

@@ -34,7 +34,10 @@ Shuffle = Literal["trial", "study", "never"]
 
 def bits(configuration: Configuration) -> str:
     """A configuration as a bit string in panel order, for example ``"0010"``."""
-    return "".join("1" if position else "0" for position in configuration)
+    return "".join(map(_DIGITS.__getitem__, configuration))
+
+
+_DIGITS: Mapping[bool, str] = {False: "0", True: "1"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,7 +118,7 @@ class Lockbox:
     @property
     def names(self) -> tuple[str, ...]:
         """Joint names in panel order."""
-        return tuple(joint.name for joint in self.joints)
+        return tuple([joint.name for joint in self.joints])
 
     def as_data(self) -> dict[str, object]:
         """The box as JSON data; positions are 0 and 1."""
@@ -142,7 +145,13 @@ class Lockbox:
 
     def may_move(self, configuration: Configuration, joint: int) -> bool:
         """Whether the interlock lets a joint (by index in panel order) move in a configuration."""
-        return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
+        for clause in self._rules[joint]:
+            for other, position in clause:
+                if configuration[other] != position:
+                    break
+            else:
+                return True
+        return False
 
     def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:
         """Attempt a joint.

@@ -13,12 +13,12 @@ import hashlib
 
 import numpy as np
 
-__all__ = ["generator", "integer_seed", "study_stream", "trial_stream"]
+__all__ = ["UNDRAWN", "generator", "integer_seed", "study_stream", "trial_stream"]
 
 
-def _entropy(seed: int, path: tuple[str | int, ...]) -> int:
+def _entropy(seed: int, path: tuple[str | int, ...]) -> bytes:
     text = "/".join([str(seed), *map(str, path)])
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "little")
+    return hashlib.sha256(text.encode()).digest()[:16]
 
 
 def generator(seed: int, *path: str | int) -> np.random.Generator:
@@ -26,12 +26,13 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
 
     It depends on the seed, any integer, and on every part of the path, and on nothing else.
     """
-    return np.random.Generator(np.random.PCG64(_entropy(seed, path)))
+    words = np.frombuffer(_entropy(seed, path), dtype="<u4")  # a number of 128 bits would be taken apart into these
+    return np.random.Generator(np.random.PCG64(words))
 
 
 def integer_seed(seed: int, *path: str | int) -> int:
     """A seed in [0, 2**31) for a place of the tree, for runtimes that take a number."""
-    return _entropy(seed, path) % 2**31
+    return int.from_bytes(_entropy(seed, path), "little") % 2**31
 
 
 def study_stream(seed: int, name: str) -> np.random.Generator:
@@ -42,3 +43,7 @@ def study_stream(seed: int, name: str) -> np.random.Generator:
 def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random.Generator:
     """One of a trial's streams, by its name; the same for every condition and agent. Both numbers are from 1."""
     return generator(seed, "rep", repetition, "trial", trial, name)
+
+
+UNDRAWN = generator(0, "undrawn")
+"""The stream of all that draws nothing, since to seed one takes as long as two steps of a trial."""

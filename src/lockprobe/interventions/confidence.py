@@ -23,6 +23,7 @@ class Confidence:
     """
 
     name: ClassVar[str] = "confidence"
+    draws: ClassVar[bool] = False
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with both questions.

@@ -28,6 +28,7 @@ class Delay:
     """
 
     name: ClassVar[str] = "delay"
+    draws: ClassVar[bool] = False
     doses: ClassVar[tuple[str, ...]] = ("lag",)
     lag: int = 1
 

@@ -201,7 +201,10 @@ class OutcomeFlip:
         outcome: Outcome | None = percept.outcome
         if flipped and outcome is not None and self.part != "position":
             outcome = "blocked" if outcome == "moved" else "moved"
-        return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, drawn, flipped))
+        positions = self._positions(percept, past, task, drawn, flipped)
+        if (outcome, positions) == (percept.outcome, percept.positions):
+            return percept
+        return replace(percept, outcome=outcome, positions=positions)
 
     def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
         if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):
@@ -213,17 +216,19 @@ class OutcomeFlip:
     ) -> tuple[bool, ...] | None:
         if percept.positions is None or self.part == "outcome":
             return percept.positions
-        noisy = percept.outcome is not None and self.falls_on(len(past))
         last = past[-1].reported.positions if past else None
         before = percept.positions if last is None else last
-        told = []
-        for place, (label, truth, earlier) in enumerate(zip(task.joints, percept.positions, before, strict=True)):
-            if label != percept.joint:
-                told.append(self._told_of_another(drawn, place, truth=truth, earlier=earlier, noisy=noisy))
-            elif self.inverts == "outcome" and last is not None and percept.outcome is not None:
-                told.append(earlier ^ (percept.outcome == "moved") ^ flipped)
+        told = list(percept.positions)
+        if self.others != "fresh":
+            noisy = percept.outcome is not None and self.falls_on(len(past))
+            for place, (truth, earlier) in enumerate(zip(percept.positions, before, strict=True)):
+                told[place] = self._told_of_another(drawn, place, truth=truth, earlier=earlier, noisy=noisy)
+        if percept.joint is not None:
+            place = task.joints.index(percept.joint)
+            if self.inverts == "outcome" and last is not None and percept.outcome is not None:
+                told[place] = before[place] ^ (percept.outcome == "moved") ^ flipped
             else:
-                told.append(truth ^ flipped)
+                told[place] = percept.positions[place] ^ flipped
         return tuple(told)
 
     def _told_of_another(self, drawn: float, place: int, *, truth: bool, earlier: bool, noisy: bool) -> bool:

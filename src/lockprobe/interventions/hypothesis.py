@@ -29,6 +29,7 @@ class Hypothesis:
     """
 
     name: ClassVar[str] = "hypothesis"
+    draws: ClassVar[bool] = False
     ask: Ask = "before"
 
     def __post_init__(self) -> None:

@@ -42,6 +42,7 @@ class OwnPrompt:
     """
 
     name: ClassVar[str] = "prompt"
+    draws: ClassVar[bool] = False
     file: str = ""
     sha256: str = ""
     text: str = field(init=False, default="")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 from lockprobe.foundation.spec import Spec
 from lockprobe.trial.condition import Condition
@@ -16,7 +17,12 @@ _SOURCE = {"flip": "like", "yoked": "claims"}
 
 def follows(condition: Condition) -> bool:
     """Whether the trials of a condition depend on other trials."""
-    return any(source_named(spec) is not None or looping_rate(spec) is not None for spec in condition.specs)
+    return _any_follows(condition.specs)
+
+
+@lru_cache(maxsize=1024)
+def _any_follows(specs: tuple[str, ...]) -> bool:
+    return any(source_named(spec) is not None or looping_rate(spec) is not None for spec in specs)
 
 
 def alone(condition: Condition) -> Condition:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from lockprobe.foundation.quick import quick
 from lockprobe.foundation.validation import check_choice
-from lockprobe.trial.record import Moment, Percept, Task
+from lockprobe.trial.record import Moment, Outcome, Percept, Task
 from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "places_said", "rows_of"]
@@ -29,6 +30,7 @@ _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
+_percept = quick(Percept)
 _BETWEEN: Mapping[str, str] = {"words": " ", "json": "\n", "table": "\n"}
 
 
@@ -48,6 +50,7 @@ class TextChannel:
     """
 
     shows: ClassVar[bool] = True
+    draws: ClassVar[bool] = False
     always_tells: ClassVar[bool] = True
     tell: Tell = "both"
     form: Form = "words"
@@ -59,24 +62,35 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
-        told = replace(
-            percept,
-            outcome=None if self.tell == "state" else percept.outcome,
-            positions=None if self.tell == "outcome" else percept.positions,
-            states_only=self.tell == "state",
-            in_full=self.tell != "outcome" and self.form != "words",
-        )
-        text = self.written(told, task, first=not past)
+        outcome = None if self.tell == "state" else percept.outcome
+        positions = None if self.tell == "outcome" else percept.positions
+        states_only = self.tell == "state"
+        text = self._written(_Facts(percept.joint, outcome, positions, states_only), task, first=not past)
         if percept.corrects is not None:
             first = self.perceive(percept.corrects, past, task, rng).text
             text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
-        return replace(told, text=text)
+        return _percept(
+            joint=percept.joint,
+            outcome=outcome,
+            positions=positions,
+            text=text,
+            pictures=percept.pictures,
+            handles=percept.handles,
+            states_only=states_only,
+            in_full=self.tell != "outcome" and self.form != "words",
+            unlabelled=percept.unlabelled,
+            corrects=percept.corrects,
+            look=percept.look,
+        )
 
     def written(self, told: Percept, task: Task, *, first: bool) -> str:
         """The text of the facts that a percept tells; the ``first`` report of a trial may also say where joints lie."""
+        facts = _Facts(told.joint, told.outcome, told.positions, told.states_only)
+        return self._written(facts, task, first=first)
+
+    def _written(self, facts: _Facts, task: Task, *, first: bool) -> str:
         rows = rows_of(task) if self.places and first else []
-        write = {"words": _words, "json": _json, "table": _table}[self.form]
-        return write(told, task, rows)
+        return _WRITERS[self.form](facts, task, rows)
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
@@ -106,21 +120,30 @@ def _kind(task: Task, label: str) -> str:
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
-def _attempted(percept: Percept) -> str | None:
-    """The joint that the report is about; None if it is about none."""
-    return None if percept.outcome is None and percept.positions is None else percept.joint
+class _Facts(NamedTuple):
+    """What a report tells, as the fields of :class:`Percept` of the same names."""
+
+    joint: str | None
+    outcome: Outcome | None
+    positions: tuple[bool, ...] | None
+    states_only: bool
+
+    @property
+    def attempted(self) -> str | None:
+        """The joint that the report is about; None if it is about none."""
+        return None if self.outcome is None and self.positions is None else self.joint
 
 
-def _words(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _words(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
     sentences = []
-    if percept.joint is not None and percept.outcome is not None:
-        sentences.append(f"{percept.joint} {in_words(percept.outcome)}.")
-    elif percept.states_only and (joint := _attempted(percept)) is not None:
+    if facts.joint is not None and facts.outcome is not None:
+        sentences.append(f"{facts.joint} {in_words(facts.outcome)}.")
+    elif facts.states_only and (joint := facts.attempted) is not None:
         sentences.append(f"You attempted {joint}.")
-    if percept.positions is not None:
-        there = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]
+    if facts.positions is not None:
+        there = [label for label, position in zip(task.joints, facts.positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-    return " ".join((*sentences, *places_said(task, rows)))
+    return " ".join([*sentences, *places_said(task, rows)] if rows else sentences)
 
 
 def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
@@ -133,26 +156,26 @@ def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
     return sentences
 
 
-def _json(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _json(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
     told: dict[str, object] = {}
-    if (joint := _attempted(percept)) is not None:
+    if (joint := facts.attempted) is not None:
         told["attempted"] = joint
-    if joint is not None and percept.outcome is not None:
-        told["moved"] = percept.outcome == "moved"
-    if percept.positions is not None:
-        told["positions"] = dict(zip(task.joints, map(int, percept.positions), strict=True))
+    if joint is not None and facts.outcome is not None:
+        told["moved"] = facts.outcome == "moved"
+    if facts.positions is not None:
+        told["positions"] = dict(zip(task.joints, map(int, facts.positions), strict=True))
     if rows:
         kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
         told["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
     return json.dumps(told) if told else ""
 
 
-def _table(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _table(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
     columns: dict[str, Sequence[object]] = {"joint": task.joints}
-    if percept.positions is not None:
-        columns["position"] = [int(position) for position in percept.positions]
-    if (joint := _attempted(percept)) is not None:
-        done = in_words(percept.outcome, "attempted")
+    if facts.positions is not None:
+        columns["position"] = [int(position) for position in facts.positions]
+    if (joint := facts.attempted) is not None:
+        done = in_words(facts.outcome, "attempted")
         columns["last action"] = [done if label == joint else "-" for label in task.joints]
     if rows:
         at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
@@ -165,3 +188,10 @@ def _table(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     cells = [[name, *map(str, column)] for name, column in columns.items()]
     padded = [[cell.ljust(max(map(len, column))) for cell in column] for column in cells]
     return "\n".join("  ".join(line).rstrip() for line in zip(*padded, strict=True))
+
+
+_WRITERS: Mapping[Form, Callable[[_Facts, Task, Sequence[Sequence[str]]], str]] = {
+    "words": _words,
+    "json": _json,
+    "table": _table,
+}

@@ -71,6 +71,7 @@ class PlantSource:
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
+        draws: Whether it draws from its random stream. If it never does, it need not have one of its own.
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
         doses: Those of them that are doses: numbers over which curves can be drawn.
@@ -88,6 +89,7 @@ class PlantSource:
     lays_out: bool = False
     is_attended: Callable[[], bool] = lambda: False
     ships: bool = True
+    draws: bool = True
     options: Mapping[str, str] | None = None
     doses: tuple[str, ...] = ()
 
@@ -95,6 +97,11 @@ class PlantSource:
     def has_camera(self) -> bool:
         """Whether the plant can give pictures."""
         return self.picture_size is not None or self.photographs
+
+
+_SYMBOLIC = PlantSource(
+    spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, draws=False, options={}
+)
 
 
 def known_plants() -> dict[str, str]:
@@ -130,11 +137,13 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     """
     if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
+    if spec == "symbolic":
+        return _SYMBOLIC
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
     if spec.full_name == "symbolic":
         if spec.options:
             raise BadValue("plant", str(spec), "symbolic without options")
-        return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
+        return _SYMBOLIC
     if spec.full_name == "manual" and not spec.options:
         return PlantSource(spec=str(spec), make=_by_hand, is_attended=lambda: True, options={})
     if spec.full_name in PLANTS:

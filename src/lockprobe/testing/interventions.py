@@ -29,10 +29,10 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     """Check that an intervention fulfils its contract.
 
     It is a frozen dataclass that acts at exactly one place. A spec can name it, and its settings survive JSON. It keeps
-    nothing between calls and draws equally often whatever its dose. At 0 of its first dose every agent plays as in
-    truth, byte for byte. If it changes reports, it changes something that they show: the default report
-    (``symbolic?tell=state``) shows ``joint`` and ``positions`` of a percept, and no ``outcome``. It leaves no report
-    out if it declares ``always_tells``.
+    nothing between calls and draws equally often whatever its dose, never if it declares ``draws = False``. At 0 of its
+    first dose every agent plays as in truth, byte for byte. If it changes reports, it changes something that they show:
+    the default report (``symbolic?tell=state``) shows ``joint`` and ``positions`` of a percept, and no ``outcome``. It
+    leaves no report out if it declares ``always_tells``.
 
     Args:
         one: The intervention, with the settings to test.
@@ -59,6 +59,7 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
         assert first == again, f"{spec_of(other)} answers differently when it is asked again: it keeps something"
         states.add(state)
     assert len(states) == 1, f"{name} does not draw equally often at every dose"
+    assert traits.draws or states == {_state(_stream())}, f"{name} draws: it must not have draws = False"
     if place == "told" and traits.always_tells:
         told: Any = _answers(one, place, calls)[0]
         assert all(percept.positions for percept in told), f"{name} leaves a report out: it must not have always_tells"
@@ -122,6 +123,14 @@ def _calls(place: str) -> list[tuple[object, ...]]:
 
 def _answers(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> tuple[list[object], str]:
     """The answers to these calls, and the state of the random stream afterwards."""
-    rng = np.random.default_rng(7)
+    rng = _stream()
     answers = [getattr(one, PLACES[place])(*call, rng) for call in calls]
-    return answers, str(rng.bit_generator.state)
+    return answers, _state(rng)
+
+
+def _stream() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+def _state(rng: np.random.Generator) -> str:
+    return str(rng.bit_generator.state)

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from lockprobe.trial.condition import spec_of
-from lockprobe.trial.protocols import Intervention, InterventionTraits
+from lockprobe.trial.places import whole
 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Acting", "Changes", "Passed", "pass_through", "whole"]
+__all__ = ["Acting", "Changes", "Passed", "pass_through"]
 
 _One = TypeVar("_One")
 _V = TypeVar("_V")
@@ -52,11 +51,6 @@ class Passed(NamedTuple, Generic[_V]):
     differs: bool
 
 
-def whole(value: object) -> object:
-    """All of a value, and its way to take a picture if it has one: equality leaves that out."""
-    return value, getattr(value, "look", None)
-
-
 def pass_through(
     acting: Sequence[Acting[_One]],
     given: _V,
@@ -71,7 +65,8 @@ def pass_through(
         apply: What one of them makes of a value.
         shown: The part of a value that the agent gets.
     """
-    value, changers = given, list[_Changer[_One, _V]]()
+    value = given
+    changers: list[_Changer[_One, _V]] = []
     for one in acting:
         state = one.rng.bit_generator.state if changers else None
         before, value = value, apply(one, value)
@@ -126,16 +121,16 @@ class Changes:
     A report counts at the step whose decision it precedes: no agent reads the last one.
 
     Args:
-        interventions: Those of the trial, in order.
+        specs: The number of every intervention that has a spec -> the spec.
 
     Attributes:
         steps: Steps at which the agent was told, asked or remembered something else than without interventions, or
             another joint than the chosen one was attempted.
     """
 
-    def __init__(self, interventions: Sequence[Intervention]) -> None:
+    def __init__(self, specs: Mapping[int, str]) -> None:
         self.steps = 0
-        self._names = _names(interventions)
+        self._specs = specs
         self._counts: Counter[int] = Counter()
         self._now: list[Passed[Any]] = []
         self._next: list[Passed[Any]] = []
@@ -167,16 +162,4 @@ class Changes:
     @property
     def by_intervention(self) -> Mapping[str, int]:
         """The spec of every intervention -> the number of steps that it changed."""
-        return {name: self._counts[number] for number, name in self._names.items()}
-
-
-def _names(interventions: Sequence[Intervention]) -> dict[int, str]:
-    """The number of every intervention that has a spec -> the spec, and how often it came before if it did."""
-    seen: Counter[str] = Counter()
-    names: dict[int, str] = {}
-    for number, one in enumerate(interventions):
-        if is_dataclass(one) and not InterventionTraits.of(one).shows:
-            spec = spec_of(one)
-            seen[spec] += 1
-            names[number] = spec if seen[spec] == 1 else f"{spec} ({seen[spec]})"
-    return names
+        return {name: self._counts[number] for number, name in self._specs.items()}

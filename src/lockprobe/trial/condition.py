@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from lockprobe.foundation.errors import BadValue
@@ -40,7 +41,7 @@ class Recorded:
     doses: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Condition:
     """The interventions that act in a trial, and the modality of the box; the empty condition is the truth.
 
@@ -71,7 +72,7 @@ class Condition:
                 expected = f"at most {_LONGEST} characters, not {len(self.label)}, or a name: --condition 'NAME=SPEC'"
             raise BadValue("condition", printable(self.label), expected)
 
-    @property
+    @cached_property
     def spec(self) -> str:
         """The specs joined by plus signs, ``tremble?p=0.1 + nudge?after=2``; ``truth`` without interventions."""
         shown = () if self.modality == STATES else (self.modality,)
@@ -87,7 +88,7 @@ class Condition:
         """Whether an intervention of it is only named, so that its code is not loaded."""
         return any(isinstance(one, Recorded) for one in self.interventions)
 
-    @property
+    @cached_property
     def dose_names(self) -> tuple[tuple[str, ...], ...]:
         """For every intervention the names of its dose options; at 0 of the first one it does nothing."""
         return tuple(tuple(InterventionTraits.of(one).doses) for one in self.interventions)
@@ -97,7 +98,7 @@ class Condition:
         """Every intervention as its spec and the names of its dose options."""
         return tuple(zip(self.specs, self.dose_names, strict=False))  # the last spec may be the plant's
 
-    @property
+    @cached_property
     def doses(self) -> Mapping[str, float]:
         """The doses above 0 of its interventions, of its modality and of its plant, ``{"flip.p": 0.4}``."""
         acting = self.specs[: len(self.interventions)]

@@ -20,23 +20,29 @@ def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
         return f"{decision.joint!r} is no joint"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    if (why := _why_out_of_range(decision)) is not None:
-        return why
-    try:
-        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
-    except (UnicodeEncodeError, TypeError) as error:
-        return f"its text cannot be written ({error})"
-    return None
+    return _why_out_of_range(decision) or _why_unwritable(decision)
 
 
 def _why_out_of_range(decision: Decision) -> str | None:
     """The number of a decision that is out of range; None if all are in range."""
-    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
-    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
-        return "a probability lies outside 0 to 1"
+    numbers = decision.probabilities or ()
+    if decision.claim_probability:
+        numbers = (*numbers, decision.claim_probability)
+    for number in numbers:
+        if not (isinstance(number, (float, int)) and 0 <= number <= 1):
+            return "a probability lies outside 0 to 1"
     sure = decision.confidence
     if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
         return f"confidence {sure!r} is no whole number from 0 to 100"
     if decision.report_false is not None and not isinstance(decision.report_false, bool):
         return f"report_false {decision.report_false!r} is neither true nor false"
+    return None
+
+
+def _why_unwritable(decision: Decision) -> str | None:
+    """Why the texts of a decision cannot be written; None if they can."""
+    try:
+        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
+    except (UnicodeEncodeError, TypeError) as error:
+        return f"its text cannot be written ({error})"
     return None

@@ -6,25 +6,24 @@ into what is *done*; the plant acts; channels decide what is *told*.
 
 from __future__ import annotations
 
-import asyncio
-import math
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import is_dataclass, replace
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import Configuration, bits
-from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
+from lockprobe.foundation.errors import ChannelFault, ModelFault, ReplyFault, TrialFault
+from lockprobe.foundation.quick import quick
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.foundation.spec import settings_of
+from lockprobe.foundation.seeds import UNDRAWN
+from lockprobe.trial.boundary import AGENT, INTERVENTIONS, PLANT
 from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.changes import Acting, Changes, pass_through, whole
+from lockprobe.trial.changes import Acting, Changes, pass_through
 from lockprobe.trial.decision_check import why_unusable
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.places import Places, facts_of
 from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import (
     Actuator,
@@ -61,6 +60,9 @@ __all__ = ["Executor", "broken", "here", "play", "streams_of"]
 
 _T = TypeVar("_T")
 
+_moment, _situation, _step = quick(Moment), quick(Situation), quick(Step)
+_trial, _turn = quick(Trial), quick(Turn)
+
 
 class Executor(Protocol):
     """Runs the blocking work of plants and channels: here, or in another thread or process."""
@@ -75,26 +77,16 @@ async def here(work: Callable[[], _T], /) -> _T:
     return work()
 
 
-@contextmanager
-def _boundary(fault: type[TrialFault]) -> Iterator[None]:
-    """Attribute any error inside to one boundary. Lockprobe's own errors pass unchanged."""
-    try:
-        yield
-    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
-        raise
-    except BaseException as error:  # an agent's sys.exit() ends its trial, not the study
-        raise fault(f"{type(error).__name__}: {error}") from error
-
-
 async def play(
     plan: Plan,
     *,
     plant: Plant,
-    interventions: Sequence[Intervention],
+    interventions: Sequence[Intervention] | Places,
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
     place: Executor = here,
+    names: Names | None = None,
 ) -> Trial:
     """Play one trial to its end.
 
@@ -104,18 +96,20 @@ async def play(
     Args:
         plan: The trial to play.
         plant: A fresh plant that holds ``plan.box``.
-        interventions: In the order in which they act.
+        interventions: In the order in which they act, or their places, which all trials of a condition have alike.
         agent: The agent that decides.
         on_step: Called after every step.
         keep: Called with every picture that the record names; without it the pictures are lost.
         place: Runs the work of plant and channels.
+        names: The names of its joints, if they are known already.
 
     Raises:
         UserMistake: If the agent cannot start at all, for example because a key is missing.
         BudgetReached: If its next call could cost more than is left.
     """
-    names = Names(plan)
-    loop = _Loop(plan, names, plant, interventions, agent, keep, place)
+    places = interventions if isinstance(interventions, Places) else Places.of(interventions)
+    names = names or Names(plan)
+    loop = _Loop(plan, names, plant, places, agent, keep, place)
     error: TrialError | None = None
     ending: Ending = "budget"
     try:
@@ -132,11 +126,13 @@ async def play(
     facts, made, fault = _facts_said(agent, plant, plan)
     if fault is not None:
         ending, error = "error", error or _error(fault, len(loop.steps) + 1)
-    return replace(
-        _blank(plan, names, ending),
+    return _record(
+        plan,
+        names,
+        ending,
         facts=facts,
-        channels=tuple(_facts_of(one) for one in interventions if isinstance(one, Channel)),
-        interventions=tuple(_facts_of(one, "intervention") for one in interventions if not isinstance(one, Channel)),
+        channels=places.channel_facts,
+        interventions=places.other_facts,
         opening=loop.opening,
         steps=tuple(loop.steps),
         error=error,
@@ -152,17 +148,17 @@ def _facts_said(agent: Agent, plant: Plant, plan: Plan) -> tuple[dict[str, Fact]
     """What agent and plant say of themselves, and the fault if one breaks when it is asked."""
     facts = dict[str, Fact]()
     try:
-        with _boundary(ModelFault):
-            facts = _facts(agent.facts)
-        with _boundary(PlantFault):
-            return facts, _facts({"plant": plan.plant, **plant.facts}) if plant.facts else {}, None
+        with AGENT:
+            facts = facts_of(agent.facts)
+        with PLANT:
+            return facts, facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}, None
     except TrialFault as fault:
         return facts, {}, fault
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before its first step, for example because its process died."""
-    return replace(_blank(plan, Names(plan), "error"), error=_error(fault, 1))
+    return _record(plan, Names(plan), "error", error=_error(fault, 1))
 
 
 def _error(fault: TrialFault, step: int) -> TrialError:
@@ -172,19 +168,19 @@ def _error(fault: TrialFault, step: int) -> TrialError:
     return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=kept, usage=usage)
 
 
-def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
-    return Trial(
+def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
+    """The record of a trial: what its plan says of it, and what was played."""
+    nothing = {"facts": {}, "channels": (), "opening": "", "steps": ()}
+    return _trial(
         key=plan.key,
         study=plan.study,
         agent=plan.agent,
         called=plan.called,
-        facts={},
         box=plan.box.name,
         condition=plan.label,
         specs=plan.condition.specs,
         doses=plan.condition.doses,
         modality=plan.modality,
-        channels=(),
         repetition=plan.repetition,
         trial=plan.trial,
         seed=plan.seed,
@@ -193,56 +189,32 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         labels=names.labels,
         listing=names.listing,
         target=plan.box.target,
-        opening="",
-        steps=(),
         ending=ending,
         assessment=plan.assessment,
         hypothesis=plan.hypothesis,
         fork=plan.fork.name if plan.fork is not None else None,
+        **(nothing | played),
     )
-
-
-def _facts(facts: Mapping[str, object]) -> dict[str, Fact]:
-    return {str(name): _fact(value) for name, value in facts.items()}
-
-
-def _fact(value: object) -> Fact:
-    plain = value is None or isinstance(value, str | int | bool) or (isinstance(value, float) and math.isfinite(value))
-    return value if plain else str(value)  # type: ignore[return-value]
 
 
 def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
     """Take a picture. A failure is the plant's fault."""
-    with _boundary(PlantFault):
+    with PLANT:
         return look(positions)
 
 
-def _without_keys(decision: Decision) -> Decision:
-    """The decision with API keys removed from its texts."""
-    if not decision.hypothesis and not decision.replies:
-        return decision
-    hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
-    return replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
-
-
-def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
-    """The specification of an intervention: its class and its settings."""
-    return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
-
-
 def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
-    """The random stream of each intervention, named after its kind and its number among those of its kind.
+    """The random stream of each intervention in a trial.
 
-    So an intervention has the same luck whatever else is in its condition. Its ``stream`` and ``ahead``
+    It is named after the kind of its intervention and the number among those of its kind. So an intervention has the
+    same luck whatever else is in its condition. Its ``stream`` and ``ahead``
     (:class:`lockprobe.trial.protocols.InterventionTraits`) give it another.
     """
-    seen: Counter[str] = Counter()
-    streams = []
-    for one in interventions:
-        kind, traits = type(one).__name__, InterventionTraits.of(one)
-        streams.append(plan.stream(f"{traits.stream or kind}-{seen[kind]}", traits.ahead))
-        seen[kind] += 1
-    return streams
+    return _streams(plan, Places.of(interventions))
+
+
+def _streams(plan: Plan, places: Places) -> list[np.random.Generator]:
+    return [UNDRAWN if stream is None else plan.stream(*stream) for stream in places.streams]
 
 
 class _Loop:
@@ -253,7 +225,7 @@ class _Loop:
         plan: Plan,
         names: Names,
         plant: Plant,
-        interventions: Sequence[Intervention],
+        places: Places,
         agent: Agent,
         keep: Callable[[Picture], None] | None,
         place: Executor,
@@ -266,8 +238,8 @@ class _Loop:
         self._names = names
         self._plant = plant
         self._agent = agent
-        self._plan, self._acting = plan, tuple(interventions)
-        self.changes = Changes(self._acting)
+        self._plan, self._places = plan, places
+        self.changes = Changes(places.specs)
         self._on_record = plan.fork is not None
         self._rng = plan.stream("agent")
         self._deal_streams(plan)
@@ -280,36 +252,40 @@ class _Loop:
 
     def _deal_streams(self, plan: Plan) -> None:
         """Give every intervention its random stream."""
-        dealt = zip(self._acting, streams_of(plan, self._acting), strict=True)
-        streams: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
-        told = [acting for acting in streams if isinstance(acting.one, Channel)]
-        others = [acting for acting in streams if not isinstance(acting.one, Channel)]
-        traits = [InterventionTraits.of(acting.one) for acting in told]
-        last = max((at for at, one in enumerate(traits) if one.shows), default=len(told))
-        self._channels, self._showing, self._after = told[:last], told[last : last + 1], told[last + 1 :]
-        self._shown = next((one.shown for one in traits[last : last + 1] if one.shown), whole)
-        self._prompts = [acting for acting in others if isinstance(acting.one, Prompt)]
-        self._memories = [acting for acting in others if isinstance(acting.one, Memory)]
-        self._actuators = [acting for acting in others if isinstance(acting.one, Actuator)]
+        places = self._places
+        dealt = zip(places.all, _streams(plan, places), strict=True)
+        acting: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
+        self._channels = [acting[number] for number in places.channels]
+        self._showing = [acting[number] for number in places.showing]
+        self._after = [acting[number] for number in places.after]
+        self._prompts = [acting[number] for number in places.prompts]
+        self._memories = [acting[number] for number in places.memories]
+        self._actuators = [acting[number] for number in places.actuators]
 
     async def open(self) -> None:
         """Look at the box for the first time."""
-        with _boundary(PlantFault):
+        with PLANT:
             snapshot = await self._at(partial(self._source.sensed, self._plant.observe))
-        self._configuration, self.opening_sensed = snapshot.configuration, _facts(snapshot.sensed)
+        self._configuration, self.opening_sensed = snapshot.configuration, facts_of(snapshot.sensed)
         first = await self._at(partial(self._tell, snapshot))
         self._moments = (first,)
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
+    def _attempt(self, joint: int, chosen: str, attempted: str) -> tuple[Snapshot, Moment]:
+        """Attempt a joint: what really happened, and what is told of it."""
+        snapshot = self._source.sensed(partial(self._plant.attempt, joint))
+        return snapshot, self._tell(snapshot, chosen, attempted)
+
     def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
-        percept = self._reported(snapshot)
-        was, facts = percept, None
+        was = percept = self._reported(snapshot)
+        facts = None
         if percept.look is not None:
-            was = replace(percept, look=None)
-            percept = replace(percept, look=partial(_look, percept.look))
-        with _boundary(ChannelFault):
+            was, percept = _unlooked(percept), replace(percept, look=partial(_look, percept.look))
+        with INTERVENTIONS:
             if self._channels:
-                percept = self.changes.note_report(pass_through(self._channels, percept, self._perceived, self._shown))
+                percept = self.changes.note_report(
+                    pass_through(self._channels, percept, self._perceived, self._places.shown)
+                )
             for acting in self._showing:
                 facts, percept = _unlooked(percept), self._perceived(acting, percept)
             if self._after:
@@ -317,24 +293,25 @@ class _Loop:
                 if (passed.value.outcome, passed.value.positions) != (percept.outcome, percept.positions):
                     facts = None  # something after the words changed what is told: that holds the facts now
                 percept = self.changes.note_report(passed)
-        return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+        return _moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
 
     def _reported(self, snapshot: Snapshot) -> Percept:
         """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
         truth, fork = self._names.percept(snapshot), self._plan.fork
+        if not self._source.named:
+            return truth
         truthful = fork is not None and fork.replaces(len(self._moments))
-        with _boundary(PlantFault):
+        with PLANT:
             said = self._source.said(snapshot, truthful=truthful)
         return truth if said is snapshot else replace(self._names.percept(said), look=truth.look)
 
     def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
         made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
-        return percept if self._replaced(acting.one) else made
+        return percept if self._plan.fork is not None and self._replaced(acting.one, self._plan.fork) else made
 
-    def _replaced(self, channel: Channel) -> bool:
+    def _replaced(self, channel: Channel, fork: Fork) -> bool:
         """Whether the arm of a fork acts in place of this channel; what makes words and pictures goes on acting."""
-        fork = self._plan.fork
-        if fork is None or not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
+        if not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
             return False
         traits = InterventionTraits.of(channel)
         return not (traits.shows or traits.after_words)
@@ -343,17 +320,18 @@ class _Loop:
         if self._keep is not None:
             for picture in percept.pictures:
                 self._keep(picture)
-        return {picture.kind: picture.name for picture in percept.pictures}
+        return {picture.kind: picture.name for picture in percept.pictures} if percept.pictures else {}
 
     def _situation(self) -> Situation:
         """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
         turns, briefing = self._turns, self._unsaid
-        with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
-            if self._memories:
+        if self._memories:
+            with INTERVENTIONS:
                 turns = self.changes.note(pass_through(self._memories, turns, self._recalled))
-            if self._prompts:
+        if self._prompts:
+            with INTERVENTIONS:
                 briefing = self.changes.note(pass_through(self._prompts, briefing, self._briefed))
-        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
+        return _situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
 
     def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
         return acting.one.recall(turns, self._task, acting.rng)
@@ -368,7 +346,7 @@ class _Loop:
         """The label of the joint that is really attempted."""
         if not self._actuators:
             return chosen
-        with _boundary(ChannelFault):
+        with INTERVENTIONS:
             joint = self.changes.note(pass_through(self._actuators, chosen, self._acted))
             if joint not in self._names.labels:
                 raise ChannelFault(f"{joint!r} is not a joint")
@@ -378,42 +356,51 @@ class _Loop:
         """Ask the agent, attempt a joint, tell it what happened."""
         self.changes.begin()
         situation = self._situation()
-        with _boundary(ModelFault):
+        with AGENT:
             decision = await self._decision(situation)
-        if (why := why_unusable(decision, self._names.labels)) is not None:
-            raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
-        decision = _without_keys(decision)
-        if not self._task.assessment:
-            decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
-        if not situation.briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
-            decision = replace(decision, confidence=None, report_false=None)
+        decision = self._usable(decision, situation.briefing)
         label = self._attempted(decision.joint)
         joint = self._names.index(label)
-        with _boundary(PlantFault):
-            snapshot = await self._at(partial(self._source.sensed, partial(self._plant.attempt, joint)))
-        moment = await self._at(partial(self._tell, snapshot, decision.joint, label))
+        with PLANT:
+            snapshot, moment = await self._at(partial(self._attempt, joint, decision.joint, label))
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)
         self.changes.end()
-        told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
+        told = _turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
         self._configuration = snapshot.configuration
         if self._plan.fork is not None:
             self._compare(step, self._plan.fork)
         return step
 
-    async def _decision(self, situation: Situation) -> Decision:
+    def _decision(self, situation: Situation) -> Awaitable[Decision]:
         """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
 
         An agent with a random stream decides again, so that the stream is where it was. One that draws its own luck is
         not asked for as long as everything is as on record, also after the fork.
         """
         fork, now = self._plan.fork, len(self.steps)
-        if fork is None or not self._on_record or now >= len(fork.recorded):
-            return await self._agent.decide(situation, self._rng)
-        if AgentTraits.of(self._agent).unseeded:
-            return fork.recorded[now].decision
-        return await self._agent.decide(situation, self._rng)
+        played = fork is not None and self._on_record and now < len(fork.recorded)
+        if fork is not None and played and AgentTraits.of(self._agent).unseeded:
+            return _known(fork.recorded[now].decision)
+        return self._agent.decide(situation, self._rng)
+
+    def _usable(self, decision: Decision, briefing: Briefing) -> Decision:
+        """The decision without API keys in its texts and without answers to what nobody asked.
+
+        Raises:
+            ReplyFault: If it cannot be executed or recorded.
+        """
+        if (why := why_unusable(decision, self._names.labels)) is not None:
+            raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
+        if decision.hypothesis or decision.replies:
+            hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
+            decision = replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
+        if not self._task.assessment:
+            decision = replace(decision, claimed=None, claim_probability=None)
+        if not briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
+            decision = replace(decision, confidence=None, report_false=None)
+        return decision
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""
@@ -429,7 +416,7 @@ class _Loop:
     def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
         """The record of one step."""
         told = moment.told
-        return Step(
+        return _step(
             step=len(self.steps) + 1,
             state=bits(self._configuration),
             joint=self._joints[joint],
@@ -438,11 +425,15 @@ class _Loop:
             told_state=self._names.told_state(told_positions(moment)),
             told=told.text,
             decision=decision,
-            sensed=_facts(snapshot.sensed),
+            sensed=facts_of(snapshot.sensed),
             pictures=self._kept(told),
             chosen=None if moment.chosen == moment.attempted else self._joints[self._names.index(decision.joint)],
             remark=remark,
         )
+
+
+async def _known(decision: Decision) -> Decision:
+    return decision
 
 
 def _unlooked(percept: Percept) -> Percept:

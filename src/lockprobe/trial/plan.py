@@ -10,6 +10,7 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox, Shuffle, bits
 from lockprobe.boxes.layouts import locking_pairs, neutral_order
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.quick import quick
 from lockprobe.foundation.seeds import study_stream, trial_stream
 from lockprobe.foundation.spec import group_of
 from lockprobe.trial.briefing import Ask
@@ -23,6 +24,8 @@ __all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
+
+_percept, _task, _trial_name = quick(Percept), quick(Task), quick(TrialName)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +99,7 @@ class Plan:
     @property
     def name(self) -> TrialName:
         """Its place in the study; of a fork that of its parent."""
-        return TrialName(self.study, self.group, self.label, self.repetition, self.trial)
+        return _trial_name(self.study, self.group, self.label, self.repetition, self.trial)
 
     @property
     def label(self) -> str:
@@ -172,18 +175,19 @@ class Names:
             dealt, self.order = drawn_orders(count, plan.stream("labels"))
         else:
             dealt = self.order = tuple(range(count))
-        self.labels = tuple(LABELS[i] for i in dealt)
-        self.listing = tuple(self.labels[i] for i in self.order)
+        self.labels = tuple([LABELS[i] for i in dealt])
+        self.listing = tuple([self.labels[i] for i in self.order])
+        self._listed = tuple([self.listing.index(label) for label in self.labels])
 
     def task(self, plan: Plan) -> Task:
         """The agent's knowledge before it begins."""
         joints = [plan.box.joints[i] for i in self.order]
-        return Task(
+        return _task(
             joints=self.listing,
             target=self.labels[plan.box.target_index],
             budget=plan.budget,
-            places=tuple(joint.place for joint in joints),
-            kinds=tuple(joint.kind for joint in joints),
+            places=tuple([joint.place for joint in joints]),
+            kinds=tuple([joint.kind for joint in joints]),
             assessment=plan.assessment,
         )
 
@@ -193,10 +197,10 @@ class Names:
 
     def percept(self, snapshot: Snapshot) -> Percept:
         """The truth in the agent's terms."""
-        return Percept(
+        return _percept(
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
-            positions=tuple(snapshot.configuration[i] for i in self.order),
+            positions=tuple(map(snapshot.configuration.__getitem__, self.order)),
             look=None if snapshot.look is None else partial(self._seen, snapshot),
         )
 
@@ -214,8 +218,7 @@ class Names:
 
     def _configuration(self, positions: tuple[bool, ...]) -> Configuration:
         """Positions of the joints as listed, in panel order."""
-        told = dict(zip(self.listing, positions, strict=True))
-        return tuple(told[label] for label in self.labels)
+        return tuple(map(positions.__getitem__, self._listed))
 
     def told_state(self, positions: tuple[bool, ...] | None) -> str | None:
         """Reported positions as a bit string in panel order."""

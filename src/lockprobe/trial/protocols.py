@@ -145,6 +145,7 @@ class InterventionTraits(_Traits):
         implied: The names of its fields that its spec leaves out, because others say them.
         stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
         ahead: The luck is that of the trial so many later.
+        draws: Whether it draws from its random stream. If it never does, it need not have one of its own.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
         after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
         shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
@@ -159,6 +160,7 @@ class InterventionTraits(_Traits):
     implied: tuple[str, ...] = ()
     stream: str = ""
     ahead: int = 0
+    draws: bool = True
     always_tells: bool = False
     after_words: bool = False
     shows: bool = False

@@ -121,6 +121,11 @@ class ReportSource:
         self._source = source_of(modality)
         self._last: Snapshot | None = None
 
+    @property
+    def named(self) -> bool:
+        """Whether the modality names a source; else nothing but the truth is told."""
+        return self._source is not None
+
     def sensed(self, act: Callable[[], Snapshot]) -> Snapshot:
         """What the plant gives, with the camera's reading if the modality names a source."""
         return act() if self._source is None else with_reading(act())

@@ -31,11 +31,11 @@ def told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: boo
         return really
     if told.joint is None or shown is None:
         return None
-    last = next((known for moment in reversed(before) if (known := moment.shown) is not None), None)
-    if last is None:
-        return None
     joint = task.joints.index(told.joint)
-    return shown[joint] != last[joint]
+    for moment in reversed(before):
+        if (last := moment.shown) is not None:
+            return shown[joint] != last[joint]
+    return None
 
 
 def told_positions(moment: Moment) -> tuple[bool, ...] | None:

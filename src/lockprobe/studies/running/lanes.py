@@ -44,15 +44,17 @@ async def play_in_lanes(
         finally:
             calls.end(plan.key)
 
-    def opens() -> bool:
-        """Whether another trial is opened now."""
-        free = len(opened) < lanes or len(queue) <= at_the_end
-        return bool(queue) and not spent and free and calls.admit(queue[0])
+    def admits() -> bool:
+        """Whether another trial can be opened."""
+        return bool(queue) and not spent and calls.admit(queue[0])
 
+    while lanes == 1 and not at_the_end and admits():
+        await trial(queue.popleft())
+        await asyncio.sleep(0)  # Ctrl-C is heard here
     opened: set[asyncio.Task[None]] = set()
     try:
         while True:
-            while opens():
+            while (len(opened) < lanes or len(queue) <= at_the_end) and admits():
                 opened.add(asyncio.ensure_future(trial(queue.popleft())))
             if not opened:
                 break

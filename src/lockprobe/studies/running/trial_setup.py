@@ -8,16 +8,20 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TypeVar
+from functools import partial
+from typing import TypeVar, cast
 
 from lockprobe.foundation.cpu import cpu_model
 from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
+from lockprobe.foundation.seeds import UNDRAWN
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.records.journal import Timing
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.loop import Executor, here, play
 from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Agent, Calling, Plant
 from lockprobe.trial.record import Fact, Snapshot, Step, Trial
@@ -60,8 +64,8 @@ def closed_in_one_line(kind: str, spec: str) -> Iterator[None]:
 class _LazyPlant:
     """A plant that is built at its first observation, so that errors in building it break only that trial."""
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
+    def __init__(self, plan: Plan, names: Names) -> None:
+        self._plan, self._names = plan, names
         self._plant: Plant | None = None
 
     @property
@@ -69,8 +73,9 @@ class _LazyPlant:
         return {} if self._plant is None else self._plant.facts
 
     def observe(self) -> Snapshot:
-        plan = self._plan
-        self._plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+        plan, source = self._plan, resolve_plant(self._plan.plant)
+        rng = plan.stream("plant") if source.draws else UNDRAWN
+        self._plant = source.make(plan.box, self._names.labels, rng)
         return self._plant.observe()
 
     def attempt(self, joint: int) -> Snapshot:
@@ -85,8 +90,8 @@ class _LazyPlant:
 class _ReadAsRecorded(_LazyPlant):
     """The same, with the camera's readings of a record, which another renderer might not give again."""
 
-    def __init__(self, plan: Plan, recorded: Trial) -> None:
-        super().__init__(plan)
+    def __init__(self, plan: Plan, names: Names, recorded: Trial) -> None:
+        super().__init__(plan, names)
         self._recorded = recorded
         self._sensed = iter([recorded.opening_sensed, *(step.sensed for step in recorded.steps)])
 
@@ -128,22 +133,44 @@ async def play_timed(
         place: The executor that runs the plant.
         recorded: A record of the trial, from which the camera's readings are taken instead of new pictures.
     """
-    began = time.perf_counter()
-    if calls is not None and isinstance(agent, Calling):
-        agent = agent.with_calls(plan.key, calls.of(plan))
-    plant = _LazyPlant(plan) if recorded is None else _ReadAsRecorded(plan, recorded)
+    began, key, names = time.perf_counter(), plan.key, Names(plan)
+    if calls is not None and issubclass(type(agent), Calling):  # to ask for the instance takes much longer
+        agent = cast(Calling, agent).with_calls(key, calls.of(plan))
+    plant = _LazyPlant(plan, names) if recorded is None else _ReadAsRecorded(plan, names, recorded)
     try:
         trial = await play(
             plan,
             plant=plant,
-            interventions=interventions_for(plan.condition),
+            interventions=_places_in(plan.condition),
             agent=agent,
-            on_step=lambda step: on_step(plan.key, step),
+            on_step=partial(on_step, key),
             keep=keep,
             place=place,
+            names=names,
         )
     finally:
         with closed_in_one_line("plant", plan.plant):
             await place(plant.close)  # after all that it still does there, if the run is being ended
     seconds = time.perf_counter() - began
     return trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu_model())
+
+
+_KNOWN: dict[int, tuple[Condition, Places]] = {}
+"""Conditions by their identity, since equal ones may hold other interventions, each with its places."""
+
+_MOST = 1024
+"""The most conditions that are kept."""
+
+
+def _places_in(condition: Condition) -> Places:
+    """The places of all interventions of a condition; worked out at its first trial.
+
+    Raises:
+        UserMistake: As :func:`lockprobe.studies.modality.interventions_for`.
+    """
+    known = _KNOWN.get(id(condition))
+    if known is None:
+        if len(_KNOWN) >= _MOST:
+            _KNOWN.clear()
+        known = _KNOWN[id(condition)] = condition, Places.of(interventions_for(condition))
+    return known[1]
