@@ -57,13 +57,12 @@ def test_a_state_is_the_words_that_end_at_the_same_places(trial: list[int]) -> N
         for start in range(end):
             ends.setdefault(tuple(trial[start:end]), []).append(end)
     states: dict[tuple[int, ...], int] = {}
-    for word in ends:
+    for word, places in ends.items():
         state = 0
         for action in word:
             state = found.after[state][action]
-        states.setdefault(tuple(ends[word]), state)
-        assert states[tuple(ends[word])] == state
-        assert found.first[state] == ends[word][0]
+        assert states.setdefault(tuple(places), state) == state
+        assert found.first[state] == places[0]
         assert found.size[found.shorter[state]] < len(word) <= found.size[state] or not word
 
 

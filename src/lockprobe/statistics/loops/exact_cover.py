@@ -130,14 +130,16 @@ def _fewest_longest(reach: list[int], min_length: int) -> list[Interval]:
     one = n + 1
     worth, length = list(range(0, one * one, one)), [0] * one
     ends: deque[int] = deque()
+    best = worth[max(n - min_length + 1, 0)]
     for start in range(n - min_length, -1, -1):
         nearest = start + min_length
         while ends and worth[ends[-1]] < worth[nearest]:
             ends.pop()
         ends.append(nearest)
-        best = worth[start + 1] - one
-        if reach[start] >= min_length:
-            while ends[0] > start + reach[start]:
+        best -= one
+        longest = reach[start]
+        if longest >= min_length:
+            while ends[0] > start + longest:
                 ends.popleft()
             end = ends[0]
             if worth[end] > best:
