@@ -153,9 +153,9 @@ def named(left: Codes, right: Codes) -> Codes:
     if most > 16 * size:
         _, first, same = np.unique(pairs, return_index=True, return_inverse=True)
         return np.asarray(first[same], dtype=np.int64)
-    first = np.empty(most + 1, dtype=np.int64)
-    first[pairs[::-1]] = np.arange(size - 1, -1, -1)  # of equal pairs the last one written stays, the first of all
-    return first[pairs]
+    place = np.empty(most + 1, dtype=np.int64)
+    place[pairs[::-1]] = np.arange(size - 1, -1, -1)  # of equal pairs the last one written stays, the first of all
+    return np.asarray(place[pairs], dtype=np.int64)
 
 
 def all_loops(text: str, min_length: int, *, overlap: bool = False, below: int | None = None) -> dict[str, list[int]]:
