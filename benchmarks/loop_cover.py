@@ -1,14 +1,16 @@
-"""Loop cover: the paper's linear programme against the solvers that Lockprobe uses, in one run.
+"""Loop cover: the paper's linear programme, and n-grams in plain Python, against the solvers of Lockprobe, in one run.
 
-CPU time, so that other work on the machine changes the ratios little. Everything is compiled before it is timed; what
-that costs stands in its own row.
+CPU time, so that other work on the machine changes the ratios little. Trials of every length are covered twice: as
+without numba, and once everything is compiled; what that costs stands in its own row.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -18,6 +20,7 @@ from lockprobe.statistics.loops import Rule, any_loop_batch, cover, kernels, mea
 
 STEPS = 20
 ACTIONS = 4
+LENGTHS = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 100_000, 1_000_000)
 
 Trials = NDArray[np.int64]
 
@@ -33,14 +36,59 @@ def loopy_trials(trials: int, rng: np.random.Generator) -> Trials:
     return np.where(rng.random((trials, STEPS)) < 0.1, random_trials(trials, rng), cycles)
 
 
+def one_trial(kind: str, n: int, rng: np.random.Generator) -> list[int]:
+    """A trial of ``n`` actions: random, a cycle of five with one action in ten another, or that cycle alone."""
+    random, cycle = rng.integers(0, ACTIONS, n), np.resize([0, 1, 2, 3, 1], n)
+    trials = {"random": random, "loopy": np.where(rng.random(n) < 0.1, random, cycle), "cycle": cycle}
+    return trials[kind].tolist()
+
+
+def by_n_grams(actions: list[int], shortest: int = 3) -> tuple[int, list[tuple[int, int]]]:
+    """A greatest cover as one would write it at first: how many actions it covers, and its pieces (start, length).
+
+    Longer loops than those of ``2 * shortest - 1`` actions cover no more.
+    """
+    n = len(actions)
+    first: dict[tuple[int, ...], int] = {}
+    loops = set()
+    for length in range(shortest, 2 * shortest):
+        for start in range(n - length + 1):
+            word = tuple(actions[start : start + length])
+            if start - first.setdefault(word, start) >= length:
+                loops.add(word)
+    best, piece = [0] * (n + 1), [0] * (n + 1)
+    for start in range(n - shortest, -1, -1):
+        best[start] = best[start + 1]
+        for length in range(shortest, min(2 * shortest - 1, n - start) + 1):
+            covered = length + best[start + length]
+            if covered > best[start] and tuple(actions[start : start + length]) in loops:
+                best[start], piece[start] = covered, length
+    pieces, start = [], 0
+    while start < n:
+        if piece[start]:
+            pieces.append((start, piece[start]))
+        start += piece[start] or 1
+    return best[0], pieces
+
+
 def cpu_seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """CPU time of the quickest of a few."""
+    """CPU time of the quickest of a few, each repeated for ten milliseconds."""
+    began, times = time.process_time(), 0
+    while time.process_time() - began < 0.01:
+        work()
+        times += 1
     taken = []
     for _ in range(repeats):
         began = time.process_time()
-        work()
-        taken.append(time.process_time() - began)
+        for _ in range(times):
+            work()
+        taken.append((time.process_time() - began) / times)
     return min(taken)
+
+
+def in_turn(ways: Sequence[Callable[[], object]], repeats: int) -> list[float]:
+    """CPU time of each of some ways, taken in turn."""
+    return [min(taken) for taken in zip(*([cpu_seconds(way, 1) for way in ways] for _ in range(repeats)), strict=True)]
 
 
 def one_by_one(trials: Iterable[list[int]], solver: str, rule: Rule) -> int:
@@ -71,6 +119,37 @@ def compare(kind: str, trials: Trials, literal: int) -> None:
         )
 
 
+def repeats(n: int) -> int:
+    """How often a trial of ``n`` actions is covered for its time."""
+    return 15 if n <= 10_000 else 2
+
+
+def lengths(rng: np.random.Generator) -> float:
+    """A row for each kind and length of one trial; returns the time to import numba and its compiled code."""
+    trials = {(kind, n): one_trial(kind, n, rng) for kind in ("random", "loopy", "cycle") for n in LENGTHS}
+    worth, kernels.WORTH_COMPILING = kernels.WORTH_COMPILING, sys.maxsize
+    taken = {}
+    for key, trial in trials.items():
+        assert cover(trial).covered == by_n_grams(trial)[0]
+        taken[key] = in_turn([partial(by_n_grams, trial), partial(cover, trial)], repeats(len(trial)))
+    kernels.WORTH_COMPILING = 0
+    began = time.process_time()
+    cover(trials["random", 100])
+    measure(np.zeros((1, STEPS), dtype=np.int64))
+    loading = time.process_time() - began
+    print("| one trial | actions | n-grams µs | without numba µs | ratio | compiled µs | ratio |")
+    print("|---|---|---|---|---|---|---|")
+    for (kind, n), trial in trials.items():
+        base, plain = taken[kind, n]
+        again, fast = in_turn([partial(by_n_grams, trial), partial(cover, trial)], repeats(n))
+        print(
+            f"| {kind} | {n:,} | {min(base, again) * 1e6:,.0f} | {plain * 1e6:,.0f} | {base / plain:.2f} "
+            f"| {fast * 1e6:,.0f} | {again / fast:.1f} |"
+        )
+    kernels.WORTH_COMPILING = worth
+    return loading
+
+
 def main() -> None:
     """Prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -78,17 +157,12 @@ def main() -> None:
     parser.add_argument("--literal", type=int, default=200, help="trials for the linear programme")
     asked = parser.parse_args()
     rng = np.random.default_rng(0)
+    loading = lengths(rng)
+    print(f"\nonce a process, to import numba and what it compiled: {loading:.1f} s\n")
     randoms, loopies = random_trials(asked.trials, rng), loopy_trials(asked.trials, rng)
-    long = random_trials(50_000, rng).ravel()
-    loading = cpu_seconds(lambda: (measure(randoms[: kernels.WORTH_COMPILING // STEPS]), cover(long)), 1)
-    print(f"first large batch and first long sequence, with numba's import and compilation: {loading:.1f} s\n")
     print(f"| trials of {STEPS} | cover | way | µs a trial | ratio |\n|---|---|---|---|---|")
     compare("random", randoms, asked.literal)
     compare("loopy", loopies, asked.literal)
-    print("\n| one sequence of | ns an action | seconds |\n|---|---|---|")
-    for n in (10_000, 100_000, 1_000_000):
-        seconds = cpu_seconds(lambda n=n: cover(long[:n]), 5)
-        print(f"| {n:,} random actions | {seconds / n * 1e9:.0f} | {seconds:.4f} |")
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ def test_so_does_every_random_map(name, flip, avoid, window):
         return
     trials = played(RandomMap(window=window, avoid=avoid, lapse=0.3), name, flip, n=5)
     choices, _ = known(trials)
-    model = Lapse(follows=mapped(choices, window, avoid), chosen=choices.chosen, present=choices.present)
+    model = Lapse.of(follows=mapped(choices, window, avoid), chosen=choices.chosen, present=choices.present)
     assert model.probabilities(np.array([0.3])) == pytest.approx(recorded(trials), abs=1e-12)
 
 
@@ -95,7 +95,7 @@ def test_under_every_condition_a_choice_has_the_probability_that_it_was_drawn_wi
     for window, avoid in ((0, "failed"), (1, "last"), (3, "none")):
         trials = played_under(condition, RandomMap(window=window, avoid=avoid, lapse=0.3), n=4)
         choices, _ = known(trials)
-        lapsing = Lapse(follows=mapped(choices, window, avoid), chosen=choices.chosen, present=choices.present)
+        lapsing = Lapse.of(follows=mapped(choices, window, avoid), chosen=choices.chosen, present=choices.present)
         assert lapsing.probabilities(np.array([0.3])) == pytest.approx(recorded(trials), abs=1e-12)
     trials = played_under(condition, Open(lapse=0.2), n=4)
     choices, heard = known(trials)

@@ -15,6 +15,7 @@ from lockprobe.simulation.fit.candidate_models import RIVALS
 from lockprobe.simulation.fit.choices import choices_of, hear
 from lockprobe.simulation.fit.likelihood import BOUND, Lapse
 from lockprobe.simulation.fit.optimise import DesignEffects, design_effects, ends, maximise, maximum, parameters
+from lockprobe.simulation.fit.situations import Situations
 
 SMALL = {"p": (0.0, 0.4), "repetitions": 1, "trials": 12}
 
@@ -42,7 +43,7 @@ def test_a_general_optimiser_finds_nothing_better(start):
 
     def fall(values):
         slope = SOFTMAX.slope(values)
-        return -slope.terms.sum(), -slope.scores.sum(axis=0)
+        return -slope.log_likelihood, -slope.uphill
 
     found = minimize(fall, begin, jac=True, method="L-BFGS-B", bounds=list(SOFTMAX.bounds.values()))
     assert -found.fun <= BEST.log_likelihood + 1e-4
@@ -60,7 +61,7 @@ def test_at_the_maximum_no_parameter_can_be_bettered_alone():
         for by in (-1e-3, 1e-3):
             values = BEST.values.copy()
             values[place] = np.clip(values[place] + by, low, high)
-            assert SOFTMAX.slope(values).terms.sum() <= BEST.log_likelihood + 1e-6
+            assert SOFTMAX.slope(values).log_likelihood <= BEST.log_likelihood + 1e-6
 
 
 def test_what_is_held_stays():
@@ -99,7 +100,7 @@ def test_a_lapse_is_the_one_that_is_likeliest_on_a_fine_grid():
     choices, heard = known("human-inspired?lapse=0.2", **SMALL)
     model = model_of("human-inspired", choices, heard, "human-inspired:target-first")
     grid = np.linspace(0.001, 1, 2000)
-    terms = [model.slope(np.array([lapse])).terms.sum() for lapse in grid]
+    terms = [model.slope(np.array([lapse])).log_likelihood for lapse in grid]
     assert maximum(model).values[0] == pytest.approx(grid[int(np.argmax(terms))], abs=1e-3)
 
 
@@ -139,9 +140,9 @@ def test_trials_played_over_again_with_the_same_luck_say_nothing_new(times):
     best = maximum(model)
     luck = design_effects(model, best.values, choices.cluster)
     assert luck.parameters.min() > 1
-    again = np.tile(np.arange(len(choices)), times)
-    more = replace(model, features=model.features[again], chosen=model.chosen[again], present=model.present[again])
-    repeated = design_effects(more, best.values, choices.cluster[again])
+    once = model.situations
+    more = replace(model, situations=Situations(np.tile(once.which, times), times * once.counts))
+    repeated = design_effects(more, best.values, np.tile(choices.cluster, times))
     assert repeated.parameters == pytest.approx(times * luck.parameters)
     assert repeated.overall == pytest.approx(times * luck.overall)
 
@@ -176,7 +177,7 @@ def test_intervals_that_knew_nothing_of_shared_luck_would_hold_the_truth_too_rar
 
 def test_one_choice_is_enough_not_to_break():
     """One of two joints, against the rule: likelihood lapse / 2, so that the end solves -2 log(lapse) = 3.84."""
-    one = Lapse(follows=np.array([[1.0, 0.0]]), chosen=np.array([1]), present=np.ones((1, 2), dtype=bool))
+    one = Lapse.of(follows=np.array([[1.0, 0.0]]), chosen=np.array([1]), present=np.ones((1, 2), dtype=bool))
     best = maximum(one)
     assert best.values[0] == 1
     low, high = ends(one, best, 0, 3.84)

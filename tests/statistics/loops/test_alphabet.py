@@ -15,6 +15,7 @@ from lockprobe.statistics.loops import (
     onset_batch,
     symbols,
 )
+from lockprobe.statistics.loops.exact_cover import SEARCHED
 from lockprobe.statistics.loops.words import TRIAL_LENGTH
 
 
@@ -54,7 +55,7 @@ def test_an_unknown_symbol_is_refused() -> None:
 NAN = float("nan")
 
 
-@pytest.mark.parametrize("length", [7, TRIAL_LENGTH + 7])
+@pytest.mark.parametrize("length", [7, SEARCHED + 7, TRIAL_LENGTH + 7])
 @pytest.mark.parametrize("of_one", [cover, any_loop, onset, longest_loop])
 def test_what_is_not_itself_is_no_action_in_any_container(of_one, length) -> None:
     numbers = [1.0, 2.0, NAN, 1.0, 2.0, NAN, *range(length - 6)]
@@ -63,6 +64,8 @@ def test_what_is_not_itself_is_no_action_in_any_container(of_one, length) -> Non
     for sequence in [*kept, days.astype("datetime64[D]"), days.astype("datetime64[ns]")]:
         with pytest.raises(BadValue, match="sequence: got 'NaN', expected one action per step; give trials of"):
             of_one(sequence)
+        with pytest.raises(BadValue, match="NaN"):
+            of_one(sequence, min_length=length + 1)
 
 
 def test_nor_in_many_trials_at_once() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -37,6 +38,12 @@ def at_once(monkeypatch):
     """Compiles whatever can be compiled."""
     pytest.importorskip("numba")
     monkeypatch.setattr(kernels, "WORTH_COMPILING", 0)
+
+
+@pytest.fixture(autouse=True)
+def first_call(monkeypatch):
+    """Nothing was asked before."""
+    monkeypatch.setattr(kernels, "_ASKED", Counter())
 
 
 @contextmanager
@@ -161,10 +168,13 @@ def test_an_array_a_list_and_names_are_measured_alike(trials: list[list[int]]) -
             assert np.array_equal(getattr(measure(other), column), getattr(found, column)), column
 
 
-def test_what_kind_of_sequence_it_is_does_not_matter() -> None:
+@pytest.mark.parametrize("numba", [True, False])
+def test_what_kind_of_sequence_it_is_does_not_matter(numba: bool, request) -> None:
+    if numba:
+        request.getfixturevalue("at_once")
     rng = np.random.default_rng(2)
-    for n in (200, TRIAL_LENGTH + 1):
-        numbers = rng.integers(0, 30, n)
+    for n in (40, 100, 300, TRIAL_LENGTH + 1):
+        numbers = rng.integers(0, 5, n)
         expected = cover(numbers.tolist())
         assert cover(numbers) == expected
         assert cover(tuple(numbers.tolist())) == expected
@@ -186,6 +196,19 @@ def test_a_trial_imports_no_compiler() -> None:
         "assert not {'numba', 'scipy.optimize'} & sys.modules.keys()"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_what_is_compiled_depends_on_all_work_so_far(monkeypatch) -> None:
+    pytest.importorskip("numba")
+    monkeypatch.setattr(kernels, "_COMPILED", {})
+    monkeypatch.setattr(kernels, "WORTH_COMPILING", 1000)
+    for _ in range(100):
+        cover("ABCD" * 5)  # too short to gain
+    for _ in range(9):
+        cover("ABCD" * 25)
+    assert not kernels._COMPILED
+    cover("ABCD" * 25)
+    assert list(kernels._COMPILED) == ["free_cover"]
 
 
 def test_without_numba_nothing_is_compiled() -> None:
@@ -216,8 +239,10 @@ def test_bad_batches_are_refused() -> None:
             measure(sequences)
     with pytest.raises(BadValue, match="at least 1"):
         measure(["ABC"], min_length=0)
-    with pytest.raises(BadValue, match=r"\(n,\)"):
-        cover(np.zeros((2, 2), dtype=int))
+    for rows in (2, 100, TRIAL_LENGTH + 1):
+        for least in (1, 3, rows + 1):
+            with pytest.raises(BadValue, match=r"\(n,\)"):
+                cover(np.zeros((rows, 2), dtype=int), min_length=least)
     assert len(measure([])) == len(measure(np.zeros((0, 20), dtype=int))) == 0
     assert measure(np.zeros((2, 0), dtype=int)).n.tolist() == [0, 0]
 

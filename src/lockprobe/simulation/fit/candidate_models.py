@@ -68,7 +68,7 @@ def _softmax(name: str, *pulls: str) -> Callable[[Choices, Sequence[Heard]], Ver
             "position": -choices.place,
         }
         columns = [features[pull] * choices.present for pull in pulls]
-        model = Softmax(
+        model = Softmax.of(
             names=pulls,
             features=np.stack([np.zeros_like(choices.place), *columns], axis=2)[:, :, 1:].copy(),
             chosen=choices.chosen,
@@ -92,7 +92,7 @@ def _favourites(which: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
             names = tuple(str(place + 1) for place in range(width))
         features = kinds[:, :, None] == np.arange(1, len(names))
         return {
-            f"favourite-{which}s": Softmax(
+            f"favourite-{which}s": Softmax.of(
                 names=tuple(f"{which} {name} beside {names[0]}" for name in names[1:]),
                 features=(features & choices.present[:, :, None]).astype(np.float64),
                 chosen=choices.chosen,
@@ -104,7 +104,7 @@ def _favourites(which: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
 
 
 def _follows(choices: Choices, follows: Array) -> Lapse:
-    return Lapse(follows=follows, chosen=choices.chosen, present=choices.present)
+    return Lapse.of(follows=follows, chosen=choices.chosen, present=choices.present)
 
 
 def _round_robin(choices: Choices, heard: Sequence[Heard]) -> Versions:

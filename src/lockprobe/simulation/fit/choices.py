@@ -243,23 +243,34 @@ def _own(trials: Sequence[Trial], width: int) -> Array:
 
 
 def rule(policy: Policy[Memory], heard: Sequence[Heard]) -> Array:
-    """The choice probabilities of a policy that hears an agent's trials, shape (choices, joints)."""
-    later: dict[tuple[View, Memory, Told | None, int], Memory] = {}
-    chances: dict[tuple[View, Memory], tuple[float, ...]] = {}
-    width = max((one.view.joints for one in heard), default=0)
+    """The choice probabilities of a policy that hears an agent's trials, shape (choices, joints).
+
+    Trials share states: a state is what the policy sees and remembers, and is a number here.
+    """
+    states: dict[tuple[View, Memory], int] = {}
+    memories: list[Memory] = []
+
+    def state_of(view: View, memory: Memory) -> int:
+        state = states.setdefault((view, memory), len(states))
+        if state == len(memories):
+            memories.append(memory)
+        return state
+
+    later: dict[tuple[int, Told | None, int], int] = {}
     found = []
     for one in heard:
-        view, memory = one.view, policy.begin(one.view)
+        view, state = one.view, state_of(one.view, policy.begin(one.view))
         for joint, told in zip(one.chosen, one.told, strict=True):
-            if (row := chances.get((view, memory))) is None:
-                row = policy.probabilities(view, memory)
-                row = chances[view, memory] = (*row, *[0.0] * (width - len(row)))
-            found.append(row)
-            if (after := later.get((view, memory, told, joint))) is None:
-                after = later[view, memory, told, joint] = (
+            found.append(state)
+            if (after := later.get((state, told, joint))) is None:
+                memory = memories[state]
+                after = later[state, told, joint] = state_of(
+                    view,
                     policy.remember_silence(view, memory, joint)
                     if told is None
-                    else policy.remember(view, memory, told)
+                    else policy.remember(view, memory, told),
                 )
-            memory = after
-    return np.array(found, dtype=np.float64).reshape(-1, width)
+            state = after
+    width = max((one.view.joints for one in heard), default=0)
+    chances = [[*policy.probabilities(*state), *[0.0] * (width - state[0].joints)] for state in states]
+    return np.array(chances, dtype=np.float64).reshape(-1, width)[found]

@@ -183,7 +183,7 @@ def _fitted_candidate(
 def _free_parameters(model: Model) -> int:
     """Number of identifiable parameters: without a reported move, ``reset`` changes no probability."""
     inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
-    return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
+    return int((np.abs(model.scores(inside)).max(axis=0, initial=0.0) > 1e-9).sum())
 
 
 def _repeats(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], choices: Choices) -> float:

@@ -61,23 +61,22 @@ def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None
         values[place] = value
     now, damping, small = model.slope(values), 1e-3, 0
     for _ in range(_ITERATIONS):
-        uphill = now.scores.sum(axis=0)
-        moving = free & ~((values <= low) & (uphill <= 0)) & ~((values >= high) & (uphill >= 0))
+        moving = free & ~((values <= low) & (now.uphill <= 0)) & ~((values >= high) & (now.uphill >= 0))
         if small == _SMALL or damping > 1e9 or not moving.any():
             break
         bend = now.information[np.ix_(moving, moving)]
         bend = bend + damping * np.diag(np.diag(bend) + 1e-6)
         there = values.copy()
-        there[moving] += np.linalg.solve(bend, uphill[moving])
+        there[moving] += np.linalg.solve(bend, now.uphill[moving])
         there = np.clip(there, low, high)
         then = model.slope(there)
-        gain = float(then.terms.sum() - now.terms.sum())
+        gain = then.log_likelihood - now.log_likelihood
         small += abs(gain) < enough
         if gain < 0:
             damping *= 10
         else:
             values, now, damping = there, then, max(damping / 10, _LEAST_DAMPING)
-    return Maximum(values, float(now.terms.sum()))
+    return Maximum(values, now.log_likelihood)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,15 +104,15 @@ def design_effects(model: Model, values: Array, clusters: Integers) -> DesignEff
     effects = np.ones(len(values))
     if len(labels) < 2 or not len(values):
         return DesignEffects(effects, 1.0)
-    slope = model.slope(values)
+    information = model.slope(values).information
     sums = np.zeros((len(labels), len(values)))
-    np.add.at(sums, place.reshape(-1), slope.scores)
+    np.add.at(sums, place.reshape(-1), model.scores(values))
     sums -= sums.mean(axis=0)
     squares = sums.T @ sums * len(labels) / (len(labels) - 1)
-    variance = _inverse(slope.information)
+    variance = _inverse(information)
     alone = np.diag(variance)
     np.divide(np.diag(variance @ squares @ variance), alone, out=effects, where=alone > 0)
-    rank = round(float(np.trace(variance @ slope.information)))
+    rank = round(float(np.trace(variance @ information)))
     overall = float(np.trace(squares @ variance)) / rank if rank else 1.0
     return DesignEffects(np.maximum(effects, 1.0), max(overall, 1.0))
 

@@ -42,11 +42,15 @@ def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable
     """The trial as a sequence of plain Python values."""
     if not isinstance(sequence, np.ndarray):
         return sequence
-    if sequence.ndim != 1:
-        raise BadValue("sequence", sequence.shape, "an array of shape (n,)")
+    _refuse_batch(sequence)
     refuse_nan(sequence)
     actions: list[Hashable] = sequence.tolist()
     return actions
+
+
+def _refuse_batch(sequence: NDArray[Any]) -> None:
+    if sequence.ndim != 1:
+        raise BadValue("sequence", sequence.shape, "an array of shape (n,)")
 
 
 def refuse_nan(actions: Collection[Hashable] | NDArray[Any]) -> None:
@@ -91,4 +95,5 @@ def _integers(sequence: Sequence[Hashable] | NDArray[Any]) -> NDArray[Any] | Non
             sequence = np.array(sequence)
         except ValueError:  # numbers beside tuples
             return None
+    _refuse_batch(sequence)
     return sequence if sequence.dtype.kind in "iub" else None

@@ -72,7 +72,8 @@ def cover(
     as much in linear time. ``repeat`` and ``whole`` take that cover where it obeys them, else any greatest one.
     ``ilp`` takes one of fewest pieces, then of long ones (``whole``: of few, then short loops).
 
-    20 actions take 0.03 ms (``free``) or 0.1 to 0.3 ms; 10**6 take 0.1 s once compiled, 1.3 s without numba.
+    20 actions take 0.02 ms (``free``) or 0.1 to 0.3 ms; 1000 take 0.1 to 0.2 ms once compiled, 1 ms without numba;
+    10**6 take 0.1 s or 0.5 s. What is compiled is loaded once longer trials of a process make it worth while.
 
     Args:
         sequence: The actions in order.

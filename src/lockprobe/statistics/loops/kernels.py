@@ -1,12 +1,13 @@
-"""Compiled free covers of long sequences and of many trials: the only importer of numba here.
+"""Compiled free covers of long trials and of many: the only importer of numba here.
 
-Importing numba and compiling cost seconds the first time and a second later on, so that happens only where the work
-pays for it (:func:`compiled`). The functions are plain Python on integer arrays and compute the numbers of
-:mod:`lockprobe.statistics.loops.exact_cover`.
+Importing numba and compiling cost seconds the first time and about a second later on, so that happens only where the
+work of a process pays for it (:func:`compiled`). The functions are plain Python on integer arrays and compute the
+numbers of :mod:`lockprobe.statistics.loops.exact_cover`.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
@@ -16,31 +17,41 @@ from numpy.typing import NDArray
 from lockprobe.statistics.loops.alphabet import Codes
 
 __all__ = [
+    "NAMED",
     "WORTH_COMPILING",
     "chosen_pieces",
     "compiled",
     "distinct_words",
+    "find_loops",
     "free_cover",
     "free_measures",
+    "grow",
     "longest_loops",
+    "loops_from",
     "name_words",
     "packed_words",
     "period",
+    "split_pieces",
 ]
 
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
 
 WORTH_COMPILING = 200_000
-"""Actions above which compiling pays: without it they take a second as trials of 20, a quarter second as one trial."""
+"""Actions in one process above which compiling pays: without it they take 0.2 s in long trials, 0.4 s in short ones."""
+
+NAMED = 16
+"""Actions in the longest loops for which a trial's words are named, length by length; longer ones take an automaton."""
 
 _COMPILED: dict[str, Callable[..., Any]] = {}
+_ASKED = Counter[str]()
 
 
 def compiled(function: Callable[Given, Found], actions: int) -> Callable[Given, Found] | None:
-    """The compiled function, if it is already compiled or this many actions justify it; None without numba."""
+    """The compiled function, if these and all earlier actions justify it; None without numba."""
     name = function.__name__
-    if name not in _COMPILED and actions >= WORTH_COMPILING:
+    _ASKED["actions"] += actions
+    if name not in _COMPILED and _ASKED["actions"] >= WORTH_COMPILING:
         try:
             from numba import njit
             from numba.extending import register_jitable
@@ -56,9 +67,15 @@ def compiled(function: Callable[Given, Found], actions: int) -> Callable[Given, 
 
 
 def free_cover(
-    codes: Codes, min_length: int, overlap: bool, longest: int
+    codes: Codes, min_length: int, overlap: bool, trial: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """One cover from loops of at most ``longest`` actions, the actions given as numbers from 0.
+    """The cover of one trial, the actions given as numbers from 0.
+
+    Args:
+        codes: Actions as numbers from 0.
+        min_length: Fewest actions in a loop.
+        overlap: Whether the two copies may share actions.
+        trial: Up to this many actions loops of any length are pieces, above it only the shortest.
 
     Returns:
         Start and length of each piece, and 1 where it is the first copy of its word, each of shape (pieces,).
@@ -66,8 +83,8 @@ def free_cover(
     n = len(codes)
     table = np.empty(_places(n), np.int64)
     work = np.empty((5, n + 1), np.int64)
-    longest_loops(codes, min_length, overlap, longest, work, table)
-    count = chosen_pieces(n, min_length, work)
+    find_loops(codes, min_length, overlap, trial, work, table)
+    count = split_pieces(codes, chosen_pieces(n, min_length, work), min_length, work)
     distinct_words(codes, count, work, table)
     return work[1, :count].copy(), work[2, :count].copy(), work[3, :count].copy()
 
@@ -93,11 +110,10 @@ def free_measures(
     for k in range(len(ends)):
         one = codes[ends[k - 1] if k else 0 : ends[k]]
         n = len(one)
-        longest = n if n <= trial else 2 * min_length - 1
-        found[k, 2] = longest_loops(one, min_length, overlap, longest, work, table)
-        found[k, 3] = work[0, :n].max() if n else 0
-        if not found[k, 3]:
+        found[k, 2] = find_loops(one, min_length, overlap, trial, work, table)
+        if not found[k, 2]:
             continue
+        found[k, 3] = work[0, :n].max()
         count = chosen_pieces(n, min_length, work)
         for piece in range(count):
             found[k, 0] += work[2, piece]
@@ -107,6 +123,22 @@ def free_measures(
         for piece in range(count):
             found[k, 1] -= work[2, piece] * work[3, piece]
     return found
+
+
+def find_loops(codes: Codes, min_length: int, overlap: bool, trial: int, work: NDArray[np.int64], table: Codes) -> int:
+    """Writes the length of the longest loop at each start into row 0, of the lengths that may be pieces.
+
+    Words of few actions are named, length by length. Where loops are longer, the automaton finds all at once.
+
+    Returns:
+        The onset.
+    """
+    n = len(codes)
+    longest = max(NAMED, min_length) if n <= trial else 2 * min_length - 1
+    onset = longest_loops(codes, min_length, overlap, longest, work, table)
+    if n <= trial and work[0, : n + 1].max() == longest:
+        loops_from(codes, overlap, work[0])
+    return onset
 
 
 def longest_loops(
@@ -185,23 +217,140 @@ def _may_loop(here: int, after: int, length: int, min_length: int) -> bool:
     return length <= min_length or min(here, after) >= length - 1
 
 
+def loops_from(codes: Codes, overlap: bool, reach: Codes) -> None:
+    """Writes the length of the longest loop at each start into ``reach``, as far as the end of the trial.
+
+    As :func:`lockprobe.statistics.loops.automaton.loops_from`.
+    """
+    n = len(codes)
+    states, edges = np.empty((5, 2 * n + 1), np.int64), np.empty((4, _places(2 * n)), np.int64)
+    count = grow(codes, states, edges)
+    shorter, size, room, last = states[0], states[1], states[2], states[3]
+    last[0] = n
+    for end in range(n, 0, -1):
+        state = shorter[end]
+        while last[state] < end:
+            last[state] = end
+            state = shorter[state]
+    for state in range(count):
+        apart = last[state] - room[state]
+        room[state] = n if overlap and apart else apart
+    state = length = start = 0
+    for end in range(n):
+        state, length = edges[2, _edge(state, codes[end], edges)], length + 1
+        while room[state] < length:
+            if room[state] > size[shorter[state]]:
+                length = room[state]
+            else:
+                state = shorter[state]
+                length = size[state]
+        while start <= end - length:
+            reach[start] = end - start
+            start += 1
+    for rest in range(start, n + 1):
+        reach[rest] = n - rest
+
+
+def grow(codes: Codes, states: NDArray[np.int64], edges: NDArray[np.int64]) -> int:
+    """Writes the suffix automaton (:func:`lockprobe.statistics.loops.automaton.automaton`); returns how many states.
+
+    A column of ``states`` is a state: ``shorter``, ``size``, the ends of its first and last copy, and its newest edge.
+    A column of ``edges``, a hash table, is an edge: its state (-1 where there is none), action, the state after it, and
+    the next older edge of its state (-1 for none).
+    """
+    shorter, size, first, last, newest = states[0], states[1], states[2], states[3], states[4]
+    n = len(codes)
+    edges[0, :] = -1
+    newest[: n + 1] = -1
+    for state in range(n + 1):
+        size[state] = first[state] = last[state] = state
+    shorter[0], count, state = -1, n + 1, 0
+    for new in range(1, n + 1):
+        action, there = codes[new - 1], 0
+        while state >= 0:
+            edge = _edge(state, action, edges)
+            if edges[0, edge] >= 0:
+                there = edges[2, edge]
+                break
+            _add_edge(edge, state, action, new, newest, edges)
+            state = shorter[state]
+        shorter[new] = there
+        if state >= 0 and size[there] > size[state] + 1:
+            split, count = count, count + 1
+            shorter[split], size[split], newest[split] = shorter[there], size[state] + 1, -1
+            first[split] = last[split] = first[there]
+            shorter[there] = shorter[new] = split
+            old = newest[there]
+            while old >= 0:
+                _add_edge(_edge(split, edges[1, old], edges), split, edges[1, old], edges[2, old], newest, edges)
+                old = edges[3, old]
+            while state >= 0:
+                edge = _edge(state, action, edges)
+                if edges[2, edge] != there:
+                    break
+                edges[2, edge] = split
+                state = shorter[state]
+        state = new
+    return count
+
+
+def _add_edge(edge: int, state: int, action: int, there: int, newest: Codes, edges: NDArray[np.int64]) -> None:
+    edges[0, edge], edges[1, edge], edges[2, edge], edges[3, edge] = state, action, there, newest[state]
+    newest[state] = edge
+
+
+def _edge(state: int, action: int, edges: NDArray[np.int64]) -> int:
+    """The place of the edge of a state for an action, or the empty place where it would stand."""
+    edge = _slot(state, action, edges.shape[1])
+    while edges[0, edge] >= 0 and (edges[0, edge] != state or edges[1, edge] != action):
+        edge = (edge + 1) & (edges.shape[1] - 1)
+    return edge
+
+
 def chosen_pieces(n: int, min_length: int, work: NDArray[np.int64]) -> int:
-    """Writes starts and lengths of the fewest longest pieces into rows 1 and 2; returns how many there are."""
-    reach, starts, lengths, best, chosen = work[0], work[1], work[2], work[3], work[4]
-    best[n] = 0
-    for start in range(n - 1, -1, -1):
-        best[start], chosen[start] = best[start + 1], 0
-        for length in range(min_length, reach[start] + 1):
-            worth = best[start + length] + length * (n + 1) - 1
-            if worth >= best[start]:
-                best[start], chosen[start] = worth, length
+    """Writes starts and lengths of the fewest longest pieces into rows 1 and 2; returns how many there are.
+
+    As the dynamic programme of :mod:`lockprobe.statistics.loops.exact_cover`, with row 1 as its queue.
+    """
+    reach, starts, lengths, worth, ends = work[0], work[1], work[2], work[3], work[1]
+    for end in range(max(n - min_length + 1, 0), n + 1):
+        worth[end], lengths[end] = end * (n + 1), 0
+    head = tail = 0
+    for start in range(n - min_length, -1, -1):
+        nearest = start + min_length
+        while tail > head and worth[ends[tail - 1]] < worth[nearest]:
+            tail -= 1
+        ends[tail], tail = nearest, tail + 1
+        worth[start], lengths[start] = worth[start + 1] - n - 1, 0
+        if reach[start] >= min_length:
+            while ends[head] > start + reach[start]:
+                head += 1
+            if worth[ends[head]] > worth[start]:
+                worth[start], lengths[start] = worth[ends[head]] - 1, ends[head] - start
     count = start = 0
     while start < n:
-        if chosen[start]:
-            starts[count], lengths[count] = start, chosen[start]
+        length = lengths[start]
+        if length:
+            starts[count], lengths[count] = start, length
             count += 1
-        start += max(chosen[start], 1)
+        start += max(length, 1)
     return count
+
+
+def split_pieces(codes: Codes, count: int, min_length: int, work: NDArray[np.int64]) -> int:
+    """Splits pieces that repeat a loop into its copies, from the last piece on; returns how many pieces there are."""
+    starts, lengths, sizes = work[1], work[2], work[3]
+    parts = 0
+    for piece in range(count):
+        sizes[piece] = period(codes, starts[piece], lengths[piece], min_length)
+        parts += lengths[piece] // sizes[piece]
+    place = parts
+    for piece in range(count - 1, -1, -1):
+        start, size, copies = starts[piece], sizes[piece], lengths[piece] // sizes[piece]
+        for copy in range(copies - 1, -1, -1):
+            place -= 1
+            starts[place], lengths[place] = start + copy * size, size
+    return parts
 
 
 def period(codes: Codes, start: int, length: int, min_length: int) -> int:
@@ -255,4 +404,20 @@ def _slot(left: int, right: int, slots: int) -> int:
     return (((left * 2654435761 + right * 2246822519) & 0x7FFFFFFFFFFFFFFF) >> 21) & (slots - 1)
 
 
-_PARTS = (longest_loops, packed_words, name_words, _may_loop, chosen_pieces, period, distinct_words, _places, _slot)
+_PARTS = (
+    find_loops,
+    loops_from,
+    grow,
+    _add_edge,
+    _edge,
+    longest_loops,
+    packed_words,
+    name_words,
+    _may_loop,
+    chosen_pieces,
+    split_pieces,
+    period,
+    distinct_words,
+    _places,
+    _slot,
+)

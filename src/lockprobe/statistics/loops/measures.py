@@ -53,9 +53,9 @@ def measure(
 ) -> LoopMeasures:
     """The loop measures of many trials, each equal to :func:`cover`, :func:`onset` and :func:`longest_loop` of it.
 
-    A trial of 20 actions takes about 1 µs where it pays to compile (10 000 trials and more, with the extra
-    ``fast``), 0.1 ms otherwise. ``sequences`` are trials of equal length as integers, shape (trials, n), or a list of
-    trials of any length; settings as in :func:`cover`.
+    A trial of 20 actions takes about 1 µs where it pays to compile (10 000 trials and more, in all calls of a process,
+    with the extra ``fast``), 0.03 ms otherwise. ``sequences`` are trials of equal length as integers, shape
+    (trials, n), or a list of trials of any length; settings as in :func:`cover`.
 
     >>> measure(["ABCABCA", "ABCD"]).covered
     array([6, 0])

@@ -29,7 +29,7 @@ Interval = tuple[int, int]
 """A piece of a trial: its first action (from 0) and its length."""
 
 TRIAL_LENGTH = 5000
-"""Up to here a sequence is a trial, and is searched as text; longer ones in linear time."""
+"""Up to here a sequence is a trial, and loops of any length are its pieces; above it only the shortest ones."""
 
 
 def any_loop(sequence: Sequence[Hashable] | NDArray[Any], *, min_length: int = 3, overlap: bool = False) -> bool:
@@ -46,10 +46,10 @@ def onset(sequence: Sequence[Hashable] | NDArray[Any], *, min_length: int = 3, o
     apart = least_distance(min_length, overlap=overlap)
     actions = actions_of(sequence)
     refuse_nan(set(actions))
-    first: dict[tuple[Hashable, ...], int] = {}
+    actions = actions if isinstance(actions, str) else tuple(actions)
+    first: dict[Sequence[Hashable], int] = {}
     for start in range(len(actions) - min_length + 1):
-        word = tuple(actions[start : start + min_length])
-        if start - first.setdefault(word, start) >= apart:
+        if start - first.setdefault(actions[start : start + min_length], start) >= apart:
             return start + min_length
     return 0
 
@@ -149,8 +149,13 @@ def named(left: Codes, right: Codes) -> Codes:
     """Names pairs of numbers, aligned and as long as the shorter: by the place where the same pair first stands."""
     size = min(len(left), len(right))
     pairs = left[:size] * (right.max(initial=0) + 1) + right[:size]
-    _, first, same = np.unique(pairs, return_index=True, return_inverse=True)
-    return np.asarray(first[same], dtype=np.int64)
+    most = int(pairs.max(initial=0))
+    if most > 16 * size:
+        _, first, same = np.unique(pairs, return_index=True, return_inverse=True)
+        return np.asarray(first[same], dtype=np.int64)
+    place = np.empty(most + 1, dtype=np.int64)
+    place[pairs[::-1]] = np.arange(size - 1, -1, -1)  # of equal pairs the last one written stays, the first of all
+    return np.asarray(place[pairs], dtype=np.int64)
 
 
 def all_loops(text: str, min_length: int, *, overlap: bool = False, below: int | None = None) -> dict[str, list[int]]:
