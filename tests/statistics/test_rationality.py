@@ -1,22 +1,20 @@
-"""Actions judged by ideal observers: by hand, by identity and against chance; observers' moments are cached."""
+"""Actions judged by ideal observers: by hand, by identity and against chance."""
 
 from dataclasses import replace
 from math import log2
 
 import numpy as np
 import pytest
-from builders import make_trial, play_study, small_study
+from builders import make_trial
 from clumsy import HAND
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
-from lockprobe.boxes.beliefs.planning import expected_steps, information
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.statistics import rationality as module
-from lockprobe.statistics.rationality import JUDGED, judge, moment, prior_for, rationality
+from lockprobe.statistics.rationality import JUDGED, judge, prior_for, rationality
 from lockprobe.statistics.rules import unbroken
 from lockprobe.testing import play_trials
 
@@ -177,61 +175,6 @@ def test_what_does_not_exist_is_refused():
         judge(make_trial([0]), prior="any")
     with pytest.raises(BadValue, match="noise: got 'some'"):
         judge(make_trial([0]), prior="chains", noise="some")
-
-
-REPORTS = (
-    ReportedAttempt(3, True, 8),
-    ReportedAttempt(1, False, 8),
-    ReportedAttempt(2, True, 12),
-    ReportedAttempt(2, True, 8),
-    ReportedAttempt(0, False, 8),
-)
-
-
-def start(noise="aware"):
-    return begin(interlocks("single-parent", 4), noise_model(noise))
-
-
-@pytest.mark.parametrize("noise", ["naive", "aware"])
-def test_what_is_known_after_reports_is_what_the_belief_says(noise):
-    belief, now, restarts = start(noise), moment(start(noise)), 0
-    for report in REPORTS:
-        belief = update(belief, report)
-        now, again = now.after(report)
-        restarts += again
-        assert now.entropy == pytest.approx(entropy(belief))
-        assert now.worth.bits == pytest.approx(information(belief))
-        assert now.worth.regret == pytest.approx(expected_steps(belief) - expected_steps(belief).min())
-    assert restarts == belief.restarts
-    end, _ = now.after(None)
-    assert end.entropy == pytest.approx(entropy(opened(belief)))
-
-
-def test_the_same_reports_lead_to_the_same_moment():
-    one, two = moment(start()), moment(start())
-    assert one is two
-    assert one.after(REPORTS[0])[0] is two.after(ReportedAttempt(3, True, 8))[0]
-    assert one.after(REPORTS[0])[0] is not one.after(REPORTS[1])[0]
-
-
-def test_not_too_much_is_remembered(monkeypatch):
-    before = moment(start())
-    monkeypatch.setattr(module, "MANY", 1)
-    assert moment(start()) is not before
-
-
-def test_what_other_trials_left_behind_changes_no_digit():
-    """A report is the same whichever process has worked at whichever agent before."""
-    trials = play_study(small_study(["random", "cognitive:perseverant"], (0.0, 0.6), 1, 4))
-
-    def judged():
-        return [judge(trial, prior="single-parent", noise=noise) for trial in trials for noise in ("naive", "aware")]
-
-    module._moment.cache_clear()
-    fresh = {(one.key, one.noise): one for one in judged()}
-    module._moment.cache_clear()
-    trials.reverse()
-    assert {(one.key, one.noise): one for one in judged()} == fresh
 
 
 def values_of(known):

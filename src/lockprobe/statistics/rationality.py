@@ -20,29 +20,19 @@ random choice in the same situations, which is often optimal where several joint
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from statistics import fmean
 
 import numpy as np
 
-from lockprobe.boxes.beliefs.planning import expected_steps, information, least
-from lockprobe.boxes.beliefs.posterior import (
-    Belief,
-    KnownReading,
-    ReportedAttempt,
-    begin,
-    entropy,
-    noise_model,
-    opened,
-    update,
-)
+from lockprobe.boxes.beliefs.posterior import KnownReading, ReportedAttempt, begin, noise_model
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
+from lockprobe.statistics.judged_moments import JudgedMoment, moment, weigh
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.rules import unbroken
 from lockprobe.trial.record import Trial
@@ -50,15 +40,11 @@ from lockprobe.trial.record import Trial
 __all__ = [
     "ACTIONS",
     "JUDGED",
-    "MANY",
     "OBSERVERS",
-    "JudgedMoment",
     "JudgedStep",
     "JudgedTrial",
     "Rationality",
-    "Worth",
     "judge",
-    "moment",
     "prior_for",
     "rationality",
 ]
@@ -69,12 +55,6 @@ OBSERVERS = ("naive", "aware")
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
 further trial is judged."""
-
-MANY = 1 << 14
-"""Moments that are cached; each takes a few kilobytes."""
-
-_NOTHING = 1e-9
-"""Expected information below which an attempt counts as uninformative, bits."""
 
 Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and its report; None if the box opened."""
@@ -199,29 +179,34 @@ def rationality(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[Ra
 def _condition(
     trials: Sequence[Trial], told: Sequence[tuple[Trial, Sequence[Told]]], prior: str, noise: str
 ) -> Rationality:
-    found = [_judge(trial, reports, prior, noise) for trial, reports in told if reports]
-    sizes = [len(trial.steps) for trial in found]
-    steps = [step for trial in found for step in trial.steps]
-    first = trials[0]
+    found = [_seen(trial, reports, prior, noise) for trial, reports in told if reports]
+    weigh(now for one in found for now in one.moments[:-1])
+    sizes = [len(one.joints) for one in found]
+    first, cluster = trials[0], np.repeat(np.arange(len(found)), sizes)
     acting = " + ".join(first.specs)
     rng = generator(first.seed, "analysis", first.spec, first.modality, acting, "rationality", noise)
+    worths = [(now.worth, joint) for one in found for now, joint in one.choices]
+
+    def share(chosen: Iterable[bool]) -> ClusteredProportion:
+        return clustered_proportion(np.bincount(cluster, np.fromiter(chosen, dtype=np.float64)), sizes)
+
     return Rationality(
         prior=prior,
         interlocks=len(interlocks(prior, len(first.joints))),
         noise=noise,
         trials=len(found),
-        steps=len(steps),
+        steps=len(worths),
         not_judged=len(trials) - len(told),
         left_out=sum(len(trial.steps) - len(reports) for trial, reports in told),
-        optimal=clustered_proportion([sum(step.optimal for step in trial.steps) for trial in found], sizes),
-        regret=cluster_bootstrap([step.regret for step in steps], np.repeat(np.arange(len(found)), sizes), rng),
-        uninformative=clustered_proportion([sum(step.uninformative for step in trial.steps) for trial in found], sizes),
-        gained=fmean([step.gained for step in steps]),
-        expected=fmean([step.expected for step in steps]),
-        best=fmean([step.best for step in steps]),
-        by_chance={name: fmean([step.by_chance[name] for step in steps]) for name in steps[0].by_chance},
-        entropy_left=fmean([trial.entropy_left for trial in found]),
-        restarts=fmean([trial.restarts for trial in found]),
+        optimal=share(worth.optimal[joint] for worth, joint in worths),
+        regret=cluster_bootstrap([worth.regret[joint] for worth, joint in worths], cluster, rng),
+        uninformative=share(worth.uninformative[joint] for worth, joint in worths),
+        gained=fmean([bits for one in found for bits in one.gained]),
+        expected=fmean([worth.bits[joint] for worth, joint in worths]),
+        best=fmean([worth.best for worth, _ in worths]),
+        by_chance={name: fmean([worth.by_chance[name] for worth, _ in worths]) for name in worths[0][0].by_chance},
+        entropy_left=fmean([one.moments[-1].entropy for one in found]),
+        restarts=fmean([one.restarts for one in found]),
     )
 
 
@@ -243,19 +228,66 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
         UnknownName: If there is no such prior.
         BadValue: If there is no such noise model, or the prior has too many interlocks over this number of joints.
     """
-    return _judge(trial, _told(trial), prior, noise)
-
-
-def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
-    known = begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))
-    now, restarts, steps = moment(known), 0, []
-    for step, (joint, report) in zip(trial.steps, told, strict=False):  # the first ones may be judged alone
-        after, again = now.after(report)
-        steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
-        now, restarts = after, restarts + again
+    seen = _seen(trial, _told(trial), prior, noise)
+    weigh(seen.moments[:-1])
+    steps = [
+        JudgedStep(
+            step=step.step,
+            entropy=now.entropy,
+            gained=gained,
+            expected=now.worth.bits[joint],
+            best=now.worth.best,
+            optimal=now.worth.optimal[joint],
+            regret=now.worth.regret[joint],
+            uninformative=now.worth.uninformative[joint],
+            by_chance=now.worth.by_chance,
+        )
+        for step, (now, joint), gained in zip(trial.steps, seen.choices, seen.gained, strict=True)
+    ]
     return JudgedTrial(
-        key=trial.key, prior=prior, noise=noise, steps=tuple(steps), entropy_left=now.entropy, restarts=restarts
+        key=trial.key,
+        prior=prior,
+        noise=noise,
+        steps=tuple(steps),
+        entropy_left=seen.moments[-1].entropy,
+        restarts=seen.restarts,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _SeenTrial:
+    """A trial as an observer saw it.
+
+    Attributes:
+        joints: The number of the joint of every action.
+        moments: The moment before every action, and that after the last one.
+        restarts: Reports that were impossible to the observer.
+    """
+
+    joints: tuple[int, ...]
+    moments: tuple[JudgedMoment, ...]
+    restarts: int
+
+    @property
+    def choices(self) -> Iterator[tuple[JudgedMoment, int]]:
+        """Every action, with the moment before it."""
+        return zip(self.moments, self.joints, strict=False)
+
+    @property
+    def gained(self) -> list[float]:
+        """Bits by which every action reduced the entropy."""
+        return [before.entropy - after.entropy for before, after in pairwise(self.moments)]
+
+
+def _seen(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> _SeenTrial:
+    """The actions of a trial that were told, which may be the first ones alone."""
+    now = moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial))))
+    moments, restarts = [now], 0
+    for _, report in told:
+        now, again = now.after(report)
+        moments.append(now)
+        restarts += again
+    return _SeenTrial(joints=tuple(joint for joint, _ in told), moments=tuple(moments), restarts=restarts)
 
 
 def _reading(trial: Trial) -> KnownReading:
@@ -304,91 +336,3 @@ def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> in
         return None
     pairs = zip(trial.joints, told, trial.steps[0].state, strict=True)
     return sum((now != start) << numbers[joint] for joint, now, start in pairs)
-
-
-def _judged(step: int, joint: int, now: JudgedMoment, gained: float) -> JudgedStep:
-    values = now.worth
-    return JudgedStep(
-        step=step,
-        entropy=now.entropy,
-        gained=gained,
-        expected=values.bits[joint],
-        best=values.best,
-        optimal=values.optimal[joint],
-        regret=values.regret[joint],
-        uninformative=values.uninformative[joint],
-        by_chance=values.by_chance,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Worth:
-    """The value of each attempt to an observer; tuples hold one value for each of the n joints.
-
-    Attributes:
-        bits: Expected information, bits.
-        best, optimal, regret, uninformative, by_chance: As in :class:`JudgedStep`.
-    """
-
-    bits: tuple[float, ...]
-    best: float
-    optimal: tuple[bool, ...]
-    regret: tuple[float, ...]
-    uninformative: tuple[bool, ...]
-    by_chance: Mapping[str, float]
-
-
-class JudgedMoment:
-    """A belief of an observer with its consequences, each computed once."""
-
-    def __init__(self, belief: Belief) -> None:
-        self._belief = belief
-        self._after: dict[ReportedAttempt | None, tuple[JudgedMoment, int]] = {}
-
-    @cached_property
-    def entropy(self) -> float:
-        """Entropy over interlocks, in bits, >= 0."""
-        return entropy(self._belief)
-
-    @cached_property
-    def worth(self) -> Worth:
-        """The value of each attempt."""
-        belief = self._belief
-        bits, steps = information(belief), expected_steps(belief)
-        optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
-        uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
-        values = {"expected": bits, "optimal": optimal, "regret": regret, "uninformative": uninformative}
-        return Worth(
-            bits=tuple(bits.tolist()),
-            best=float(bits.max()),
-            optimal=tuple(optimal.tolist()),
-            regret=tuple(regret.tolist()),
-            uninformative=tuple(uninformative.tolist()),
-            by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
-        )
-
-    def after(self, report: ReportedAttempt | None) -> tuple[JudgedMoment, int]:
-        """The moment after a report, or after the box has opened (None), and the restarts of the observer."""
-        found = self._after.get(report)
-        if found is None:
-            belief = opened(self._belief) if report is None else update(self._belief, report)
-            again = belief.restarts - self._belief.restarts
-            # Scaled weights of equal beliefs differ in their last digits.
-            scaled = report is None or (again and report.joint == 0)
-            found = self._after[report] = (JudgedMoment if scaled else moment)(belief), again
-        return found
-
-
-def moment(belief: Belief) -> JudgedMoment:
-    """The moment of a belief, the same object for equal beliefs.
-
-    Once there are :data:`MANY`, all are forgotten, since each holds its successors.
-    """
-    if _moment.cache_info().currsize >= MANY:
-        _moment.cache_clear()
-    return _moment(belief)
-
-
-@cache
-def _moment(belief: Belief) -> JudgedMoment:
-    return JudgedMoment(belief)

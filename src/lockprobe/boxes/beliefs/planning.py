@@ -7,15 +7,26 @@ assumes full knowledge after this attempt. That is a lower bound and gives no cr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.boxes.beliefs.exact import SAME, can_plan, planner
-from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, Belief, compared, entropy
+from lockprobe.boxes.beliefs.held import Held, held_by
+from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, TRUE_ELSEWHERE, Belief, Noise, entropy
 
-__all__ = ["PlanGoal", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
+__all__ = [
+    "PlanGoal",
+    "all_expected_steps",
+    "all_information",
+    "best_joints",
+    "expected_steps",
+    "information",
+    "least",
+    "qmdp",
+]
 
 _KNOWN = 0.95
 """Posterior probability from which an interlock counts as known."""
@@ -34,20 +45,33 @@ def expected_steps(belief: Belief) -> Floats:
     Raises:
         BadValue: If the observer is naive and its prior too large to plan exactly.
     """
-    if belief.noise.naive:
-        return np.array(planner(belief.interlocks).values(belief.alive, belief.likeliest))
-    return qmdp(belief)
+    found: Floats = all_expected_steps([belief])[0]
+    return found
+
+
+def all_expected_steps(beliefs: Sequence[Belief]) -> Floats:
+    """The same of several beliefs under one prior and one model of reports, shape (beliefs, n)."""
+    known, noise = beliefs[0].interlocks, beliefs[0].noise
+    if noise.naive:
+        return np.array([planner(known).values(belief.alive, belief.likeliest) for belief in beliefs])
+    return _qmdp(beliefs)
 
 
 def qmdp(belief: Belief) -> Floats:
     """QMDP's expected steps: as if the state were known after the next attempt, shape (n,)."""
-    known = belief.interlocks
-    every = np.arange(known.joints)
-    moves = known.may_move(belief.configuration)
-    after = belief.configuration[:, None] ^ (moves.astype(np.int64) << every)
-    left = np.take_along_axis(known.distance, after & ~1, axis=1)
-    left[:, 0] *= ~moves[:, 0]
-    values: Floats = 1.0 + belief.weights @ left
+    found: Floats = _qmdp([belief])[0]
+    return found
+
+
+def _qmdp(beliefs: Sequence[Belief]) -> Floats:
+    known = beliefs[0].interlocks
+    configuration = np.array([belief.configuration for belief in beliefs])
+    weights = np.array([belief.weights for belief in beliefs])
+    moves = known.may_move(configuration)
+    after = configuration[:, :, None] ^ (moves << np.arange(known.joints))
+    left = known.distance[np.arange(len(known))[:, None], after & ~1]
+    left[:, :, 0] *= ~moves[:, :, 0]
+    values: Floats = 1.0 + (weights[:, None] @ left)[:, 0]
     return values
 
 
@@ -57,79 +81,94 @@ def information(belief: Belief) -> Floats:
     An attempt shows whether the box opens; else the outcome told, or the position of the attempted joint where no
     outcome is told, and new positions.
     """
-    held = belief.possible.any(axis=0)
-    weights, moves = belief.weights[held], belief.interlocks.may_move(belief.configuration)[held]
-    if belief.noise.naive:
-        share: Floats = np.minimum(weights @ moves, 1.0)
-        return _bits(share) + _bits(1.0 - share)
-    n = belief.interlocks.joints
+    found: Floats = all_information([belief])[0]
+    return found
+
+
+def all_information(beliefs: Sequence[Belief]) -> Floats:
+    """The same of several beliefs under one prior and one model of reports, shape (beliefs, n)."""
+    noise = beliefs[0].noise
+    if noise.naive:
+        return np.array([_information_of_truth(belief) for belief in beliefs])
+    held = held_by(beliefs)
+    n, moves, false = held.joints, held.moves, held.false
     goes_on = np.ones(moves.shape)
     goes_on[:, 0] = ~moves[:, 0]
-    false = next_false(belief)[held, None]
     told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", then of "blocked"
     told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
     told[:, n:] = goes_on - told[:, :n]
-    if belief.states_only:
-        told = _by_position(told, compared(belief)[held])
-    kinds = np.ascontiguousarray(belief.possible[:, held])
-    both = _gained((kinds / kinds.sum(axis=0) * weights)[:, :, None] * told, _news(belief)[:, held])
-    gained = both[:n] + both[n:]
-    ends = weights * moves[:, 0]
-    gained[0] += _bits(ends.sum()) - _bits(ends).sum()
-    return np.maximum(entropy(belief) + gained, 0.0)
+    if held.states_only.any():
+        told = np.where(held.states_only, _by_position(told, held.compared), told)
+    kinds = held.possible / held.possible.sum(axis=0) * held.weights
+    both = _gained(kinds[:, :, None] * told, _news(held, noise), held)
+    gained = both[:, :n] + both[:, n:]
+    ends = held.weights * moves[:, 0]
+    gained[:, 0] += _bits(held.sums(ends)) - held.sums(_bits(ends))
+    before = np.array([entropy(belief) for belief in beliefs])
+    return np.maximum(before[:, None] + gained, 0.0)
 
 
-def next_false(belief: Belief) -> Floats:
-    """Probability under each interlock that the next report is false, shape (interlocks,)."""
-    if belief.noise.p is None:
-        return (belief.false + 1) / (belief.told + 2)
-    return np.full(len(belief.interlocks), belief.noise.p)
+def _information_of_truth(belief: Belief) -> Floats:
+    """The expected information where every report is true: it says whether the joint moved, and no more."""
+    held = belief.possible.any(axis=0)
+    moves = belief.interlocks.may_move(belief.configuration)[held]
+    share: Floats = np.minimum(belief.weights[held] @ moves, 1.0)
+    return _bits(share) + _bits(1.0 - share)
 
 
 def _by_position(told: Floats, before: NDArray[np.int64]) -> Floats:
     """Probabilities of the reported position of the attempted joint, from those of the reported outcome.
 
     Args:
-        told: Probabilities of the report "moved" for each joint, then of "blocked", shape (interlocks, 2n).
-        before: The configuration with which a report is compared, under each interlock, shape (interlocks,).
+        told: Probabilities of the report "moved" for each joint, then of "blocked", shape (rows, 2n).
+        before: The configuration with which a report is compared, shape (rows, 1).
     """
     n = told.shape[1] // 2
-    away = (before[:, None] >> np.arange(n) & 1).astype(bool)
+    away = (before >> np.arange(n) & 1).astype(bool)
     moved, blocked = told[:, :n], told[:, n:]
     return np.hstack((np.where(away, blocked, moved), np.where(away, moved, blocked)))
 
 
-def _news(belief: Belief) -> NDArray[np.int64]:
-    """The positions before each attempt that a report would show, shape (readings, interlocks, n).
+def _news(held: Held, noise: Noise) -> NDArray[np.int64]:
+    """The positions before each attempt that a report would show, shape (readings, rows, n).
 
     The attempted joint's reported position follows from its position and the reported outcome.
     """
-    where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
-    found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
-    if belief.positions is not None:
-        for kind, shown in zip(belief.noise.kinds, found, strict=True):
-            others = where if kind in ("memoryless", "re-observed") else belief.positions
-            shown[:] = others & ~bit | (belief.positions if kind in OF_OUTCOMES else where) & bit
-    return found & ~bit if belief.states_only else found
+    bit = 1 << np.arange(held.joints)
+    own = bit * ~held.states_only
+    found = np.empty((len(noise.kinds), *held.moves.shape), dtype=np.int64)
+    for kind, shown in zip(noise.kinds, found, strict=True):
+        others = held.configuration if kind in TRUE_ELSEWHERE else held.positions
+        attempted = held.positions if kind in OF_OUTCOMES else held.configuration
+        shown[:] = (others & ~bit | attempted & own) * held.shown
+    return found
 
 
-def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:
-    """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (2n,).
+def _gained(mass: Floats, news: NDArray[np.int64], held: Held) -> Floats:
+    """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (beliefs, 2n).
 
     Args:
-        mass: Probability of each kind, interlock and outcome told, shape (kinds, interlocks, 2n).
-        news: The positions shown, shape (kinds, interlocks, n).
+        mass: Probability of each kind, row and outcome told, shape (kinds, rows, 2n).
+        news: The positions shown, shape (kinds, rows, n).
+        held: The rows.
     """
-    columns = mass.shape[-1]
-    news = np.concatenate((news, news), axis=-1)
+    n, columns = held.joints, np.arange(2 * held.joints)
+    news = np.concatenate((news, news), axis=2)
     if len(mass) > 1:  # equal under both kinds: one observation
         alike = news[0] == news[1]
         mass[0] += mass[1] * alike
         mass[1] *= ~alike
-    place = (news * columns + np.arange(columns)).ravel()
-    shown = np.bincount(place, mass.ravel(), columns << columns // 2).astype(np.float64, copy=False)
-    gained: Floats = np.sum(_bits(shown.reshape(-1, columns)), axis=0) - np.sum(_bits(mass), axis=(0, 1))
+    place = held.belief[:, None] * len(columns) + columns
+    seen = news * (held.beliefs * len(columns)) + place
+    shown = _sums(seen, mass, held.beliefs * len(columns) << n).reshape(1 << n, held.beliefs, -1)
+    joint = _sums(np.broadcast_to(place, mass.shape), _bits(mass), held.beliefs * len(columns))
+    gained: Floats = np.sum(_bits(shown), axis=0) - joint.reshape(held.beliefs, -1)
     return gained
+
+
+def _sums(place: NDArray[np.int64], values: Floats, places: int) -> Floats:
+    """The sum of the values at each place, shape (places,)."""
+    return np.bincount(place.ravel(), values.ravel(), places).astype(np.float64, copy=False)
 
 
 def _bits(share: Floats) -> Floats:
@@ -156,6 +195,6 @@ def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
 
 
 def least(values: Floats) -> NDArray[np.bool_]:
-    """Whether each value is the minimum, within rounding, shape (n,)."""
-    chosen: NDArray[np.bool_] = values <= values.min() + SAME
+    """Whether each value is the minimum along the last axis, within rounding, of the same shape."""
+    chosen: NDArray[np.bool_] = values <= values.min(axis=-1, keepdims=True) + SAME
     return chosen

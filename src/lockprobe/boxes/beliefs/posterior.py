@@ -29,7 +29,7 @@ the configuration told after it. Interlocks that cannot be solved from there are
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, lgamma, log
@@ -44,6 +44,7 @@ from lockprobe.foundation.validation import check_choice
 
 __all__ = [
     "OF_OUTCOMES",
+    "TRUE_ELSEWHERE",
     "Belief",
     "KnownReading",
     "Noise",
@@ -66,6 +67,9 @@ _KINDS: Mapping[KnownReading, tuple[KnownReading, ...]] = {
 
 OF_OUTCOMES = ("re-observed", "integrated")
 """The readings that invert outcomes, against what was told before."""
+
+TRUE_ELSEWHERE = ("memoryless", "re-observed")
+"""The readings under which the positions of all joints but the attempted one are told truly."""
 
 Floats = NDArray[np.float64]
 
@@ -168,7 +172,9 @@ class Belief:
         """The most probable configuration; of equally probable ones the smallest."""
         return int(np.argmax(np.bincount(self.configuration, self.weights)))
 
-    def _key(self) -> tuple[object, ...]:
+    @property
+    def key(self) -> Hashable:
+        """What beliefs with the same consequences have in common, and no others."""
         held = self.possible.any(axis=0)
         arrays = (self.possible, self.configuration * held, self.false * held)
         told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
@@ -177,10 +183,10 @@ class Belief:
         return (*plain, *(array.tobytes() for array in arrays))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Belief) and self._key() == other._key()
+        return isinstance(other, Belief) and self.key == other.key
 
     def __hash__(self) -> int:
-        return hash(self._key())
+        return hash(self.key)
 
 
 def begin(interlocks: Interlocks, noise: Noise) -> Belief:
@@ -231,16 +237,18 @@ def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | No
     weights = _weights(belief.noise, possible, false, told)
     if weights is None:
         return None
-    return replace(
-        belief,
+    return Belief(
+        interlocks=belief.interlocks,
+        noise=belief.noise,
         possible=possible & (weights > 0.0),
-        configuration=belief.configuration ^ (moves.astype(np.int64) << report.joint),
+        configuration=belief.configuration ^ (moves << report.joint),
         false=false,
         weights=weights,
         told=told,
         positions=report.positions,
         states_only=report.states_only and report.positions is not None,
         moved=float(weights @ moves),
+        restarts=belief.restarts,
     )
 
 
@@ -264,18 +272,14 @@ def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.
     if report.positions is None:
         return np.ones_like(belief.possible)
     bit = 1 << report.joint
-    differs = belief.configuration ^ report.positions ^ (said * bit)
-    if belief.noise.naive:  # it takes the target to be at rest, whatever is told of it
-        differs &= ~1
-    repeated = belief.positions is None or (report.positions ^ belief.positions) & ~bit == 0
-    follows = (compared(belief) ^ report.positions ^ (said * bit)) & bit == 0
-    shown = {
-        "memoryless": differs == 0,
-        "latched": (differs & bit == 0) & repeated,
-        "re-observed": (differs & ~bit == 0) & follows,
-        "integrated": follows & repeated,
-    }
-    return np.stack([shown[kind] & np.ones_like(differs, bool) for kind in belief.noise.kinds])
+    seen = ~1 if belief.noise.naive else ~0  # a naive one takes the target to be at rest, whatever is told of it
+    before = report.positions ^ (said * bit)
+    attempted = (compared(belief) ^ before) & (bit & seen)
+    true = (belief.configuration ^ before) & (~bit & seen)
+    repeated = 0 if belief.positions is None else (report.positions ^ belief.positions) & ~bit
+    wrong = [attempted | (true if kind in TRUE_ELSEWHERE else repeated) for kind in belief.noise.kinds]
+    allowed: NDArray[np.bool_] = np.array(wrong) == 0
+    return allowed
 
 
 def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:

@@ -68,12 +68,12 @@ class Interlocks:
         """Whether each joint may move in the configuration under each interlock.
 
         Args:
-            configuration: One configuration per interlock, shape (interlocks,).
+            configuration: One configuration per interlock, shape (..., interlocks).
 
         Returns:
-            Shape (interlocks, n).
+            Shape (..., interlocks, n).
         """
-        allowed: NDArray[np.bool_] = (configuration[:, None] & self.asks) == self.finds
+        allowed: NDArray[np.bool_] = (configuration[..., None] & self.asks) == self.finds
         return allowed
 
     @cached_property
