@@ -107,8 +107,8 @@ class RecordIndex:
         """Add the record on a line, unless it is of another study."""
         kind = None
         if (found := self._reader.outline(line)) is None:
-            trial, identity = self._reader.read(line)
-            found = Outline(trial, trial.key, (trial.repetition, trial.trial), len(trial.steps), identity, 0)
+            whole, identity = self._reader.read(line)
+            found = Outline(whole, whole.key, (whole.repetition, whole.trial), len(whole.steps), identity, 0)
         else:
             kind = self._known.get((id(found.kind), found.identity))
         if kind is None:
