@@ -16,7 +16,6 @@ import difflib
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
-from types import ModuleType
 from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
@@ -32,6 +31,7 @@ from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.agents.worlds import WORLDS
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
+from lockprobe.foundation.garbage import spared
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.foundation.terminal_text import printable
@@ -261,9 +261,10 @@ def _client(spec: Spec, access: Access) -> AgentSource:
     return AgentSource(spec=str(spec), engine="client", senses="pictures", make=OutsideAgent)
 
 
-def _hosted() -> ModuleType:
-    """The module of hosted models, imported only when needed because that takes seconds."""
-    return importlib.import_module("lockprobe.agents.llm.model")
+def _hosted(name: str, *given: object) -> Any:
+    """Call a function of the module of hosted models, imported only when needed because that takes seconds."""
+    with spared():
+        return getattr(importlib.import_module("lockprobe.agents.llm.model"), name)(*given)
 
 
 def _language_model(spec: Spec, access: Access) -> AgentSource:
@@ -284,8 +285,8 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
             spec=text,
             engine="network",
             senses="reports" if blind else "pictures",
-            make=lambda: _hosted().HostedModel(text, access),
-            check=lambda: _hosted().check(text, access),
+            make=lambda: _hosted("HostedModel", text, access),
+            check=lambda: _hosted("check", text, access),
         )
     raise UnknownName("language model", text, [name for name in _OTHERS if spec_kind(name) == spec.kind])
 

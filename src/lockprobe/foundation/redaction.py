@@ -16,6 +16,9 @@ _SECRET_NAME = re.compile(
 )
 _SHORTEST_SECRET = 6
 
+_Environment = tuple[tuple[bytes | str, bytes | str], ...]
+"""Variables and their values."""
+
 _SHAPES = (
     (re.compile(r"\b(?:(?:sk|pk|hf|gsk|xai|ghp)[-_]|AIza|AKIA)[A-Za-z0-9_\-*.]{6,}"), "[secret]"),
     (re.compile(r"(?i)(?<=bearer )(?!token)[^\s\"',;}]+"), "[secret]"),
@@ -38,7 +41,7 @@ def without_keys(text: str) -> str:
     Secrets are found in plain form, encoded for a URL or in Base64, and with any of their characters as JSON escapes.
     """
     text = text.encode("utf-8", "replace").decode("utf-8")
-    environment = tuple(os.environ.items())
+    environment = _environment()
     for secret in _secrets_of(environment):
         text = text.replace(secret, "[secret]")
     if "\\" in text:
@@ -55,11 +58,16 @@ def without_secrets(text: str) -> str:
     return text
 
 
+def _environment() -> _Environment:
+    """The variables of the environment, as Python holds them: to decode them all takes longer than all else here."""
+    return tuple(getattr(os.environ, "_data", os.environ).items())
+
+
 @lru_cache(maxsize=4)
-def _secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+def _secrets_of(environment: _Environment) -> tuple[str, ...]:
     """The secrets in an environment in all their encodings, longest first."""
     found: set[str] = set()
-    for name, value in environment:
+    for name, value in ((os.fsdecode(name), os.fsdecode(value)) for name, value in environment):
         if _SECRET_NAME.search(name.upper()):
             lines = [line.partition(":")[2] for line in value.splitlines()] if name.upper().endswith("HEADERS") else []
             found |= {value, *lines, *(line.split()[-1] for line in lines if line.split())}
@@ -73,7 +81,7 @@ def _secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=4)
-def _escaped_secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[re.Pattern[str], ...]:
+def _escaped_secrets_of(environment: _Environment) -> tuple[re.Pattern[str], ...]:
     """The secrets as patterns in which any character may be escaped as in JSON, once or repeatedly."""
     return tuple(re.compile("".join(map(_escaped, secret))) for secret in _secrets_of(environment))
 

@@ -25,6 +25,12 @@ ADVICE = {
         "`inspect_ai.model.Model.generate` merges its config with. When there is none: use `get_model().config` and "
         "refuse options of the eval that it lacks."
     ),
+    "inspect_ai._util.http_defaults_httpx2.LoopScopedTransport": (
+        "agents/llm/connections.py gives every request on its way a pool of connections of its own, set up as this one "
+        "(its `_kwargs`), because a pool looks at all its connections twice for every request. When it moves: look what "
+        "`inspect_ai.model._providers.openai_compatible` gives its client as transport. When there is none: delete "
+        "connections.py, which costs processor time where connections are many, and nothing else."
+    ),
     "inspect_ai.model._providers.util.batch_log.set_batch_log_callback": (
         "agents/llm/connect.py sends what Inspect AI says of its batches to `logging`; else it is printed between the "
         "lines of a run, and breaks `lockprobe run --json`. When it moves: look what a batch of "

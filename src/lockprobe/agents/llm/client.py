@@ -55,6 +55,10 @@ LONGEST_NAME = 200
 """The most characters kept of the name of a model that answered."""
 
 
+_NO_NAME = ""
+"""The name of every message: to draw one for each takes longer than to make the message."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelReply:
     """The reply of a model.
@@ -117,7 +121,7 @@ class ModelClient:
         if self._form != "none":
             json_schema = JSONSchema.model_validate(schema)
             form = ResponseSchema(name="reply", json_schema=json_schema, strict=self._form == "strict")
-        conversation = [sent(message, self._settings) for message in messages]
+        conversation = [sent(message, self._settings, _NO_NAME) for message in messages]
         config = self._config.model_copy(update={"response_schema": form})
         began = time.perf_counter()
         asked = self._model
@@ -181,14 +185,14 @@ class ModelClient:
             await model.api.aclose()
 
 
-def sent(message: Message, settings: ModelSettings) -> ChatMessage:
-    """A message as it is sent."""
+def sent(message: Message, settings: ModelSettings, name: str | None = None) -> ChatMessage:
+    """A message as it is sent. Its name is for Inspect AI's logs and is not sent; None for one that Inspect AI draws."""
     if message.role == "assistant":
-        return ChatMessageAssistant(content=message.text)
+        return ChatMessageAssistant(content=message.text, id=name)
     if not message.pictures:
-        return ChatMessageUser(content=message.text)
+        return ChatMessageUser(content=message.text, id=name)
     content: list[Content] = [ContentText(text=message.text)]
     for picture in message.pictures:
         data = base64.b64encode(picture.png).decode("ascii")
         content.append(ContentImage(image=f"data:image/png;base64,{data}", detail=settings.detail))
-    return ChatMessageUser(content=content)
+    return ChatMessageUser(content=content, id=name)

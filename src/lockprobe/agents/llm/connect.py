@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from lockprobe.agents.llm.answer_limits import guard_answers
+from lockprobe.agents.llm.connections import spread_connections
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
 from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies, is_url
 from lockprobe.agents.llm.openai_answers import check_answers
@@ -59,6 +60,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     client: Any = getattr(model.api, "client", None)
     if not access.batch and hasattr(client, "max_retries"):
         client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
+    spread_connections(client)
     use_fast_path(client)
     check_answers(client)
     guard_answers(client)

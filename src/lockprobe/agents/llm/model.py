@@ -97,6 +97,7 @@ class HostedModel:
     def __init__(self, spec: str, access: Access | None = None) -> None:
         name, self._settings = read_settings(spec)
         self._line = ModelClient(name, self._settings, access or Access())
+        self._known = facts_of(name)
         own = model_facts(name, self._settings, batch=self._line.batch)
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
         if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
@@ -104,7 +105,7 @@ class HostedModel:
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The model for one trial: no call is made twice, and every call is recorded."""
-        return _InOneTrial(self.facts, key, book, self._settings, self._line)
+        return _InOneTrial(self.facts, key, book, self._settings, self._line, self._known)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
@@ -113,8 +114,7 @@ class HostedModel:
             async with self._line.slots:
                 return await self._line.ask(messages, schema)
 
-        most = self._settings.most_tokens(facts_of(str(self.facts["model"])))
-        return await decided(situation, self._settings, ask, most)
+        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._known))
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
@@ -127,58 +127,65 @@ class _InOneTrial:
     unseeded = True
 
     def __init__(
-        self, facts: Mapping[str, Fact], key: str, book: CallBook, settings: ModelSettings, line: ModelClient
+        self,
+        facts: Mapping[str, Fact],
+        key: str,
+        book: CallBook,
+        settings: ModelSettings,
+        line: ModelClient,
+        known: ModelFacts,
     ) -> None:
         self.facts, self._key, self._book = facts, key, book
-        self._settings, self._line = settings, line
-        self._facts = facts_of(str(facts["model"]))
+        self._settings, self._line, self._known = settings, line, known
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         step = len(situation.past) + 1
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            request = _fingerprint(messages, schema, self._settings, self._facts)
+            request = _fingerprint(messages, schema, self._settings, self._known)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 return _recalled(known, known.reply)
-            worst = at_most(messages, self._settings, self._facts)
+            worst = at_most(messages, self._settings, self._known)
             await self._book.turn(worst)
             async with self._line.slots:
-                place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
-                await self._book.reserve(replace(place, most=worst))
-                return await made(place, worst, messages, schema)
+                batch = self._line.batch
+                asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=batch, most=worst)
+                await self._book.reserve(asked)
+                return await made(asked, worst, messages, schema)
 
-        async def made(place: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            call, began = replace(place, error=BROKEN_OFF), time.perf_counter()
+        async def made(asked: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+            result: dict[str, Any] = {"error": BROKEN_OFF}
+            began = time.perf_counter()
 
             async def again(unanswered: int) -> None:
-                await self._book.reserve(replace(place, most=worst, unanswered=unanswered))
+                await self._book.reserve(replace(asked, unanswered=unanswered))
 
             try:
                 answer = await self._line.ask(messages, schema, again)
-                call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
-                call = _credible(call, answer.usage, worst)
-                answer = replace(answer, usage=call.usage)
+                result = {name: getattr(answer, name) for name in _KEPT} | _credible(answer.usage, worst)
+                result["reply"] = answer.text
+                answer = replace(answer, usage=result["usage"])
             except ModelFault as fault:
-                call = replace(
-                    _credible(call, Usage(**fault.usage), worst),
-                    error=str(fault),
-                    seconds=time.perf_counter() - began,
-                    retries=fault.retries,
-                    unanswered=fault.unanswered,
-                )
+                result = {
+                    **_credible(Usage(**fault.usage), worst),
+                    "error": str(fault),
+                    "seconds": time.perf_counter() - began,
+                    "retries": fault.retries,
+                    "unanswered": fault.unanswered,
+                }
                 raise
             finally:
-                self._book.write(call)
+                self._book.write(replace(asked, most=None, **result))
             return answer
 
-        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._facts))
+        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._known))
 
 
-def _credible(call: Call, usage: Usage, worst: Usage) -> Call:
-    """A call with its usage; in the place of an impossible count the largest possible one."""
+def _credible(usage: Usage, worst: Usage) -> dict[str, Usage]:
+    """The usage of a call; in the place of an impossible count the largest possible one, beside what was claimed."""
     if usage.beyond(worst):
-        return replace(call, claimed=usage, usage=replace(worst, calls=min(1, usage.calls)))
-    return replace(call, usage=usage)
+        return {"usage": replace(worst, calls=min(1, usage.calls)), "claimed": usage}
+    return {"usage": usage}
 
 
 class ReplayedModel:

@@ -14,18 +14,16 @@ the budget is checked before such a request is made again. If a provider counts 
 from __future__ import annotations
 
 import asyncio
+import random
 import socket
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import asdict, replace
 from typing import NamedTuple, Protocol, TypeVar
 
 from lockprobe.agents.model_access import Access
-from lockprobe.foundation.errors import LockprobeError, ModelFault, needing
+from lockprobe.foundation.errors import LockprobeError, ModelFault
 from lockprobe.foundation.redaction import without_secrets
 from lockprobe.trial.model_call import Usage
-
-with needing("hosted models", "providers"):
-    from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
 
 __all__ = [
     "LONGEST_BATCH",
@@ -169,49 +167,45 @@ async def with_retries(
         ModelFault: If there is no answer; the message has the last error and the number of attempts.
     """
     patience = _Patience(judge, access)
+    limit = LONGEST_BATCH if access.batch else access.timeout
     known = 0
-
-    async def timed() -> _T:
-        nonlocal known
+    while True:
         if again is not None and patience.unanswered > known:
             await again(known := patience.unanswered)
-        async with asyncio.timeout(LONGEST_BATCH if access.batch else access.timeout):
-            return await attempt()
-
-    retrying = AsyncRetrying(
-        retry=patience.again,
-        wait=patience.wait,
-        stop=stop_after_attempt(access.retries + 1),
-        retry_error_callback=patience.give_up,
-        sleep=pausing,
-    )
-    answer: _T = await retrying(timed)
-    return answer, patience.spent
+        try:
+            async with asyncio.timeout(limit):
+                answer = await attempt()
+        except LockprobeError:  # the run is being ended
+            raise
+        except Exception as error:  # noqa: BLE001 - libraries raise anything
+            await pausing(patience.after(error))
+        else:
+            return answer, patience.spent(retries=patience.failed)
 
 
 class _Patience:
-    """The retry policy of one request, for tenacity."""
+    """How long one request is tried: its failed attempts, and what they may have cost."""
 
     def __init__(self, judge: Callable[[Exception], Judgement], access: Access) -> None:
         self._judge, self._access = judge, access
-        self._judgement: Judgement | None = None
-        self.tries = self.unanswered = self._counted = 0
+        self.failed = self.unanswered = self._counted = 0
         self._lost = _NOTHING
 
-    @property
-    def spent(self) -> Tries:
-        """The attempts so far."""
-        return Tries(self.tries - 1, self.unanswered - self._counted, self._lost)
+    def spent(self, retries: int) -> Tries:
+        """The attempts so far, so many of them repeated."""
+        return Tries(retries, self.unanswered - self._counted, self._lost)
 
-    def again(self, state: RetryCallState) -> bool:
-        self.tries = state.attempt_number
-        error = state.outcome.exception() if state.outcome is not None else None
-        if not isinstance(error, Exception) or isinstance(error, LockprobeError):
-            return False  # an answer, or the run is being ended
+    def after(self, error: Exception) -> float:
+        """Seconds to wait after a failed attempt.
+
+        Raises:
+            ModelFault: If the request is not made again.
+        """
+        self.failed += 1
         if refused := next((link for link in _chain(error) if isinstance(link, RefusedReply)), None):
             self.unanswered += refused.charged
             raise self._fault(refused, "") from error
-        self._judgement = judged = self._judge(error)
+        judged = self._judge(error)
         if isinstance(error, Declined) and error.usage is not None and error.usage != _NOTHING:
             self.unanswered += 1
             self._counted += 1
@@ -220,29 +214,21 @@ class _Patience:
             self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
             raise self._fault(error, f"; it asks to be left alone for {asked:.0f} s") from error
-        if not (judged.retry or _passes(_status(error)) or isinstance(error, (TimeoutError, *_UNREADABLE))):
-            raise self._fault(error, self._tried) from error
-        return True
+        passes = judged.retry or _passes(_status(error)) or isinstance(error, (TimeoutError, *_UNREADABLE))
+        if not passes or self.failed > self._access.retries:
+            tried = f" (tried {self.failed} times)" if self.failed > 1 else ""
+            raise self._fault(error, tried) from error
+        return self._pause(judged)
 
-    def wait(self, state: RetryCallState) -> float:
-        assert self._judgement is not None
-        if (asked := self._judgement.retry_after) is not None:
-            return asked + wait_random(0, asked / 4)(state)
-        first = self._access.pause * (2 if self._judgement.kind == "rate_limit" else 1)
-        pause = min(LONGEST_PAUSE, first * 2.0 ** min(state.attempt_number - 1, 30))
-        return pause * wait_random(0.75, 1.25)(state)
-
-    def give_up(self, state: RetryCallState) -> None:
-        error = state.outcome.exception() if state.outcome is not None else None
-        assert isinstance(error, Exception)
-        raise self._fault(error, self._tried) from error
+    def _pause(self, judged: Judgement) -> float:
+        if (asked := judged.retry_after) is not None:
+            return asked * random.uniform(1, 1.25)  # noqa: S311 - no secret
+        first = self._access.pause * (2 if judged.kind == "rate_limit" else 1)
+        pause = min(LONGEST_PAUSE, first * 2.0 ** min(self.failed - 1, 30))
+        return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
 
     def _fault(self, error: Exception, more: str) -> ModelFault:
-        return fault(_said(error, self._access) + more, self.spent)
-
-    @property
-    def _tried(self) -> str:
-        return f" (tried {self.tries} times)" if self.tries > 1 else ""
+        return fault(_said(error, self._access) + more, self.spent(retries=self.failed - 1))
 
 
 def fault(message: str, tries: Tries, usage: Usage = _NOTHING) -> ModelFault:

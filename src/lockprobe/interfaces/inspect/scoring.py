@@ -11,13 +11,10 @@ metadata holds the whole record, where neither a crash nor ``eval-retry`` loses 
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 from lockprobe.foundation.errors import needing
 from lockprobe.foundation.formatting import markdown_table
-from lockprobe.statistics.loops import any_loop
-from lockprobe.statistics.loops.chance import chance_level
-from lockprobe.statistics.misinterpretation import trial_claims
-from lockprobe.studies.study import Study
 from lockprobe.trial.record import Outcome, Step, Trial
 from lockprobe.trial.told_outcome import in_words
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -25,6 +22,9 @@ from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 with needing("Inspect logs", "providers"):
     from inspect_ai.scorer import Metric, Score, Scorer, Target, grouped, mean, scorer, stderr
     from inspect_ai.solver import TaskState
+
+if TYPE_CHECKING:
+    from lockprobe.studies.study import Study
 
 __all__ = [
     "SCORER",
@@ -54,6 +54,9 @@ _APART = ("success", "loop", "loop_chance")
 
 def score_of(trial: Trial) -> Score:
     """The score of a trial."""
+    from lockprobe.statistics.loops import any_loop
+    from lockprobe.statistics.misinterpretation import trial_claims
+
     metadata = {"ending": trial.ending, "steps_played": len(trial.steps), TRIAL: trial_to_json(trial).decode()}
     answer, explanation = _answer(trial), trial_as_markdown(trial)
     if trial.error is not None:
@@ -72,6 +75,8 @@ def score_of(trial: Trial) -> Score:
 
 @cache
 def _loop_chance(length: int, joints: int) -> float:
+    from lockprobe.statistics.loops.chance import chance_level
+
     return chance_level(length, joints).probability
 
 

@@ -38,9 +38,6 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.interfaces.inspect.conversation import last_report
 from lockprobe.interfaces.inspect.sample_pictures import beside
 from lockprobe.interfaces.inspect.scoring import TRIAL, step_as_markdown, step_metadata
-from lockprobe.studies.options.settings import study_from
-from lockprobe.studies.records.picture_store import Album
-from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
@@ -97,6 +94,10 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
+        from lockprobe.studies.options.settings import study_from
+        from lockprobe.studies.records.picture_store import Album
+        from lockprobe.studies.running.trial_setup import play_timed
+
         model = get_model()
         config = active_generate_config().merge(model.config)
         spec = agent_spec(str(model), options or {}, config)

@@ -1,6 +1,8 @@
 """The studies as Inspect tasks: ``inspect eval lockprobe/flips --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
 
 One sample is one trial, named by its place in the study: ``flip?p=0.4/rep=2/trial=7``. Epochs are further repetitions.
+Inspect AI imports this module whenever a model is opened, so what plans and plays a study is imported with the first
+task.
 """
 
 from __future__ import annotations
@@ -8,21 +10,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lockprobe.agents.prompt import instructions
 from lockprobe.foundation.errors import BadValue, UserMistake, needing
 from lockprobe.interfaces.inspect.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.interfaces.inspect.scoring import metrics_of, played
 from lockprobe.interfaces.inspect.solver import agent_spec, play_trial
-from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.sources import follows
-from lockprobe.interventions.words import TextChannel
-from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import shown
 from lockprobe.studies.options.study_options import StudyOptions, parse_p
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.study import Study
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.plan import Names, Plan
 
@@ -32,6 +27,9 @@ with needing("Inspect tasks", "providers"):
     from inspect_ai.model import GenerateConfig
 
     from lockprobe.agents.llm.inspect_internals import PrerequisiteError
+
+if TYPE_CHECKING:
+    from lockprobe.studies.study import Study
 
 __all__ = ["flips", "modalities"]
 
@@ -103,6 +101,9 @@ def _in_one_line() -> Iterator[None]:
 
 def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     """The study that task parameters describe."""
+    from lockprobe.interventions.sources import follows
+    from lockprobe.studies.options.studyfile import study
+
     given = {**asked, "study": name, "agent": [_MODEL]}
     _refuse_yes_or_no(asked)
     p = given.get("p")
@@ -127,6 +128,11 @@ def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:
 
 def _sample(plan: Plan) -> Sample:
     """One trial as a sample, its place in the metadata."""
+    from lockprobe.interventions.camera import CameraChannel
+    from lockprobe.interventions.words import TextChannel
+    from lockprobe.plants.catalogue import resolve_plant
+    from lockprobe.studies.modality import shown
+
     task = Names(plan).task(plan)
     channel = shown(plan.modality)
     pictures = 1 + (channel.depth != "none") if isinstance(channel, CameraChannel) else 0

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -279,13 +280,19 @@ class _TrialCalls:
     """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
     def __init__(self, calls: Calls, plan: Plan, kept: Sequence[KeptReplies]) -> None:
-        self._calls, self._plan, self._kept = calls, plan, kept
+        self._calls, self._kept, self._key, name = calls, kept, plan.key, plan.name
+        self._place: dict[str, Any] = {
+            "agent": plan.agent,
+            "condition": name.condition,
+            "repetition": name.repetition,
+            "trial": name.trial,
+        }
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
 
     async def turn(self, worst: Usage) -> None:
-        await self._calls.turn(self._plan.key, worst)
+        await self._calls.turn(self._key, worst)
 
     async def reserve(self, call: Call) -> None:
         await self._calls.reserve(self._placed(call))
@@ -294,11 +301,4 @@ class _TrialCalls:
         self._calls.write(self._placed(call))
 
     def _placed(self, call: Call) -> Call:
-        name = self._plan.name
-        return replace(
-            call,
-            agent=self._plan.agent,
-            condition=name.condition,
-            repetition=name.repetition,
-            trial=name.trial,
-        )
+        return replace(call, **self._place)

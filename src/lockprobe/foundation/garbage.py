@@ -1,0 +1,32 @@
+"""The collector of cyclic garbage while many small things are made and dropped.
+
+The collector of Python looks through all objects again and again, also through those that imported libraries made,
+which no run drops. With the libraries of hosted models this is a fifth of the processor time of a call.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["spared"]
+
+_AT_ONCE = 10_000
+"""Objects made and not dropped after which the collector looks at the young ones; Python's own value is 700 or 2000."""
+
+
+@contextmanager
+def spared() -> Iterator[None]:
+    """Spare the collector what is already there, and let it look less often for what comes."""
+    young, middle, old = gc.get_threshold()
+    here = not gc.get_freeze_count()  # else somebody else has frozen what was there, for good
+    if here:
+        gc.freeze()
+    gc.set_threshold(young and max(young, _AT_ONCE), middle, old)
+    try:
+        yield
+    finally:
+        gc.set_threshold(young, middle, old)
+        if here:
+            gc.unfreeze()
