@@ -1,11 +1,11 @@
 """What a trial of a strategy costs that is played and kept, against a plain loop that writes the same lines.
 
-    uv run python benchmarks/strategy_trials.py [--trials 2000] [--rounds 7]
+    uv run python benchmarks/strategy_trials.py [--trials 300] [--rounds 30]
 
-The plain loop is ordinary Python: a random agent, flips, one line of JSON with its checksum. It has the fields and the
-lengths of a record and nothing else: no interventions, no agents to choose from, no checks, no lock. Lockprobe's side
-is what ``lockprobe run`` does from the first trial to the last, in one process. All take turns; CPU time, and the best
-round of each counts.
+The plain loop is ordinary Python for one agent, one box and one kind of noise: a random agent, flips, one line of JSON
+with its checksum, with the fields and the lengths of a record. It checks nothing. Lockprobe's side is what ``lockprobe
+run`` does from the first trial to the last, in one process. They take turns; the best round of each counts, in
+processor time.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import random
 import time
 import zlib
 from contextlib import redirect_stdout
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,6 +26,7 @@ from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import RECORDS
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.runner import run
 
@@ -42,12 +44,13 @@ AFTER = {"specs": [f"flip?p={P}"], "doses": {"flip.p": P}}
 """The fields of a record that all trials have alike, before and after its steps."""
 
 
-def by_hand(trials: int, path: Path) -> None:
-    """Play and write trials of a random agent whose reports are flipped."""
+def by_hand(trials: int, directory: Path) -> float:
+    """Play and write trials of a random agent whose reports are flipped; seconds of processor time."""
+    began = time.process_time()
     names = [joint.name for joint in BOX.joints]
     clauses = [BOX.interlock.get(name, ({},)) for name in names]
     needs = [[[(names.index(other), at) for other, at in one.items()] for one in of] for of in clauses]
-    with path.open("w") as file:
+    with (directory / RECORDS).open("w") as file:
         for trial in range(1, trials + 1):
             luck = random.Random(f"{SEED}/{trial}")
             labels = luck.sample("ABCD", 4)
@@ -73,10 +76,11 @@ def by_hand(trials: int, path: Path) -> None:
             record |= {"changed": {f"flip?p={P}": changed}, "changed_steps": changed, "identity": "0123456789ab"}
             line = json.dumps(record, separators=(",", ":"))[:-1]
             file.write(f'{line},"crc":"{zlib.crc32(line.encode()):08x}"}}\n')
+    return time.process_time() - began
 
 
 def by_lockprobe(agent: str, trials: int, directory: Path) -> float:
-    """Play and keep the same study; the seconds of processor time from the first trial to the last."""
+    """Play and keep the same study; seconds of processor time from the first trial to the last."""
     planned = study(StudyOptions(agent=[agent], p=[P], trials=trials, repetitions=1, seed=SEED, max_steps=BUDGET))
     with Journal.open(directory, planned) as journal, redirect_stdout(io.StringIO()):
         began = time.process_time()
@@ -84,25 +88,34 @@ def by_lockprobe(agent: str, trials: int, directory: Path) -> float:
         return time.process_time() - began
 
 
+def steps_in(path: Path) -> float:
+    """Steps a trial of the records in a file."""
+    lines = path.read_bytes().splitlines()
+    return sum(line.count(b'"step":') for line in lines) / len(lines)
+
+
 def main() -> None:
     """Print the table."""
     asked = argparse.ArgumentParser()
-    asked.add_argument("--trials", type=int, default=2000)
-    asked.add_argument("--rounds", type=int, default=7)
+    asked.add_argument("--trials", type=int, default=300)
+    asked.add_argument("--rounds", type=int, default=30)
     given = asked.parse_args()
-    spent: dict[str, list[float]] = {way: [] for way in ("by hand", *AGENTS)}
+    ways = ("by hand", *AGENTS)
+    spent: dict[str, list[float]] = {way: [] for way in ways}
+    steps: dict[str, float] = {}
     for _ in range(given.rounds):
-        with TemporaryDirectory() as there:
-            began = time.process_time()
-            by_hand(given.trials, Path(there) / "plain.jsonl")
-            spent["by hand"].append(time.process_time() - began)
-            for agent in AGENTS:
-                spent[agent].append(by_lockprobe(agent, given.trials, Path(there) / agent.partition(":")[0]))
-    best = {way: 1000 * min(seconds) / given.trials for way, seconds in spent.items()}
-    print("| way | agent | ms a trial | ratio |\n|---|---|---|---|")
-    print(f"| plain loop | random | {best['by hand']:.3f} | 1 |")
-    for agent in AGENTS:
-        print(f"| `lockprobe run` | `{agent}` | {best[agent]:.3f} | {best[agent] / best['by hand']:.1f} |")
+        for way in ways:
+            with TemporaryDirectory() as there:
+                took = (by_hand if way == "by hand" else partial(by_lockprobe, way))(given.trials, Path(there))
+                spent[way].append(1000 * took / given.trials)
+                steps[way] = steps_in(Path(there) / RECORDS)
+    hand = min(spent["by hand"])
+    print("| way | agent | steps a trial | ms a trial | ratio of trials | ratio of steps |\n|---|---|---|---|---|---|")
+    for way in ways:
+        took = min(spent[way])
+        named = ("plain loop", "random") if way == "by hand" else ("`lockprobe run`", way)
+        each = took / steps[way] / (hand / steps["by hand"])
+        print(f"| {named[0]} | `{named[1]}` | {steps[way]:.1f} | {took:.3f} | {took / hand:.1f} | {each:.1f} |")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, replace
 
 import pytest
 
-from lockprobe.foundation.quick import quick
+from lockprobe.foundation.quick import quick, quick_replace
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Snapshot, Step, Trial, Turn
 
 
@@ -33,6 +33,15 @@ def test_it_makes_equal_values():
     assert (made, type(made), repr(made)) == (meant, Report, repr(meant))
     assert hash(quick(Place)(1, column=2)) == hash(Place(1, column=2))
     assert pickle.loads(pickle.dumps(made)) == replace(made) == meant
+
+
+def test_it_replaces_fields():
+    before = Report(joint="A", moved=False, sensed={"x": 1})
+    for changes in ({}, {"joint": "B"}, {"moved": True, "sensed": {}}):
+        assert quick_replace(Report)(before, **changes) == replace(before, **changes)
+    assert before == Report(joint="A", moved=False, sensed={"x": 1})
+    with pytest.raises(TypeError):
+        quick_replace(Report)(before, colour="red")
 
 
 def test_they_cannot_be_changed_and_share_nothing():

@@ -198,11 +198,15 @@ class Policy(Generic[Memory]):
         """Choose the next joint from all reports so far."""
         known = self._recalled(situation)
         view, memory = known.view, known.memory
-        joint = situation.task.joints[self.choose(view, memory, rng)]
+        chances = self.probabilities(view, memory) if self.exact else None
+        if chances is not None and type(self).choose is Policy.choose:
+            joint = draw(chances, rng)  # as choose does, which would compute them again
+        else:
+            joint = self.choose(view, memory, rng)
         return _decision(
-            joint=joint,
+            joint=situation.task.joints[joint],
             claimed=_outcome(situation.percept, known.told) if self.looks else None,
-            probabilities=self.probabilities(view, memory) if self.exact else None,
+            probabilities=chances,
         )
 
     def recall(self, situation: Situation) -> tuple[View, Memory]:

@@ -146,7 +146,7 @@ async def play(
 
 def _facts_said(agent: Agent, plant: Plant, plan: Plan) -> tuple[dict[str, Fact], dict[str, Fact], TrialFault | None]:
     """What agent and plant say of themselves, and the fault if one breaks when it is asked."""
-    facts = dict[str, Fact]()
+    facts: dict[str, Fact] = {}
     try:
         with AGENT:
             facts = facts_of(agent.facts)

@@ -115,16 +115,15 @@ class ReportSource:
 
     Args:
         modality: The modality; the truth is told if it names no source.
+
+    Attributes:
+        named: Whether it names one; else nothing but the truth is told.
     """
 
     def __init__(self, modality: str) -> None:
         self._source = source_of(modality)
         self._last: Snapshot | None = None
-
-    @property
-    def named(self) -> bool:
-        """Whether the modality names a source; else nothing but the truth is told."""
-        return self._source is not None
+        self.named = self._source is not None
 
     def sensed(self, act: Callable[[], Snapshot]) -> Snapshot:
         """What the plant gives, with the camera's reading if the modality names a source."""
