@@ -10,12 +10,15 @@ import pytest
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
+from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, Missing, PlantFault
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running import trial_setup as play
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Decision
 
@@ -258,3 +261,12 @@ def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(
     )
     asyncio.run(ended())
     assert course == ["attempted", "closed"]
+
+
+def test_equal_conditions_that_hold_other_interventions_are_not_taken_for_each_other():
+    conditions = [Condition(interventions=(OutcomeFlip(p=p),)) for p in (0, 0.0)]
+    assert conditions[0] == conditions[1]
+    plan = next(study(StudyOptions(agent=["random"], p=[0.0])).plans("random"))
+    plans, agent = [replace(plan, condition=one) for one in conditions * 2], resolve("random").make()
+    trials = [asyncio.run(play.play_timed(one, agent, lambda key, step: None))[0] for one in plans]
+    assert [repr(trial.channels[0]["p"]) for trial in trials] == ["0", "0.0"] * 2
