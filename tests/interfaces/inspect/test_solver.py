@@ -155,7 +155,7 @@ def test_what_broke_outside_the_model_is_named_as_what_it_is(tmp_path, monkeypat
         error = TrialError(boundary=fault.boundary, message="it broke", step=1)
         return replace(trial, ending="error", error=error, steps=()), timing
 
-    monkeypatch.setattr(playing, "play_timed", breaks)
+    monkeypatch.setattr("lockprobe.studies.running.trial_setup.play_timed", breaks)
     log, _ = evaluated(tmp_path, monkeypatch, flips(p=0, trials=1, repetitions=1), truthful)
     (sample,) = log.samples
     assert sample.error.message == f"{fault.__name__}('it broke')"

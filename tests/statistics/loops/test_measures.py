@@ -214,6 +214,7 @@ def test_what_is_compiled_depends_on_all_work_so_far(monkeypatch) -> None:
 def test_without_numba_nothing_is_compiled() -> None:
     with without_numba():
         assert kernels.compiled(kernels.free_cover, 10**9) is None
+        assert kernels._COMPILED == {"free_cover": None}  # so it is looked for once
         assert measure(["ABCABC"]).covered.tolist() == [6]
 
 

@@ -186,7 +186,7 @@ class ModelClient:
 
 
 def sent(message: Message, settings: ModelSettings, name: str | None = None) -> ChatMessage:
-    """A message as it is sent. Its name is for Inspect AI's logs and is not sent; None for one that Inspect AI draws."""
+    """A message as it is sent. Its name is for Inspect AI's logs and is not sent; None for one that it draws itself."""
     if message.role == "assistant":
         return ChatMessageAssistant(content=message.text, id=name)
     if not message.pictures:

@@ -9,6 +9,7 @@ there ever were requests at once, and the one that was used last is taken first.
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable
+from contextlib import ExitStack
 from typing import Any
 
 from lockprobe.agents.llm.inspect_internals import LoopScopedTransport
@@ -38,11 +39,10 @@ class _Spread(AsyncBaseTransport):
 
     async def handle_async_request(self, request: Request) -> Response:
         pool = self._free.pop() if self._free else self._another()
-        try:
+        with ExitStack() as back:
+            back.callback(self._free.append, pool)
             response: Response = await pool.handle_async_request(request)
-        except BaseException:
-            self._free.append(pool)
-            raise
+            back.pop_all()
         response.stream = _Lent(response.stream, lambda: self._free.append(pool))
         return response
 

@@ -14,9 +14,7 @@ import json
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import Any, get_args
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, get_args
 
 from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
 from lockprobe.agents.llm.connect import host_of
@@ -39,6 +37,9 @@ from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.protocols import CallBook
 from lockprobe.trial.record import Decision, Fact, Situation
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
 

@@ -11,21 +11,18 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel
 
 from lockprobe.agents.llm.answer import kind_of_stop
+from lockprobe.agents.llm.openai_client import is_openai
 from lockprobe.agents.llm.retry import Declined
 from lockprobe.agents.prompt import REFUSED
 from lockprobe.trial.model_call import Usage
 
-try:
-    from openai import APIStatusError, AsyncOpenAI, BadRequestError
-    from openai.types.chat import ChatCompletionMessage
-    from openai.types.chat.chat_completion import Choice
-except ImportError:  # another provider's package will do
-    AsyncOpenAI = None  # type: ignore[assignment,misc]
+if TYPE_CHECKING:
+    from openai import APIStatusError
 
 __all__ = ["accepted", "check_answers"]
 
@@ -52,7 +49,7 @@ def check_answers(client: object, ours: Callable[[], bool] = lambda: True) -> No
 
     ``ours`` says whether a request is Lockprobe's, if somebody else uses the same client.
     """
-    if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
+    if not is_openai(client):
         return
     for place in (client.chat.completions, client.responses):
         if not hasattr(place.create, "checked"):
@@ -60,6 +57,8 @@ def check_answers(client: object, ours: Callable[[], bool] = lambda: True) -> No
 
 
 def _checked(usual: Any, ours: Callable[[], bool]) -> Any:
+    from openai import APIStatusError, BadRequestError
+
     async def create(**request: Any) -> Any:
         try:
             came = await usual(**request)
@@ -105,10 +104,24 @@ def accepted(came: Any) -> Any:
         raise _nothing(came, "no reply in its answer")
     if not error.refused:
         raise Declined(error.words, error.status, usage=_usage_of(came))
-    refusal = ChatCompletionMessage.model_construct(role="assistant", content=None, refusal=error.words)
-    came.choices = [Choice.model_construct(index=0, message=refusal, finish_reason=REFUSED, logprobs=None)]  # type: ignore[attr-defined]
+    _refuse(came, error.words)
     _forget_error(came)
     return came
+
+
+def _refuse(came: Any, words: str) -> None:
+    """Put a refusal where the reply would be."""
+    from openai.types.chat.chat_completion import Choice
+
+    refusal = _empty_message()
+    refusal.content, refusal.refusal = None, words
+    came.choices = [Choice.model_construct(index=0, message=refusal, finish_reason=REFUSED, logprobs=None)]
+
+
+def _empty_message() -> Any:
+    from openai.types.chat import ChatCompletionMessage
+
+    return ChatCompletionMessage.model_construct(role="assistant")
 
 
 def _forget_error(came: Any) -> None:
@@ -230,7 +243,7 @@ def _refuse_nothing(came: Any, said: _Said, reason: str, *, reasoned: bool) -> N
 def _write(choice: Any, message: Any, said: _Said, refusal: str) -> None:
     """Put what was said in the place where Inspect AI looks for it."""
     if message is None:
-        choice.message = message = ChatCompletionMessage.model_construct(role="assistant")
+        choice.message = message = _empty_message()
     message.content, message.refusal = (None, refusal) if refusal else (said.text, None)
     if refusal:
         choice.finish_reason = REFUSED

@@ -17,30 +17,33 @@ instead of 5.2 ms.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-try:
-    from openai import AsyncOpenAI, NotGiven, Omit
+from lockprobe.agents.llm.openai_client import is_openai
+
+if TYPE_CHECKING:
+    from openai import AsyncOpenAI
     from openai.resources.chat import AsyncCompletions
     from openai.resources.responses import AsyncResponses
-    from openai.types.chat import ChatCompletion
-    from openai.types.responses import Response
-except ImportError:  # another provider's package will do
-    AsyncOpenAI = None  # type: ignore[assignment,misc]
 
 __all__ = ["use_fast_path"]
 
 
 def use_fast_path(client: object) -> None:
     """Make an OpenAI client send requests unchanged; leave other clients as they are."""
-    if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
+    if not is_openai(client):
         return
+    from openai.types.chat import ChatCompletion
+    from openai.types.responses import Response
+
     chat, responses = client.chat.completions, client.responses
     chat.create = _posting(client, "/chat/completions", ChatCompletion, chat)  # type: ignore[method-assign]
     responses.create = _posting(client, "/responses", Response, responses)  # type: ignore[method-assign]
 
 
 def _posting(client: AsyncOpenAI, path: str, answer: type, usual: AsyncCompletions | AsyncResponses) -> Any:
+    from openai import NotGiven, Omit
+
     created = usual.create
 
     async def create(**request: Any) -> Any:
