@@ -10,6 +10,7 @@ import sys
 import time
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import pytest
 from builders import small_study, write_study
@@ -29,6 +30,7 @@ SIMULATED = habit_baseline.SIMULATED
 def large(tmp_path, monkeypatch):
     monkeypatch.setattr(parallel, "LARGE", 0)
     monkeypatch.setattr(parallel, "import_module", len)  # no figure is drawn by these jobs
+    monkeypatch.syspath_prepend(Path(__file__).parents[2])  # for another process that is sent work of this module
     (tmp_path / "trials.jsonl").write_bytes(b"x")
     return tmp_path
 
@@ -55,6 +57,28 @@ def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(larg
     assert (first, last) == (os.getpid(), 1)
     assert len(set(others)) == 1
     assert first not in others
+
+
+class Remembers:
+    """Work that remembers by which process each of its jobs was done."""
+
+    def __init__(self):
+        self.by = []
+
+    def __call__(self, job):
+        self.by.append(os.getpid())
+        return [*self.by], job()
+
+
+def test_work_is_sent_as_it_was_at_first_and_once_for_all_jobs(large):
+    """What it holds may change here at any time, as results do that are looked up, so it is not sent later."""
+    touched, here = large / "touched", os.getpid()
+    with shared(large, 2) as each:
+        found = each(Remembers(), [until(touched), *[os.getpid] * 3, partial(touched.write_text, "x")])
+    there = found[1][1]
+    assert there != here
+    assert found[0] == ([here], here)
+    assert [by for by, _ in found[1:]] == [[there] * n for n in (1, 2, 3, 4)]
 
 
 def killed(parent):

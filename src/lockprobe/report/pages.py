@@ -44,13 +44,13 @@ class Page:
 
     Attributes:
         found: The results.
-        images: Figures by name, as pages embed them.
+        drawn: The figures.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
     """
 
     found: Results
-    images: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    drawn: Pictures = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
 
@@ -58,9 +58,9 @@ class Page:
         """The rows of text of a table."""
         return tables_of(self.found, [table])[table.name]
 
-    def image(self, figure: Figure) -> dict[str, Any] | None:
-        """A figure; None if it was not drawn."""
-        return self.images.get(figure.name)
+    def image(self, figure: str) -> dict[str, Any] | None:
+        """The figure of this name, as pages embed it; None if it was not drawn."""
+        return image(self.drawn[figure]["svg"]) if figure in self.drawn else None
 
     def caption(self, figure: Figure) -> Caption:
         """Its caption."""
@@ -166,8 +166,7 @@ def page_of(
         photographs: Pictures that agents saw, by the names of their files, as data.
         trials: The data of the trial explorer.
     """
-    images = {figure: image(forms["svg"]) for figure, forms in (drawn or {}).items()}
-    page = Page(found=found, images=images, photographs=photographs or {}, trials=trials)
+    page = Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials)
     return section(
         f"Page {name}.html",
         lambda: rendered(name, found=found.own, page=page, parts=parts_of(found, name)),

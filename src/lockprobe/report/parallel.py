@@ -5,16 +5,17 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import pickle
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -116,7 +117,10 @@ def _processes(others: int, preload: Sequence[str]) -> Iterator[Each]:
             if not waiting:
                 return []
             i, first = waiting.popleft()
-            elsewhere = [errands.submit(take, lambda job: pool.submit(work, job).result()) for _ in range(others)]
+            sent = pickle.dumps(work)  # before anything here changes what it holds
+            elsewhere = [
+                errands.submit(take, lambda job: pool.submit(_work, sent, job).result()) for _ in range(others)
+            ]
             try:
                 done[i] = work(first)
                 take(work)
@@ -128,6 +132,17 @@ def _processes(others: int, preload: Sequence[str]) -> Iterator[Each]:
             return [done[i] for i in range(len(done))]
 
         yield each
+
+
+def _work(sent: bytes, job: _Job) -> Any:
+    """Work that another process has sent, which is the same for many jobs."""
+    return _received(sent)(job)
+
+
+@lru_cache(maxsize=1)
+def _received(sent: bytes) -> Callable[[Any], Any]:
+    received: Callable[[Any], Any] = pickle.loads(sent)  # noqa: S301  of the process that started this one
+    return received
 
 
 def _import(modules: Sequence[str]) -> None:

@@ -7,7 +7,6 @@ pictures that agents saw come from the records. Equal records give equal files.
 from __future__ import annotations
 
 import json
-import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -74,16 +73,15 @@ def report_files(
 
 def _drawn(found: Results, each: Each) -> Pictures:
     """The figures that pages show, in all their forms; those that cannot be drawn are left out."""
-    asked: dict[str, Callable[[], dict[str, bytes] | None]] = {}
+    asked: dict[str, tuple[Figure, str]] = {}
     parts = [(one.source, figures_of([one])) for page in PAGES for one in parts_of(found, page)]
     for source, figures in (*parts, *((one.source, one.figures) for one in all_sections())):
         for figure in figures:
             with of_package(source):
-                read = found if source else found.own
-                applies = partial(figure.applies, read)
+                applies = partial(figure.applies, found if source else found.own)
                 if figure.name not in asked and section(f"Figure {figure.name}", applies, bool):
-                    asked[figure.name] = partial(_draw, read, _alone(figure), source)
-    done = each(operator.call, asked.values())
+                    asked[figure.name] = _alone(figure), source
+    done = each(partial(_draw, found), asked.values())
     return {name: forms for name, forms in zip(asked, done, strict=True) if forms is not None}
 
 
@@ -96,10 +94,12 @@ def _whatever(found: Results) -> bool:
     return True
 
 
-def _draw(found: Results, figure: Figure, source: str) -> dict[str, bytes] | None:
-    """A figure in all its forms; None if there is nothing to draw, or it cannot be drawn."""
+def _draw(found: Results, asked: tuple[Figure, str]) -> dict[str, bytes] | None:
+    """A figure of a package in all its forms; None if there is nothing to draw, or it cannot be drawn."""
+    figure, source = asked
+    read = found if source else found.own
     with of_package(source):
-        return section(f"Figure {figure.name}", partial(drawn_figure, found, figure), lambda: None)
+        return section(f"Figure {figure.name}", partial(drawn_figure, read, figure), lambda: None)
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:

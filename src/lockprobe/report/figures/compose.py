@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeVar
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
@@ -82,6 +83,7 @@ def sheet(
     ratios *= bands * len(draws) // len(ratios)
     layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
     figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
+    FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
     grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
     for i in range(columns * bands):
         for j, draw in enumerate(draws):

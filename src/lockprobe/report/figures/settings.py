@@ -26,6 +26,7 @@ _STYLE: dict[str, Any] = {
     "font.size": SMALL,
     "text.color": INK,
     "axes.titlesize": SMALL,
+    "axes.titley": 1.0,  # else Matplotlib looks for ticks above the axes, of which there are none, four times a figure
     "axes.labelcolor": INK,
     "axes.edgecolor": "#888888",
     "axes.linewidth": 0.7,
