@@ -11,7 +11,8 @@ from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, LiveReport
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.runner import Silent, run
+from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import Study
 
 

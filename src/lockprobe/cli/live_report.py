@@ -12,7 +12,7 @@ from pathlib import Path
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.records.journal import Journal, Timing
-from lockprobe.studies.running.runner import Observer
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 

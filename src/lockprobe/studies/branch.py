@@ -26,7 +26,8 @@ from lockprobe.studies.records.directory import RECORDS
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.followers import as_recorded
-from lockprobe.studies.running.runner import Limits, Observer, run
+from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running.runner import Limits, run
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Fork, Plan

@@ -12,7 +12,8 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import added_agents, read_settings
 from lockprobe.studies.records.journal import Journal, load
-from lockprobe.studies.running.runner import Silent, run, run_study
+from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.condition import Condition
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)

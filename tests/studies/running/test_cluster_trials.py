@@ -10,7 +10,8 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, load, read_timings
 from lockprobe.studies.running.cluster_trials import can_travel
-from lockprobe.studies.running.runner import Limits, Silent, run
+from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_line
 
 SMALL = {"p": [0, 0.4], "trials": 3, "repetitions": 1}

@@ -32,7 +32,8 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing, left_out, load
 from lockprobe.studies.running import runner
 from lockprobe.studies.running import trial_setup as play
-from lockprobe.studies.running.runner import Limits, Silent, _lanes, owe_anew, run
+from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.runner import Limits, _lanes, owe_anew, run
 
 
 def played(directory, **settings):

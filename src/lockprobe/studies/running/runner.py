@@ -2,10 +2,10 @@
 
 All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.loop.play` -> journal. Only the
 concurrency differs. Strategies play in this process, one trial after the other, and in others too if it takes longer
-(:mod:`lockprobe.studies.running.batches`). Trials of hosted models are open at the
-same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
-processes (:mod:`lockprobe.studies.running.workers`), or on a cluster (:mod:`lockprobe.studies.running.cluster_trials`).
-If somebody attends the plant, everything plays in this process, one trial after the other.
+(:mod:`lockprobe.studies.running.batches`). Trials of hosted models are open at the same time, because they wait for a
+provider. Local models and simulated plants need a processor, so they play in worker processes
+(:mod:`lockprobe.studies.running.workers`), or on a cluster (:mod:`lockprobe.studies.running.cluster_trials`). If
+somebody attends the plant, everything plays in this process, one trial after the other.
 
 Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
 has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
@@ -21,7 +21,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
@@ -45,6 +44,7 @@ from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.batches import play_in_batches
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.running.lanes import play_in_lanes
+from lockprobe.studies.running.observer import Observer, Silent
 from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.running.workers import play_in_workers
@@ -55,7 +55,7 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable
 from lockprobe.trial.record import Fact, Step, Trial
 
-__all__ = ["Limits", "Observer", "Silent", "owe_anew", "run", "run_study"]
+__all__ = ["Limits", "owe_anew", "run", "run_study"]
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which the run gives the agent up."""
@@ -70,56 +70,6 @@ _INTERRUPTIBLE = 0.1
 
 _PLANT_FACTS = ("engine", "renderer")
 """Facts about a plant that its pictures depend on and its spec does not hold."""
-
-
-class Observer(Protocol):
-    """Receives the progress of a run."""
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """Called once, with the number of trials still to be played."""
-        ...
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        """Called before an agent's trials begin."""
-        ...
-
-    def step(self, key: str, step: Step) -> None:
-        """Called after every step of every trial."""
-        ...
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """Called when a trial is on disk."""
-        ...
-
-    def more(self, owed: int) -> None:
-        """Called after a look that has not decided all, with the trials to be played before the next."""
-        ...
-
-    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        """Called if no further trial of an agent is played, with the number that it still owes."""
-        ...
-
-
-class Silent:
-    """An observer that ignores all events."""
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """Nothing."""
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        """Nothing."""
-
-    def step(self, key: str, step: Step) -> None:
-        """Nothing."""
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """Nothing."""
-
-    def more(self, owed: int) -> None:
-        """Nothing."""
-
-    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        """Nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
