@@ -18,12 +18,18 @@ _AT_ONCE = 10_000
 
 @contextmanager
 def spared() -> Iterator[None]:
-    """Spare the collector what is already there, and let it look less often for what comes."""
+    """Spare the collector what is already there, and let it look less often for what comes.
+
+    Who lets it look as seldom already is left alone: to ask whether something is frozen takes time for all that is.
+    """
     young, middle, old = gc.get_threshold()
+    if young == 0 or young >= _AT_ONCE:
+        yield
+        return
     here = not gc.get_freeze_count()  # else somebody else has frozen what was there, for good
     if here:
         gc.freeze()
-    gc.set_threshold(young and max(young, _AT_ONCE), middle, old)
+    gc.set_threshold(_AT_ONCE, middle, old)
     try:
         yield
     finally:

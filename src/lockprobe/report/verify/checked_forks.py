@@ -37,15 +37,16 @@ def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
     if not opened.forks:
         return
     own, trials = CallEvidence.of(directory), {trial.key: trial for trial in opened.trials}
-    replay = Replay()
     again = []
-    for fork in opened.forks:
-        planned = _planned(opened, fork, trials)
-        if isinstance(planned, str):
-            again.append(ReplayedTrial(key=fork.key, kind="own", luck=planned))
-        else:
-            name, plan = planned
-            again.append(replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ())))
+    with asyncio.Runner() as runner:
+        replay = Replay(runner)
+        for fork in opened.forks:
+            planned = _planned(opened, fork, trials)
+            if isinstance(planned, str):
+                again.append(ReplayedTrial(key=fork.key, kind="own", luck=planned))
+            else:
+                name, plan = planned
+                again.append(replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ())))
     failed = [
         *_another_study(opened, directory),
         *(  # replies of hosted models have a check of their own

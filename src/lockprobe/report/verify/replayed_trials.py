@@ -81,9 +81,14 @@ def kind_of(agent: str) -> AgentKind:
 
 
 class Replay:
-    """Plays recorded trials again, one after the other."""
+    """Plays recorded trials again, one after the other.
 
-    def __init__(self) -> None:
+    Args:
+        runner: The event loop of all of them: to make one takes as long as to play a trial.
+    """
+
+    def __init__(self, runner: asyncio.Runner) -> None:
+        self._runner = runner
         self._kinds: dict[str, AgentKind] = {}
         self._strategies: dict[str, Agent] = {}
 
@@ -113,7 +118,7 @@ class Replay:
             kept = KeptReplies(replies)
             book = _Replies(kept, KeptReplies(parent))
             agent = self._strategies.get(spec) or _agent(trial, found.kind, book)
-            found = _compared(plan, trial, found, agent)
+            found = self._runner.run(_compared(plan, trial, found, agent))
             return replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
         except UserMistake as mistake:
             return replace(found, luck=str(mistake))
@@ -125,9 +130,9 @@ def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
     return spec_kind(spec) == "python" or spec_name(spec) in added
 
 
-def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
+async def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
     """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
-    why = _difference(trial, _played(plan, agent, trial), agent)
+    why = _difference(trial, await _played(plan, agent, trial), agent)
     if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
         why = f"{why}; its prompt is not that of this release, so verify it with its own"
     if isinstance(agent, _Recorded):
@@ -135,7 +140,7 @@ def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> R
         said = "people and clients are asked until they answer: none ends by a reply" if nobody else ""
         return replace(found, luck=why, choices=said)
     recorded = _Recorded(trial)
-    luck = _difference(trial, _played(plan, recorded, trial), recorded) if why else ""
+    luck = _difference(trial, await _played(plan, recorded, trial), recorded) if why else ""
     return replace(found, choices=why, luck=luck)
 
 
@@ -193,8 +198,8 @@ class _Recorded:
         raise ModelFault("the record ends here")
 
 
-def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
-    again, _ = asyncio.run(play_timed(plan, agent, lambda key, step: None, recorded=trial))
+async def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
+    again, _ = await play_timed(plan, agent, lambda key, step: None, recorded=trial)
     return replace(again, replays=trial.replays)
 
 

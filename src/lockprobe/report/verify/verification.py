@@ -9,6 +9,7 @@ user or of another package runs, and no model is asked.
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -223,19 +224,21 @@ def hash_check(what: str, given: str, found: str) -> Check:
 
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
     """Every trial, played again; one of a model that came from an Inspect log, without calls, is held by its words."""
-    replay, study = Replay(), opened.study
+    study = opened.study
     followers = Followers(study, {trial.key: trial for trial in opened.trials})
     logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
     logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
-    for done, trial in enumerate(opened.trials, 1):
-        condition = study.condition_of(trial)
-        assert condition is not None  # only trials that the settings ask for are opened
-        plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
-        one = replay(followers.of_record(plan, trial), trial, evidence.kept.get(trial.key, ()))
-        if one.kind == "hosted" and one.key in logged:
-            one = replace(one, from_log=True, choices=other_words(trial))
-        yield one
-        tell(done, len(opened.trials))
+    with asyncio.Runner() as runner:
+        replay = Replay(runner)
+        for done, trial in enumerate(opened.trials, 1):
+            condition = study.condition_of(trial)
+            assert condition is not None  # only trials that the settings ask for are opened
+            plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
+            one = replay(followers.of_record(plan, trial), trial, evidence.kept.get(trial.key, ()))
+            if one.kind == "hosted" and one.key in logged:
+                one = replace(one, from_log=True, choices=other_words(trial))
+            yield one
+            tell(done, len(opened.trials))
 
 
 def _luck(again: Sequence[ReplayedTrial]) -> Check:
