@@ -110,3 +110,21 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
     with Journal.open(tmp_path, small) as journal:
         run(small, journal, observer=LiveReport(observer, tmp_path))
     assert observer.seen == (2, "random", *(plan.key for plan in small.plans("random")))
+
+
+def test_that_there_is_a_first_report_is_said_once_and_when_it_is_there(clock, tmp_path):
+    said = []
+    live = LiveReport(Silent(), tmp_path, said.append)
+    live.trial(None, None)
+    live.agent(slow(resolve("random")), 3)
+    live.trial(None, None)
+    assert not said
+    Process.begun[-1].done = True
+    live.trial(None, None)
+    assert said == [tmp_path / "report.html"]
+    for second in range(1, 2000):
+        clock[0] = float(second)
+        Process.begun[-1].done = True
+        live.trial(None, None)
+    assert len(Process.begun) > 2
+    assert len(said) == 1

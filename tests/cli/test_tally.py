@@ -12,7 +12,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Usage
 
 
-def test_what_is_counted_names_conditions():
+def test_trials_are_counted_under_all_conditions_together():
     tally = Tally(study(StudyOptions(study="modalities", modality=["rgb", "rgbd"], agent=["viewer"])))
     tally.turn(resolve("viewer"), 4, [], slow=True)
     assert "solved" not in tally.line()
@@ -21,10 +21,10 @@ def test_what_is_counted_names_conditions():
     tally.turn(resolve("viewer"), 4, [], slow=True)
     for modality, joints in (("rgb", SOLUTION), ("rgb", [0] * 20), ("rgbd", SOLUTION)):
         tally.trial(make_trial(joints, agent="viewer", modality=modality, study="modalities"))
-    assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
+    assert "3/4 trials · 2 of 3 solved" in tally.line()
     tally = Tally(study(StudyOptions(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
-    assert "0/1 trials · solved flip?p=0.4: 1/1" in tally.line()
+    assert "0/1 trials · 1 of 1 solved" in tally.line()
 
 
 def test_errors_are_counted_by_boundary():

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -18,6 +19,7 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, invalid_in_words, told
+from lockprobe.cli.result import result_facts
 from lockprobe.foundation.errors import BudgetReached, UserMistake
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
@@ -30,6 +32,9 @@ from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
+
+if TYPE_CHECKING:
+    from lockprobe.report.rows import Results
 
 __all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 
@@ -123,9 +128,14 @@ class JsonLines(Plain):
         super().given_up(source, owed, why)
         self.event("given-up", agent=self.tally.agent, owed=owed, message=str(why))
 
-    def interrupted(self, directory: Path) -> None:
-        """Print that Ctrl-C stopped the run."""
-        self.event("interrupted", directory=str(directory), **self._cost())
+    def first_report(self, path: Path) -> None:
+        """Print that a first report can be read."""
+        self.event("first-report", path=str(path))
+
+    def interrupted(self, directory: Path, found: Results | None = None, finished: int = 0) -> None:
+        """Print that Ctrl-C stopped the run, and what the last report found of how many trials."""
+        facts = {} if found is None else {"reported": found.progress.finished, **result_facts(found, directory)}
+        self.event("interrupted", directory=str(directory), finished=finished, **facts, **self._cost())
 
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
         """Print that the budget is spent."""
@@ -172,16 +182,21 @@ class JsonLines(Plain):
         found = StudyHashes.of(directory)
         self._hashes = {"settings_hash": found.settings, "results_hash": found.results}
 
-    def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
-        """Print the path of the report, or None without a report, and the hashes if there are trials."""
+    def reported(
+        self, path: Path | None, left_out: Sequence[LeftOutSection] = (), found: Results | None = None
+    ) -> None:
+        """Print the path of the report, or None without one, what it found, and the hashes if there are trials."""
         if self._report is not None:
             missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
             path_said = None if path is None else str(path)
-            self.event("report", path=path_said, **missing, **self._hashes, **self._cost())
+            facts = {} if found is None or path is None else result_facts(found, path.parent)
+            self.event("report", path=path_said, **facts, **missing, **self._hashes, **self._cost())
 
 
 class LiveDisplay(Plain):
     """A table that is updated in place, with the latest step of every trial in progress."""
+
+    _guesses = False  # the table says it, and renews it
 
     def __init__(
         self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True

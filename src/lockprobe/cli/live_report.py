@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource
@@ -28,16 +29,24 @@ class LiveReport:
     The first report starts when a slow agent begins, or a minute later if nothing has been played yet. The pauses after
     it double. At most one process writes. Its output is discarded: the run writes the last report itself. Without a
     directory there are no reports.
+
+    Args:
+        observer: Gets the events.
+        directory: The directory of the study.
+        tell: Told once where a first report can be read.
     """
 
-    def __init__(self, observer: Observer, directory: Path | None) -> None:
-        self._observer = observer
+    def __init__(
+        self, observer: Observer, directory: Path | None, tell: Callable[[Path], None] = lambda path: None
+    ) -> None:
+        self._observer, self._tell = observer, tell
         self._directory = directory
         self._simulated = False
         self._played = 0
         self._pause = FIRST_PAUSE
         self._next: float | None = None  # None: no slow agent's turn has come
         self._writing: subprocess.Popen[bytes] | None = None
+        self._first: subprocess.Popen[bytes] | None = None  # of which nothing has been told yet
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Note how much was played before."""
@@ -61,6 +70,10 @@ class LiveReport:
         self._observer.trial(trial, timing)
         self._played += 1
         self._renew()
+        if self._first is not None and self._first.poll() is not None and self._directory is not None:
+            if not self._first.poll():
+                self._tell(self._directory / "report.html")
+            self._first = None
 
     def more(self, owed: int) -> None:
         """Pass on that there are more trials to play."""
@@ -86,6 +99,8 @@ class LiveReport:
             self._writing = subprocess.Popen(  # noqa: S603 - ourselves
                 command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
             )
+            if self._pause == FIRST_PAUSE:
+                self._first = self._writing
             os.setpriority(os.PRIO_PROCESS, self._writing.pid, 10)
         self._next = time.monotonic() + self._pause
         self._pause *= 2

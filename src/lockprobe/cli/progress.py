@@ -6,9 +6,11 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
+from lockprobe.cli.result import result_lines
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.tally import Tally, count
 from lockprobe.foundation.errors import BudgetReached, UserMistake
@@ -32,6 +34,9 @@ from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.told_outcome import in_words
 
+if TYPE_CHECKING:
+    from lockprobe.report.rows import Results
+
 __all__ = [
     "Plain",
     "foreign_in_words",
@@ -42,11 +47,11 @@ __all__ = [
     "told",
 ]
 
-_EVERY = 2.0
-"""Seconds between plain lines about the state of a run."""
+_FIRST = 2.0
+"""Seconds until the first line about the state of an agent."""
 
-_QUIET = 30.0
-"""Seconds after which one is due although no trial has ended."""
+_EVERY = 60.0
+"""Seconds from one such line to the next, whether a trial has ended or not."""
 
 STEPS_PER_TRIAL = 17.0
 STEPS_PER_MINUTE = 300.0
@@ -132,17 +137,14 @@ def _invited(study: Study, journal: Journal) -> str:
     )
 
 
-def _when(study: Study, owed: int) -> str:
-    """When there is a report to read."""
-    slow = study.simulated or any(resolve(spec).engine in {"process", "network"} for spec in study.agents)
-    return "(within a minute, and renewed while the run goes on)" if slow and owed else "(at the end)"
-
-
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes.
 
     ``report`` is None for a study that is part of something larger, which reports it.
     """
+
+    _guesses = True
+    """Whether the line that begins an agent says how long it may take."""
 
     def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True) -> None:
         self.tally = Tally()
@@ -151,7 +153,7 @@ class Plain:
         self._journal: Journal | None = None
         self._simulated = self._until = False
         self._shown: str | None = None
-        self._last = 0.0
+        self._due = 0.0
 
     def close(self) -> None:
         """End a live table, where there is one."""
@@ -187,10 +189,8 @@ class Plain:
             time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
             if "network" in engines.values():
                 time_needed += " and what the provider needs"
-            self.say(f"It takes {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials.")
+            self.say(f"First guess: {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
-        if self._report:
-            self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
         if self._report is not None:
             self.say(settings_line(read_study(journal.directory).settings_hash))
         done = sum(not trial.owed_again for trial in journal.trials.values() if not trial.player)
@@ -240,8 +240,12 @@ class Plain:
         self.tally.ledger.add(call)
         if said := self._marks.notice(self.tally.agent, call):
             self.advise(said)
-        if time.monotonic() - self._last >= _QUIET:
-            self._last = time.monotonic()
+        self._say_state()
+
+    def _say_state(self, *, now: bool = False) -> None:
+        """Say how it goes, if that is due or to be said now."""
+        if now or time.monotonic() >= self._due:
+            self._due = time.monotonic() + _EVERY
             self.say("  " + self.tally.line())
 
     def agent(self, source: AgentSource, owed: int) -> None:
@@ -249,10 +253,9 @@ class Plain:
         assert self._journal is not None
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
         self.tally.turn(source, owed, done, slow=self._simulated or source.engine != "inline")
-        self._shown, self._last = None, time.monotonic()
-        guess = ""
-        if source.engine == "process":
-            guess = f", about {minutes(owed)} min on two cores"
+        self._shown, self._due = None, time.monotonic() + _FIRST
+        self.tally.guess = f"about {minutes(owed)} min" if source.engine == "process" else "…"
+        guess = f", {self.tally.guess}" if source.engine == "process" and self._guesses else ""
         self.say(f"{self.tally.agent}: {owed} trial{'s' * (owed != 1)} to play{guess}")
 
     def step(self, key: str, step: Step) -> None:
@@ -269,10 +272,7 @@ class Plain:
             self._shown = ""
         if trial.error is not None:
             self.say(f"  {trial.key}  error at {trial.error.boundary}: {trial.error.message}")
-        now = time.monotonic()
-        if now - self._last >= _EVERY or (self.tally.played == self.tally.agent_owed and not self._until):
-            self._last = now
-            self.say("  " + self.tally.line())
+        self._say_state(now=self.tally.played == self.tally.agent_owed and not self._until)
 
     def more(self, owed: int) -> None:
         """Count the trials that follow a look."""
@@ -283,11 +283,34 @@ class Plain:
         self.tally.given_up[self.tally.agent] = (str(why), owed)
         self.say(f"  given up: {why}")
 
-    def interrupted(self, directory: Path) -> None:
-        """Say how to go on after Ctrl-C, and what it has cost."""
+    def first_report(self, path: Path) -> None:
+        """Say that a first report can be read while the run goes on."""
+        self.say(f"First report: {path} (renewed while the run goes on)")
+
+    def interrupted(self, directory: Path, found: Results | None = None, finished: int = 0) -> None:
+        """Say how to go on after Ctrl-C, what it has cost, and what the last report found of which trials.
+
+        Args:
+            directory: The directory of the study.
+            found: What its last report found; None without one.
+            finished: The trials of the study that are finished now.
+        """
         self.close()
         self.say(f"Stopped. Every finished trial is in {directory}; run the same command again to go on.")
         self._spent()
+        if not self._report or not finished:
+            return
+        renews = f"lockprobe report {directory} {'renews' if found else 'writes'} it"
+        if found is None:
+            self.say(f"No report yet; {renews}")
+        elif found.progress.finished < finished:
+            then = count(found.progress.finished, "trial")
+            self.say(f"{directory / 'report.html'} is older than the records: it has {then} of {finished}; {renews}")
+        self._found(found, directory)
+
+    def _found(self, found: Results | None, directory: Path) -> None:
+        for line in result_lines(found, directory) if found is not None else ():
+            self.say(line)
 
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
         """Say that the budget is spent, how many trials of the study are owed, and how to go on."""
@@ -347,12 +370,22 @@ class Plain:
         if self._report is not None:
             self.say(results_line(StudyHashes.of(directory)))
 
-    def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
-        """Say what it has cost, and name the report; None where there is none."""
+    def reported(
+        self, path: Path | None, left_out: Sequence[LeftOutSection] = (), found: Results | None = None
+    ) -> None:
+        """Say what it has cost, name the report, and say what it found.
+
+        Args:
+            path: The page; None where there is none.
+            left_out: Sections that could not be made.
+            found: What it found; None likewise.
+        """
         self.close()
         self._spent()
         if self._report:
             self.say("No report: no trial has ended" if path is None else f"Report: {path}{without(left_out)}")
+            if path is not None:
+                self._found(found, path.parent)
         elif self._report is not None and self._journal is not None:
             self.say(f"No report, as asked; lockprobe report {self._journal.directory} writes it")
 

@@ -12,10 +12,12 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
+from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
 from lockprobe.studies.suites import is_suite
 
@@ -56,8 +58,13 @@ def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
+    found = read_result(directory)
     if json:
         missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
-        print(json_.dumps({"report": str(path), **missing}), flush=True)
-    else:
-        print(f"Report: {path}{without(left_out)}", flush=True)
+        facts = {} if found is None else result_facts(found, directory)
+        print(json_.dumps({"report": str(path), **facts, **missing}), flush=True)
+        return
+    print(f"Report: {path}{without(left_out)}")
+    for line in result_lines(found, directory) if found is not None else ():
+        print(printable(line))
+    sys.stdout.flush()

@@ -11,6 +11,7 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
+from lockprobe.cli.result import read_result
 from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
@@ -75,7 +76,7 @@ def play_study(
             journal.calls.limit(budget)
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
-        live = LiveReport(observer, directory if report else None)
+        live = LiveReport(observer, directory if report else None, observer.first_report)
         reached = _play_trials(planned, journal, limits, live, observer)
         if planned.until and journal.trials:
             _say_decisions(planned, journal, observer)
@@ -86,7 +87,8 @@ def play_study(
             observer.recorded(directory)
         left_out: list[LeftOutSection] = []
         something = journal.trials or reached is None
-        observer.reported(_report(directory, limits, left_out) if report and something else None, left_out)
+        page = _report(directory, limits, left_out) if report and something else None
+        observer.reported(page, left_out, None if page is None else read_result(directory))
         status = _failure(planned, journal, observer)
         if reached is not None:
             plans = next_plans(planned, journal)
@@ -104,7 +106,8 @@ def _play_trials(
     try:
         play_trials(planned, journal, limits=limits, observer=live)
     except KeyboardInterrupt:
-        observer.interrupted(journal.directory)
+        finished = sum(not trial.owed_again for trial in journal.trials.values())
+        observer.interrupted(journal.directory, read_result(journal.directory), finished)
         raise
     except BudgetReached as reached:
         return reached

@@ -26,7 +26,8 @@ class Tally:
         ended_in_all: Trials of this run that ended, over all agents.
         broken_in_all: Trials of this run that broke outside their agent.
         broken_of: The agents of these, each with their number.
-        tells_solved: Whether a line says what is solved under which condition.
+        tells_solved: Whether a line says how many trials are solved.
+        guess: The first guess of the time that the agent takes, in words, until a trial says more; "…" without one.
         first_error: Boundary and message of the first of those.
         given_up: Agents that could not go on -> why, and how many trials they owe.
         ledger: The cost of the study; None where no provider is asked.
@@ -45,7 +46,7 @@ class Tally:
         self.ended: Counter[str] = Counter()
         self.ledger: Ledger | None = None
         self.calls: Calls | None = None
-        self.agent = ""
+        self.agent, self.guess = "", "…"
         self.slow = False
         self._began = time.monotonic()
         self.agent_owed = 0
@@ -89,7 +90,7 @@ class Tally:
     def left(self) -> str:
         """Time left for this agent, in words."""
         if not self.played:
-            return "…"
+            return self.guess
         seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
         return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
 
@@ -101,12 +102,11 @@ class Tally:
         return f"{count(self.calls.on_their_way, 'call')} on the way, the oldest for {longest:.0f} s"
 
     def line(self, *, solved: bool = True) -> str:
-        """The state in one line, with or without what is solved under which condition."""
-        ended = sorted(shown for shown, number in self.ended.items() if number)
-        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in ended)
+        """The state in one short line, with or without how many trials are solved, under all conditions together."""
+        ended = self.ended.total()
         parts = [
             f"{self.agent}  {self.played}/{self.agent_owed} trials",
-            f"solved {shares}" if solved and shares and self.tells_solved else "",
+            f"{self.solved.total()} of {ended} solved" if solved and ended and self.tells_solved else "",
             f"{self.speed:.1f} steps/s",
             f"{self.left} left",
             spent_in_words(self.ledger.total) if self.ledger is not None else "",

@@ -1,0 +1,97 @@
+"""What a study found, for a terminal or a program: its answer, the numbers of each agent, and what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count, takewhile
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING
+
+from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.inputs import read_input
+
+if TYPE_CHECKING:
+    from lockprobe.report.rows import Results
+
+__all__ = ["read_result", "result_facts", "result_lines"]
+
+_LARGEST = 2**28
+"""Bytes of ``results.json``."""
+
+_AGENTS = 8
+"""Agents that have lines."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A next step: a command as it is typed, or what is added to the one before, and what it shows."""
+
+    command: str
+    shows: str
+
+
+def read_result(directory: Path) -> Results | None:
+    """The results that the last report of a study wrote; None if there are none that can be read."""
+    # a tenth of a second of imports, which the first trials need not wait for
+    from pydantic import ValidationError
+
+    from lockprobe.report.rows import Results
+
+    try:
+        return Results.model_validate_json(read_input(directory / "results.json", _LARGEST))
+    except (LockprobeError, ValidationError):
+        return None
+
+
+def result_lines(found: Results, directory: Path) -> list[str]:
+    """The answer, a line for each number of every agent, and the next commands."""
+    agents: dict[str, list[str]] = {}
+    for row in _key_numbers(found):
+        lines = agents.setdefault(row["agent"], [])
+        for said in (f"{row['success']} {row['where']}", f"{row.get('change', '')} {row.get('against', '')}"):
+            if said.strip() and said not in lines:
+                lines.append(said)
+    wide = max(map(len, agents), default=0)
+    numbers = [
+        f"  {agent if first else '':{wide}}  {line}"
+        for agent, lines in [*agents.items()][:_AGENTS]
+        for first, line in zip([True, *[False] * len(lines)], lines, strict=False)
+    ]
+    if more := found.facts_about("first screen").get("more", ""):
+        numbers.append(f"  {more}")
+    steps = _next(found, directory)
+    widest = max((len(one.command) for one in steps), default=0)
+    following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
+    return [f"Answer: {found.answer}", *numbers, *following] if found.answer else following
+
+
+def result_facts(found: Results, directory: Path) -> dict[str, object]:
+    """The same for programs; numbers are text, as on the page, and rows of ``results.json`` hold them as numbers."""
+    return {
+        "answer": found.answer,
+        "numbers": list(_key_numbers(found)),
+        "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
+    }
+
+
+def _key_numbers(found: Results) -> Iterator[Mapping[str, str]]:
+    """The key numbers of the first screen, agent by agent."""
+    return takewhile(bool, (found.facts_about(f"first screen {i}") for i in count(1)))
+
+
+def _next(found: Results, directory: Path) -> list[_Step]:
+    """What is worth typing next: to see one trial, and to decide what is open or to look into what was found."""
+    said = {one.kind: one.text for one in found.findings if one.section == "overview"}
+    where, steps = quote(str(directory)), []
+    if trial := next((one.key for one in found.exhibits if one.section == "trials"), ""):
+        steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
+    if "untested" in said:
+        again = "the same command with --readings fresh,kept"
+        steps.append(_Step(again, "whether false reports that stay do the same"))
+    elif "needed" in said:
+        steps.append(_Step("the same command with more --trials", said["needed"]))
+    elif any("flip.p" in one.doses for one in found.design.conditions):
+        steps.append(_Step(f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
+    return steps

@@ -1,0 +1,87 @@
+"""What a study found is the end of its run, of its report and of Ctrl-C: answer, numbers of each agent, next command."""
+
+import json
+import shlex
+
+import pytest
+from typed import typed
+
+from lockprobe.cli.progress import Plain
+from lockprobe.cli.result import read_result, result_facts, result_lines
+from lockprobe.report.rows import Results
+
+STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 60,
+         "--repetitions", 1)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("result") / "a study"
+    return directory, typed(*STUDY, "--out", directory)
+
+
+def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
+    directory, done = played
+    lines = done.stdout.splitlines()
+    answer = next(i for i, line in enumerate(lines) if line.startswith("Answer: "))
+    assert lines[answer - 1] == f"Report: {directory / 'report.html'}"
+    assert lines[answer][8:] == json.loads((directory / "results.json").read_text("utf-8"))["answer"]
+    found = read_result(directory).one("success", agent="cognitive:perseverant", condition="truth")
+    assert lines[answer + 1].startswith(f"  cognitive:perseverant  {100 * found.value:.0f} % [")
+    assert "of 60 trials solved when told the truth" in lines[answer + 1]
+    assert lines[answer + 2].strip().endswith("points change from flip rate 0 to 0.6")
+    assert lines[answer + 3].startswith("Next: lockprobe replay '")
+
+
+def test_the_next_command_is_one_that_can_be_typed(played):
+    directory, _ = played
+    first = result_facts(read_result(directory), directory)["next"][0]["command"]
+    done = typed(*shlex.split(first)[1:])
+    assert done.returncode == 0, done.stderr
+    assert "step" in done.stdout
+
+
+def test_a_report_says_the_same_and_programs_get_it_too(played):
+    directory, done = played
+    again = typed("report", directory)
+    assert again.stdout.splitlines() == done.stdout.splitlines()[-len(again.stdout.splitlines()) :]
+    facts = json.loads(typed("report", directory, "--json").stdout)
+    assert facts.pop("report") == str(directory / "report.html")
+    assert facts == result_facts(read_result(directory), directory)
+    ended = [json.loads(line) for line in typed(*STUDY, "--out", directory, "--json").stdout.splitlines()][-1]
+    assert {name: ended[name] for name in facts} == facts
+
+
+def test_after_ctrl_c_it_is_said_that_the_page_is_older_than_the_records(played, capsys):
+    directory, _ = played
+    found = read_result(directory)
+    plain = Plain()
+    plain.interrupted(directory, found, found.progress.finished)
+    assert "older" not in capsys.readouterr().out
+    plain.interrupted(directory, found, found.progress.finished + 3)
+    said = capsys.readouterr().out.splitlines()
+    assert (
+        f"is older than the records: it has {found.progress.finished} trials of {found.progress.finished + 3}"
+        in said[1]
+    )
+    assert said[2:] == result_lines(found, directory)
+    plain.interrupted(directory, None, 3)
+    assert capsys.readouterr().out.splitlines()[1] == f"No report yet; lockprobe report {directory} writes it"
+
+
+def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
+    assert read_result(tmp_path) is None
+    (tmp_path / "results.json").write_text("{")
+    assert read_result(tmp_path) is None
+
+
+def test_what_is_open_is_the_next_step(played):
+    directory, _ = played
+    found = read_result(directory)
+    kept = [one for one in found.findings if one.kind not in ("untested", "needed")]
+    for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
+        more = [found.findings[0].model_copy(update={"section": "overview", "kind": kind, "text": "So many."})]
+        steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]
+        assert command in steps[-1]["command"]
+    nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
+    assert not result_lines(nothing, directory)[0].startswith("Answer")
