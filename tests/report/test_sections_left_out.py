@@ -177,13 +177,14 @@ def test_no_answer_stands_where_its_numbers_are_missing(monkeypatch, directory):
     assert "No trial has ended yet" not in text
 
 
-def test_the_last_line_names_what_is_missing(monkeypatch, directory, capsys):
+def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, capsys):
     real = report_files.explorer_data
     monkeypatch.setattr(
         report_files, "explorer_data", lambda trials, box: real(trials, box) if not trials else broken()
     )
     report(directory)
-    assert capsys.readouterr().out.strip().endswith(f"report.html, without Trial explorer (RuntimeError: {SAID})")
+    said = capsys.readouterr().out.splitlines()[0]
+    assert said.endswith(f"report.html, without Trial explorer (RuntimeError: {SAID})")
     report(directory, json=True)
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line)["left_out"] == [{"section": "Trial explorer", "reason": f"RuntimeError: {SAID}"}]

@@ -60,20 +60,21 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
     """
     ended = [trial for trial in trials if trial.ending != "error"]
     shown = _sample(ended)
-    agents = list(dict.fromkeys(_agent(trial) for trial in shown))
+    agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
+    several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
     names = list(dict.fromkeys(joint for trial in shown for joint in trial.joints))
     kinds = {joint.get("name"): joint.get("kind") for joint in box.get("joints", [])}
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
     data = {
-        "agents": [_text(agent) for agent in agents],
+        "agents": [_text(f"{agent}, {modality}" if several else agent) for agent, modality in agents],
         "conditions": [_text(condition) for condition in conditions],
         "joints": [_text(name) for name in names],
         "turning": [int(kinds.get(name) == "revolute") for name in names],
         "trials": [
             {
-                "a": agents.index(_agent(trial)),
+                "a": agents.index((trial.group, trial.modality)),
                 "c": conditions.index(trial.condition),
                 "r": trial.repetition,
                 "n": trial.trial,
@@ -105,10 +106,6 @@ def _block(trial: Trial) -> tuple[int, int]:
 def _text(said: str) -> str:
     """A text on one line, without characters that hide or reorder others."""
     return printable(re.sub(r"\s", " ", said))
-
-
-def _agent(trial: Trial) -> str:
-    return f"{trial.group}, {trial.modality}"
 
 
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:

@@ -25,7 +25,7 @@ def numbers_in(directory, planned):
 
 def section(found):
     return unescape(
-        page_of("report", found).partition('id="hypothesis_tests"')[2].partition('id="misinterpretations"')[0]
+        page_of("report", found).partition('id="hypothesis_tests"')[2].partition('<details class="section"')[0]
     )
 
 

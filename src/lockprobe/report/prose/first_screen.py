@@ -31,6 +31,8 @@ from lockprobe.trial.record import STATES
 __all__ = [
     "Varied",
     "all_broken_said",
+    "baselines_answer",
+    "changed_baselines",
     "effects_answer",
     "effects_needed",
     "flips_answer",
@@ -125,6 +127,22 @@ def flips_answer(summary: StudySummary) -> str:
         if only.blind
         else f"{subject_of(only).first} {rate}."
     )
+
+
+def changed_baselines(summary: StudySummary) -> list[AgentSummary]:
+    """The baselines on whose success an effect was detected."""
+    return [agent for agent in summary.heeding_baselines if _course(agent) in _DOES]
+
+
+def baselines_answer(summary: StudySummary) -> str:
+    """What false reports, or another dose, did to the success of baselines; empty where nothing was detected.
+
+    After a sentence that begins with the same cause it says "they".
+    """
+    changed, first = changed_baselines(summary), capital(cause(summary.axis))
+    said = _changes(changed, summary.axis) if changed else ""
+    repeats = said.startswith(first) and flips_answer(summary).startswith(f"{first} ")
+    return f"They{said.removeprefix(first)}" if repeats else said
 
 
 def all_broken_said(broken: Mapping[str, int]) -> str:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lockprobe.foundation.formatting import listed, p_cell
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.first_screen import effects_answer, flips_answer
+from lockprobe.report.prose.first_screen import baselines_answer, effects_answer, flips_answer
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.conditions.effects import CONTROLS, Effects
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.summary import StudySummary
+from lockprobe.statistics.summary import AgentSummary, StudySummary
 
 __all__ = ["Question", "of_axis", "of_conditions", "several_answers"]
 
@@ -28,12 +28,14 @@ class Question:
         answer: What it did, in sentences, by the number of questions that its P values are corrected for.
         corrected: Whether these sentences name only what is detected after this correction.
         tested: What was tested, as it follows "the effect", and its P value, corrected within its family.
+        baselines: Whether it is about baselines.
     """
 
     about: str
     answer: Callable[[int], str]
     tested: tuple[tuple[str, float], ...]
     corrected: bool = False
+    baselines: bool = False
 
     @property
     def p_value(self) -> float | None:
@@ -42,22 +44,44 @@ class Question:
 
 
 def of_axis(summary: StudySummary) -> list[Question]:
-    """What false reports, or another dose, did: one question in each modality where it was tested."""
+    """What false reports, or another dose, did: one question in each modality where it was tested.
+
+    Baselines that heed reports are one more question, which is answered where something was detected.
+    """
     tested = dict.fromkeys(agent.modality for agent in summary.subjects if agent.contrast)
     if len(tested) < 2:
-        return [_of_axis(summary)]
+        return [_of_axis(summary), *_of_baselines(summary)]
     agents = [tuple(one for one in summary.subjects if one.modality == modality) for modality in tested]
-    return [_of_axis(replace(summary, agents=own)) for own in agents]
+    return [*(_of_axis(replace(summary, agents=own)) for own in agents), *_of_baselines(summary)]
 
 
 def _of_axis(summary: StudySummary) -> Question:
-    tested = {subject_of(one): one.contrast for one in summary.subjects if one.contrast}
-    shown = next((f" with {spoken(one.modality)}" for one in summary.subjects if one.contrast and one.shown), "")
     return Question(
-        about=f"{cause(summary.axis)}{shown}",
+        about=_about(summary, summary.subjects),
         answer=lambda many: flips_answer(summary),
-        tested=tuple((f"on {who.name}", one.difference.p_value) for who, one in tested.items()),
+        tested=_tested(summary.subjects),
     )
+
+
+def _of_baselines(summary: StudySummary) -> list[Question]:
+    """What it did to baselines that heed reports; nothing where all agents are baselines, or none of them heeds."""
+    own = summary.heeding_baselines
+    answer = Question(
+        about=_about(summary, own),
+        answer=lambda many: baselines_answer(summary),
+        tested=_tested(own),
+        baselines=True,
+    )
+    return [answer] if own else []
+
+
+def _about(summary: StudySummary, agents: Sequence[AgentSummary]) -> str:
+    shown = next((f" with {spoken(one.modality)}" for one in agents if one.contrast and one.shown), "")
+    return f"{cause(summary.axis)}{shown}"
+
+
+def _tested(agents: Sequence[AgentSummary]) -> tuple[tuple[str, float], ...]:
+    return tuple((f"on {subject_of(one).name}", one.contrast.difference.p_value) for one in agents if one.contrast)
 
 
 def of_conditions(found: Sequence[Effects], *, other: bool) -> list[Question]:
@@ -95,23 +119,31 @@ def several_answers(questions: Sequence[Question]) -> str:
     """The answers of a page, one after the other.
 
     One screen that answers several questions is false if one answer is. So a change is said here if it is detected
-    after correction for all of them (Holm); the sections keep the P values of their own family.
+    after correction for all of them (Holm); the sections keep the P values of their own family. Baselines are judged
+    apart, as in the sections: what they do takes nothing from what is said of the agents that the study is about.
     """
-    every = "both" if len(questions) == 2 else f"all {len(questions)}"
+    said = {id(one): answer for apart in (False, True) for one, answer in _answers(questions, baselines=apart)}
+    return " ".join(dict.fromkeys(filter(None, (said[id(one)] for one in questions))))
+
+
+def _answers(questions: Sequence[Question], *, baselines: bool) -> Iterator[tuple[Question, str]]:
+    """Each of the questions about baselines, or about the others, with its answer."""
+    own = [one for one in questions if one.baselines == baselines]
+    every = "both" if len(own) == 2 else f"all {len(own)}"
     after = f"after correction for {every} questions of this page"
-    said = []
-    for one, corrected in zip(questions, holm([one.p_value for one in questions]), strict=True):
+    for one, corrected in zip(own, holm([one.p_value for one in own]), strict=True):
         if one.p_value is not None and corrected is not None and one.p_value < ALPHA <= corrected:
             p_value = p_cell(one.p_value)
-            said.append(f"An effect of {one.about} was detected in its own section (P = {p_value}), but not {after}.")
+            lost = f"An effect of {one.about} was detected in its own section (P = {p_value}), but not {after}."
+            yield one, "" if baselines else lost
             continue
-        many = _many(one, questions)
-        said.append(one.answer(many))
-        if lost := [name for name, p_value in one.tested if p_value < ALPHA <= p_value * many]:
+        many = _many(one, own)
+        answer, names = one.answer(many), [name for name, p in one.tested if p < ALPHA <= p * many]
+        if answer and names:
             which = "The effect" if one.corrected else "Of these, the effect"
-            own = "detected in its own section, but not" if one.corrected else "not detected"
-            said.append(f"{which} {listed(lost, named=3)} was {own} {after}.")
-    return " ".join(dict.fromkeys(said))
+            found = "detected in its own section, but not" if one.corrected else "not detected"
+            answer = f"{answer} {which} {listed(names, named=3)} was {found} {after}."
+        yield one, answer
 
 
 def _many(one: Question, questions: Sequence[Question]) -> int:

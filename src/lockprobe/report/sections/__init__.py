@@ -20,12 +20,13 @@ from lockprobe.report.study_numbers import StudyNumbers
 __all__ = ["all_sections", "checked_section", "own_sections", "section_of_package"]
 
 _OWN = (
-    "first_screen", "findings", "study_design", "people", "leaderboard", "agents_compared", "bridge", "factorial",
-    "stopping", "success", "readings", "effects", "factors", "agents_by_condition", "doses", "speed", "seen",
-    "optimal_actions", "loops", "one_false_report", "hypothesis_tests", "misinterpretations", "robot", "rules",
-    "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
+    "first_screen", "trials", "findings", "people", "bridge", "factorial", "stopping", "success", "readings", "effects",
+    "factors", "doses", "hypothesis_tests", "loops", "one_false_report", "leaderboard", "agents_compared",
+    "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules", "conditions",
+    "study_design", "agents", "broken", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
-"""Modules of this package, each with its ``SECTIONS``."""
+"""Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and
+whether it acts through loops; agents beside each other; all numbers; the study itself."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9_-]+)+")
 """A name that a package gives. Names of Lockprobe have no point, so that no package has one of them in any study."""

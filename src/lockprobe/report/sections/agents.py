@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from lockprobe.agents.reply_text import TIDIED
+from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
@@ -71,7 +72,9 @@ def _show(found: Results) -> Iterator[Part]:
     agents = {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))}
     plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
     values = {"agents": agents, "tidied": _replies(found), "plants": [found.facts_about(plant) for plant in plants]}
-    yield Part("Agents and box", "", [Template("agents", dict[str, object](values))])
+    box = found.study.get("box", {}).get("name", "")
+    said = f"What is on record of {listed([*agents], named=3)}{f', and of {box}' if box else ''}." if agents else ""
+    yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
 
 
 def _replies(found: Results) -> list[dict[str, Any]]:

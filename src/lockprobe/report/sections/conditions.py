@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import itemgetter
 
 from lockprobe.foundation.formatting import NONE, percent
 from lockprobe.report.captions import wilson_said
@@ -140,7 +141,21 @@ _MEASURES = Table("measures", _measures, numeric_from=4)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("All conditions", "", list(_blocks(found)))
+    yield Part("All conditions", _range(found), list(_blocks(found)))
+
+
+def _range(found: Results) -> str:
+    """Between which shares of trials solved all conditions of all agents lie."""
+    shares = [(row.value, row) for row in found.where("success", of="") if row.value is not None and row.condition]
+    if not shares:
+        return ""
+    (low, least), (high, most) = min(shares, key=itemgetter(0)), max(shares, key=itemgetter(0))
+    if low == high:
+        return f"{percent(low)} of trials solved in every row."
+    return (
+        f"From {percent(low)} of trials solved ({least.agent}, {least.condition}) to {percent(high)} ({most.agent}, "
+        f"{most.condition})."
+    )
 
 
 def _blocks(found: Results) -> Iterator[Block]:

@@ -118,7 +118,10 @@ def _show(found: Results) -> Iterator[Part]:
         " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
         for row in found.where("false_report_effect", of="total")
     ]
-    yield Part("Findings", "", [Template("findings", {"why": whys, "blocks": list(_blocks(found, first=not whys))})])
+    number = len(whys) + sum(one.section == "findings" for one in found.findings)
+    said = f"{number} sentence{'s' * (number != 1)}: what was detected, what was not, and how sure that is."
+    shown = Template("findings", {"why": whys, "blocks": list(_blocks(found, first=not whys))})
+    yield Part("Findings", said * bool(number), [shown])
 
 
 def _blocks(found: Results, *, first: bool) -> Iterator[Block]:

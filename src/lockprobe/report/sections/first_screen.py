@@ -15,6 +15,7 @@ from lockprobe.report.prose.factorial import factorial_said
 from lockprobe.report.prose.first_screen import (
     Varied,
     all_broken_said,
+    changed_baselines,
     effects_needed,
     flips_needed,
     interaction_said,
@@ -70,7 +71,7 @@ _FEW = "Not known yet: the answer needs two blocks or more with an ended trial"
 _ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
 """What is said where the answer rests on tests that do not hold at every look."""
 
-_ROWS = 4
+_CARDS = 4
 """Agents whose numbers stand on the first screen."""
 
 _NUMBERS = ("All numbers", "Every condition against the control")
@@ -140,6 +141,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.opened.every_look:
         screen = _at_every_look(screen, numbers)
     rules = broken_said(numbers.rules)  # random agents play a box that keeps them
+    screen = _with_few_cards(screen)
     screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
     if broken := all_broken_said(numbers.all_broken):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
@@ -163,6 +165,13 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
             if said := getattr(row, name):
                 yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
+
+
+def _with_few_cards(screen: _Screen) -> _Screen:
+    """The same with the numbers of the first agents alone."""
+    agents = list(dict.fromkeys(row.agent for row in screen.numbers))
+    shown = tuple(row for row in screen.numbers if row.agent in agents[:_CARDS])
+    return replace(screen, numbers=shown, more=len(agents[_CARDS:]))
 
 
 def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
@@ -215,8 +224,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         by_chance=_chance(summary.reference),
-        numbers=tuple(map(axis_numbers, subjects[:_ROWS])),
-        more=len(subjects[_ROWS:]),
+        numbers=tuple(map(axis_numbers, (*subjects, *changed_baselines(summary)))),
     )
 
 
@@ -244,7 +252,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
             answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
-            numbers=tuple(row for one in axes for row in map(axis_numbers, one.judged)),
+            numbers=tuple(row for one in axes for row in map(axis_numbers, (*one.judged, *changed_baselines(one)))),
         )
         if not effects and not axes and idle:
             said, idle = replace(said, answer=idle[0]), idle[1:]
@@ -255,8 +263,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
     if flips in axes:
         said = _with_flips(_of_flips(flips, study), said)
-    shown = said.numbers[:_ROWS]
-    return replace(said, numbers=shown, more=len(said.numbers[_ROWS:]))
+    return said
 
 
 def _readings(axes: Sequence[StudySummary]) -> int:

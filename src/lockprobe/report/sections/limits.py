@@ -10,9 +10,11 @@ from lockprobe.statistics.inference.association import LENGTH_CAVEAT
 
 __all__ = ["SECTIONS"]
 
+_ANSWER = "An effect that was not detected may be there. The box and the human-inspired strategy are reconstructions."
+
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Limits", "", [Template("limits", {"caveat": LENGTH_CAVEAT})])
+    yield Part("Limits", _ANSWER, [Template("limits", {"caveat": LENGTH_CAVEAT})])
 
 
 SECTIONS = (Section(name="limits", title="Limits", show=_show),)

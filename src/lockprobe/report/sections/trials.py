@@ -43,7 +43,9 @@ def _show(found: Results) -> Iterator[Part]:
         f"in this true configuration.{with_pictures}"
     )
     last = Text(note, style="note") if shown else Text("No trial of the first agent was solved, looped or misread.")
-    yield Part("Trial explorer", "", [Template("explorer"), Folded("Examples as tables", [*tables, last])])
+    several = len(found.design.conditions) > 1
+    heading = "One trial under two conditions" if several else "One trial, step by step"
+    yield Part(heading, "", [Template("explorer"), Folded("Examples as tables", [*tables, last])])
 
 
-SECTIONS = (Section(name="trials", title="Trial explorer", rows=_rows, show=_show),)
+SECTIONS = (Section(name="trials", title="Trials", rows=_rows, show=_show),)

@@ -137,7 +137,9 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. Where positions are inverted, the report after a false one may look false too. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
+  const legend = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. Where positions are inverted, the report after a false one may look false too. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
+  const key = make("details", "how");
+  key.append(make("summary", "", "How to read it"), legend);
   const part = data.of ? make("p", "note", `These are ${data.trials.length} of ${data.of} trials: the first of every agent under every condition. lockprobe replay shows any other.`) : "";
   home.append(part, controls, stepper, sides, note, key);
   home.tabIndex = 0;
@@ -210,7 +212,7 @@
     if (Math.abs(moved) > 40) go(step + (moved < 0 ? 1 : -1));
   }, { passive: true });
 
-  // It opens on the first trial that ends otherwise than its twin under the first condition.
+  // It opens on the first trial that ends otherwise than its twin under the first condition, at the step where they part.
   const tells = (one) => one.a === 0 && one.c > 0 && (twin(one, 0, 0)?.solved ?? one.solved) !== one.solved;
   const first = data.trials.find(tells) ?? data.trials.find((one) => one.a === 0) ?? data.trials[0];
   agent.select.value = first.a;
@@ -220,6 +222,6 @@
   which.select.value = data.trials.indexOf(first);
   fillOthers();
   if (other.select.options.length > 1) other.select.selectedIndex = 1;
-  step = 1;
   show();
+  go(parted || 1);
 })();

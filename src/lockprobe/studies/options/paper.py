@@ -10,6 +10,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES, STRUCTURED
 
 __all__ = [
+    "FIRST",
     "FULL",
     "LEARNER",
     "LOOKERS",
@@ -19,6 +20,7 @@ __all__ = [
     "MODALITY_PANEL",
     "MODALITY_TRIALS",
     "ONE_TRIAL",
+    "PERSEVERANT",
     "REFERENCES",
     "ROBOT",
     "SHORT",
@@ -35,8 +37,16 @@ BOX = DEFAULT_BOX
 REFERENCES = ("random", "round-robin", "human-inspired")
 """Played with a model by default. The paper has the last (Sec. 3.1); without the others a rate means little."""
 
+PERSEVERANT = "cognitive:perseverant"
+"""Ours: false reports raise its success, and why is known: it repeats the joint that has just moved, and so undoes the
+move, unless it is told that nothing moved."""
+
 LEARNER = "learner:novice?temperature=0"
 """Ours: played with the embedded model, at no cost; false reports raise its success (``docs/learner.md``)."""
+
+FIRST = (PERSEVERANT, "human-inspired", "llm:local", f"learner={LEARNER}", "random", "round-robin")
+"""Ours: what plays the flip study where no agent is named. The same false reports help the first and hurt the second;
+an embedded language model and a learner show that any agent can be in their place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +62,8 @@ class Extent:
 FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 """Sec. 3.2: 0 % to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials in all."""
 
-SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6, strategy_trials=100)
-"""Ours: what the embedded model plays in a few minutes on two cores, and enough trials of the others, which cost
+SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=2, strategy_trials=100)
+"""Ours: what the embedded model plays in two minutes on two cores, and enough trials of the others, which cost
 nothing, to see what false reports do to them."""
 
 ONE_TRIAL = Extent(p=(0.0,), repetitions=1, trials=1)

@@ -67,4 +67,4 @@ def players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ..
         return looks.AGENTS
     if study == "modalities":
         return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
-    return ("llm:local", paper.LEARNER, *paper.REFERENCES)
+    return paper.FIRST
