@@ -19,6 +19,8 @@ from lockprobe.studies.options.studyfile import study
 ROOT = Path(__file__).parents[1]
 PAGE = "curves-and-causes.md"
 
+LEARNER = "learner:novice?temperature=0"
+
 
 def text_of(name):
     return " ".join((ROOT / "docs" / name).read_text("utf-8").split())
@@ -34,11 +36,11 @@ def solved(agent, rate, /, agents, **options):
     return sum(trial.solved for trial in trials(agents, **options) if (trial.agent, trial.p) == (agent, rate))
 
 
-FIRST = ("human-inspired", "learner:novice?temperature=0", "random")
+FIRST = ("cognitive:perseverant", "human-inspired", "random")
 
 
 def test_the_first_study(tmp_path):
-    short = study("flips", agent=FIRST)
+    short = study("flips", agent=(*FIRST, LEARNER))
     fresh = tuple(one for one in short.conditions if one.label in short.flip_labels)  # the others take their time
     played = lockprobe.run_study(replace(short, conditions=fresh, strategy_conditions=()), tmp_path / "first")
     page = (ROOT / "docs/start.md").read_text("utf-8")
@@ -46,38 +48,49 @@ def test_the_first_study(tmp_path):
     for agent in FIRST:
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
         assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
-    assert (len(played), short.size) == (3 * 4 * 300, 3 * 8 * 300)
-    rates = [percent(solved[FIRST[1], p] / 300) for p in (0.0, 0.2)]  # as in the first command: the same luck
-    assert "({} to {} at a flip rate of 0.2)".format(*rates) in (ROOT / "README.md").read_text("utf-8")
+    assert (len(played), study("flips", agent=FIRST).size) == (4 * 4 * 300, 3 * 8 * 300)
     with undrawn():  # nothing here is said of chance loops or of optimal actions
         found = lockprobe.results(tmp_path / "first")
     tests = {
-        row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=FIRST[1], axis="flip rate")
+        row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=LEARNER, axis="flip rate")
     }
     steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
     quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
     assert quoted in text_of("learner.md")
     assert f"detects no difference (P = {hazard.p_value:.2g})" in text_of("learner.md")
-    early = Counter(trial.p for trial in played if trial.agent == FIRST[1] and trial.solved and len(trial.steps) <= 7)
+    early = Counter(trial.p for trial in played if trial.agent == LEARNER and trial.solved and len(trial.steps) <= 7)
     assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
     shares = f"{percent(early[0.0] / 300)} to {percent(early[0.2] / 300)}"
-    assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
-    assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in (ROOT / "README.md").read_text("utf-8")
-    told = [len(trial.steps) for trial in played if (trial.agent, trial.p, trial.solved) == (FIRST[1], 0.0, True)]
+    assert f"Within 7 steps {LEARNER} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
+    told = [len(trial.steps) for trial in played if (trial.agent, trial.p, trial.solved) == (LEARNER, 0.0, True)]
     assert f"it solves a box within {max(told)} steps or never" in text_of("learner.md")
     courses = found.facts_about("course of success")
-    assert list(courses.values()) == [
-        "lower at some flip rate",
+    assert [next(said for name, said in courses.items() if name.startswith(agent)) for agent in FIRST] == [
         "higher at some flip rate",
+        "lower at some flip rate",
         "the same at every flip rate",
     ]
 
 
+def test_the_answer_that_the_readme_quotes(tmp_path):
+    """The first command plays the same trials of these two agents, and more."""
+    lockprobe.run_study(study("flips", agent=FIRST), tmp_path / "first")
+    kept = Counter((trial.agent, trial.condition) for trial in lockprobe.load(tmp_path / "first") if trial.solved)
+    rates = [kept[FIRST[0], f"flip?p={p}&others=kept"] for p in ("0.2", "0.4", "0.6")]
+    assert "the first agent solves {}, {} and {} boxes".format(*rates) in text_of("start.md")
+    with undrawn():
+        answer = lockprobe.results(tmp_path / "first").answer
+    (quoted,) = re.findall(r"^> False(?:.*\n> )*.*", (ROOT / "README.md").read_text("utf-8"), re.MULTILINE)
+    quoted = " ".join(line.removeprefix("> ") for line in quoted.splitlines())
+    for part in quoted.split(" […] "):
+        assert part in answer
+
+
 def test_five_trials_are_too_few_to_show_it(tmp_path):
-    options = {"agents": FIRST[:1], "p": (0, 0.2, 0.4, 0.6), "trials": 5}
+    options = {"agents": FIRST[1:2], "p": (0, 0.2, 0.4, 0.6), "trials": 5}
     counts = [solved("human-inspired", p, **options) for p in (0, 0.6)]
     assert "solves {} of 15 trials when told the truth and {} of 15 at".format(*counts) in text_of("start.md")
-    lockprobe.run_study(study("flips", agent=FIRST[:1], p=options["p"], trials=5), tmp_path / "few")
+    lockprobe.run_study(study("flips", agent=FIRST[1:2], p=options["p"], trials=5), tmp_path / "few")
     with undrawn():
         assert lockprobe.results(tmp_path / "few").answer.startswith("Inconclusive")
 

@@ -25,7 +25,7 @@ from lockprobe.simulation.exact.excursions import lie_effects
 from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.options.paper import LEARNER
+from lockprobe.studies.options.paper import PERSEVERANT
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
@@ -194,7 +194,7 @@ QUOTED = [
     ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
     ("docs/fair-chance.md", "it is 0.4 at every flip rate. The best of the seven shares is {:.2f} on average.",
      lambda: [best_of(7, 30, 0.4)]),
-    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=(LEARNER, "random", "human-inspired")).size]),
+    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=(PERSEVERANT, "random", "human-inspired")).size]),
     ("docs/gallery.md", "`why.html` of {} trials", lambda: [study("why", agent="human-inspired").size]),
     ("docs/gallery.md", "A figure of {} trials", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
@@ -386,5 +386,5 @@ def test_no_share_in_the_readme_is_left_unheld():
     for name, quotation, numbers in QUOTED:
         if name == "README.md":
             text = text.replace(quotation.format(*numbers()), "")
-    played = text[text.index("> False reports raise") : text.index("This finding is from 20")]
+    played = text[text.index("> False reports raise") : text.index("The sign depends on")]
     assert re.findall(r"[\d.]+ %", text.replace(played, "")) == []

@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
 from lockprobe.report.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
-from lockprobe.report.figures.palette import Dash, Style, shifts, styles
+from lockprobe.report.figures.palette import Dash, Style, styles
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p, staircase
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.readings import reading_name
@@ -73,17 +73,16 @@ def draw_overview(found: Results, size: Literal["screen", "column"] = "screen") 
 def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     """Shares with Wilson's intervals, beside the range of random agents."""
     courses = found.courses()
-    moved, labels = shifts(courses), []
+    labels = []
     cells = [cell for course in courses for cell in course.cells]
     for course, style in shown:
-        shift = moved[course.agent, course.modality]
-        by_dose(axes, course.played, "success", style, shift=shift, bars=style.lead, linestyle=style.dash)
+        by_dose(axes, course.played, "success", style, bars=style.lead, linestyle=style.dash)
         labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
     for course, style, words in _other_readings(found, shown):
         by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
         labels.append((course.played[-1].value("success") or 0.0, f"the same: {words}", style.colour))
     share_axis(axes, "trials solved")
-    p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
+    p_axis(axes, cells)
     if chance := _chance(found):
         low, high = (share[_budget(shown)] for share in chance)
         axes.axhspan(low, high, **_CHANCE)

@@ -146,14 +146,14 @@ def share_ticks(axis: Axis) -> None:
     axis.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25 %", "50 %", "75 %", "100 %"])
 
 
-def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FLIPS.name) -> None:
+def p_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None:
     """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
 
     A tick is named where its name fits. With a single value there is no axis, and its name says which.
     """
     values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
     first, reach = values[0], values[-1] - values[0]
-    margin = (0.06 * reach or 0.1) + shift
+    margin = 0.06 * reach or 0.1
     axes.set_xlim(first - margin, values[-1] + margin)
     if len(values) == 1:
         axes.set(xticks=[], xlabel=f"{axis_label(name)} = {first:g}")

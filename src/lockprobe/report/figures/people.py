@@ -267,9 +267,7 @@ def _value_axis(
 def _place_axis(axes: Axes, places: _Places) -> None:
     """The axis of flip rates, or the names of conditions above their rows."""
     if places.upright:
-        cells = [cell for agent, _ in places.agents for cell in agent.cells]
-        moved = max((abs(places.at[_place(cell)] - (cell.dose or 0.0)) for cell in cells), default=0.0)
-        return p_axis(axes, cells, moved)
+        return p_axis(axes, [cell for agent, _ in places.agents for cell in agent.cells])
     axes.set_ylim(places.height, 0)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)

@@ -23,7 +23,7 @@ from lockprobe.report.figures.frame import (
     share_axis,
     title,
 )
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
+from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style, styles
 from lockprobe.report.figures.primitives import (
     by_dose,
     curve_with_band,
@@ -94,21 +94,18 @@ def draw_success_by_p(axes: Axes, courses: Sequence[Course]) -> None:
     """
     if not any(course.played for course in courses):
         return blank(axes, "no trial has ended")
-    cells, moved, said = [cell for course in courses for cell in course.cells], shifts(courses), [""]
+    cells, said = [cell for course in courses for cell in course.cells], [""]
     for course, style in styles(courses):
-        shift = moved[course.agent, course.modality]
         if style.lead:
-            dots(axes, [(at + shift, success.value) for at, success, _ in repetitions(course)], style)
+            dots(axes, [(at, success.value) for at, success, _ in repetitions(course)], style)
             said.append(second_order_fit(axes, course.curve("success_fit"), style))
         fitted = style.lead and said[-1]
-        by_dose(
-            axes, course.played, "success", style, shift=shift, bars=False, linestyle="none" if fitted else style.dash
-        )
+        by_dose(axes, course.played, "success", style, bars=False, linestyle="none" if fitted else style.dash)
         if course.played:
             key(axes, style, heading(course).replace(", ", ",\n") if style.lead else agent_label(course))
     published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
-    p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
+    p_axis(axes, cells)
     return title(axes, f"{counts(cells)} per flip rate; dots: repetitions; markers: means", max(said, key=len))
 
 
