@@ -18,35 +18,44 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.report.paper import write_paper
 from lockprobe.report.write import write_report
 from lockprobe.studies.suites import is_suite
 
 __all__ = ["report"]
 
+_PAPER = "Also write paper/: the figure for print, all figures as PDF, a table and a paragraph on the methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
 Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
 
 
 def report(
-    directory: Directory, watch: Watch = False, cluster: options.ClusterAt = None, json: options.AsJson = False
+    directory: Directory,
+    watch: Watch = False,
+    paper: ForPaper = False,
+    cluster: options.ClusterAt = None,
+    json: options.AsJson = False,
 ) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; for a suite, suite.json and suite.html.
 
     With --cluster, the cluster computes and draws a large report.
     """
     if is_suite(directory):
-        if watch or cluster is not None:
-            asked = "watch" if watch else "cluster"
+        if watch or paper or cluster is not None:
+            asked = "watch" if watch else "paper" if paper else "cluster"
             raise BadValue(asked, str(directory), "the directory of a study, not of a suite")
         from lockprobe.cli.suite import report_suite  # half a second of imports, which reports of studies need later
 
         report_suite(directory, json=json)
         return
+    if watch and paper:
+        raise BadValue("paper", "with --watch", "one of both: a paper is of a finished report")
     with reached(cluster) as machines:
         if not watch:
-            _write(directory, machines, json=json)
+            _write(directory, machines, paper=paper, json=json)
             return
         try:
             watch_report(directory, lambda: _write(directory, machines, json=json))
@@ -54,17 +63,21 @@ def report(
             print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
 
 
-def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
+def _write(directory: Path, machines: Pool | None, *, paper: bool = False, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
     found = read_result(directory)
+    for_paper = write_paper(found, directory) if paper and found is not None else None
     if json:
         missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
         facts = {} if found is None else result_facts(found, directory)
-        print(json_.dumps({"report": str(path), **facts, **missing}), flush=True)
+        said = {"report": str(path), **facts, **missing, **({"paper": str(for_paper)} if for_paper else {})}
+        print(json_.dumps(said), flush=True)
         return
     print(f"Report: {path}{without(left_out)}")
+    if for_paper:
+        print(f"Paper: {for_paper}/paper.pdf (the figure in one column and in two), paper.tex (the table), methods.tex")
     for line in result_lines(found, directory) if found is not None else ():
         print(printable(line))
     sys.stdout.flush()

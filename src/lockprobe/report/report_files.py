@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
+from typing import Any
 
 from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, of_package, section
 from lockprobe.foundation.parallel import Each
@@ -25,7 +26,7 @@ from lockprobe.report.section import Caption, Figure
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 
-__all__ = ["File", "drawn_figure", "report_files", "results_text"]
+__all__ = ["File", "drawn_figure", "made_figure", "report_files", "results_text"]
 
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
@@ -104,13 +105,18 @@ def _draw(found: Results, asked: tuple[Figure, str]) -> dict[str, bytes] | None:
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
     """A figure in all its forms; None if there is nothing to draw."""
-    if not figure.applies(found):
-        return None
     from lockprobe.report.figures import files
 
-    module, _, function = figure.draw.partition(":")
-    made = getattr(import_module(module), function)(found, *figure.arguments)
+    made = made_figure(found, figure)
     return None if made is None else files(made)
+
+
+def made_figure(found: Results, figure: Figure) -> Any:
+    """A figure of Matplotlib; None if there is nothing to draw."""
+    if not figure.applies(found):
+        return None
+    module, _, function = figure.draw.partition(":")
+    return getattr(import_module(module), function)(found, *figure.arguments)
 
 
 def _files(found: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:

@@ -7,6 +7,6 @@ SVG of it.
 
 from lockprobe.report.figures.settings import own_settings  # isort: skip - first of all, since it imports Matplotlib
 
-from lockprobe.report.figures.compose import files, render, sheet
+from lockprobe.report.figures.compose import files, pages_as_pdf, render, sheet
 
-__all__ = ["files", "own_settings", "render", "sheet"]
+__all__ = ["files", "own_settings", "pages_as_pdf", "render", "sheet"]

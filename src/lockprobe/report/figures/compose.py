@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
@@ -49,6 +50,16 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
     if form == "png":
         own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
     figure.savefig(out, format=form, dpi=_DPI, **own)
+    return out.getvalue()
+
+
+@own_settings()
+def pages_as_pdf(figures: Sequence[Figure]) -> bytes:
+    """Figures as the pages of a PDF at their size, with their fonts in it. Equal figures give equal bytes."""
+    out = io.BytesIO()
+    with PdfPages(out, metadata={"CreationDate": None, "ModDate": None}) as pages:
+        for figure in figures:
+            pages.savefig(figure)
     return out.getvalue()
 
 

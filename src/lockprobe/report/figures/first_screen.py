@@ -22,8 +22,8 @@ from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
 
 __all__ = ["draw_overview"]
 
-_SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT)}
-"""Sizes in inches; that of the first screen is as wide for its height as a slide."""
+_SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT), "print": (6.9, 3.0)}
+"""Sizes in inches; that of the first screen is as wide for its height as a slide, that of print two columns wide."""
 
 _TICKS = 3
 """Ticks of the figure in a column."""
@@ -50,12 +50,12 @@ _Shown = Sequence[tuple[Course, Style]]
 
 
 @own_settings()
-def draw_overview(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+def draw_overview(found: Results, size: Literal["screen", "column", "print"] = "screen") -> Figure | None:
     """Success by flip rate, or by step where there is only one, with chance and the paper's points.
 
     Args:
         found: The results; nothing is drawn before a trial has ended.
-        size: That of the first screen or of a column of print.
+        size: That of the first screen, of a column of print, or of two.
     """
     shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
     draw, (width, height) = _by_p if found.several_p else _by_step, _SIZES[size]

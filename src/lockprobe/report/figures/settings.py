@@ -23,6 +23,7 @@ SMALL = 9.0
 
 _STYLE: dict[str, Any] = {
     "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
+    "pdf.fonttype": 42,  # TrueType, which publishers take; the usual Type 3 many do not
     "font.size": SMALL,
     "text.color": INK,
     "axes.titlesize": SMALL,

@@ -152,10 +152,7 @@ def _range(found: Results) -> str:
     (low, least), (high, most) = min(shares, key=itemgetter(0)), max(shares, key=itemgetter(0))
     if low == high:
         return f"{percent(low)} of trials solved in every row."
-    return (
-        f"From {percent(low)} of trials solved ({least.agent}, {least.condition}) to {percent(high)} ({most.agent}, "
-        f"{most.condition})."
-    )
+    return f"From {percent(low)} of trials solved ({least.agent}) to {percent(high)} ({most.agent})."
 
 
 def _blocks(found: Results) -> Iterator[Block]:
