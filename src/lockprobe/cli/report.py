@@ -6,7 +6,7 @@ import json as json_
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,9 +18,11 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.paper import write_paper
 from lockprobe.report.write import write_report
 from lockprobe.studies.suites import is_suite
+
+if TYPE_CHECKING:
+    from lockprobe.report.rows import Results
 
 __all__ = ["report"]
 
@@ -63,12 +65,18 @@ def report(
             print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
 
 
+def _for_paper(found: Results, directory: Path) -> Path:
+    from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
+
+    return write_paper(found, directory)
+
+
 def _write(directory: Path, machines: Pool | None, *, paper: bool = False, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
     found = read_result(directory)
-    for_paper = write_paper(found, directory) if paper and found is not None else None
+    for_paper = _for_paper(found, directory) if paper and found is not None else None
     if json:
         missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
         facts = {} if found is None else result_facts(found, directory)

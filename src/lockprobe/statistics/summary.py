@@ -148,12 +148,6 @@ class StudySummary:
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
     @property
-    def heeding_baselines(self) -> tuple[AgentSummary, ...]:
-        """Baselines beside them that act by what they are told, and were tested."""
-        subjects = self.subjects
-        return tuple(one for one in self.agents if one not in subjects and one.contrast and not one.blind)
-
-    @property
     def judged(self) -> tuple[AgentSummary, ...]:
         """Those of them that have an ended trial; all agents that have one if none of them has."""
         ended = [agent for agent in self.agents if any(one.success.n for one in agent.conditions)]

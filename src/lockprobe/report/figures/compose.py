@@ -17,7 +17,7 @@ from matplotlib.legend import Legend
 
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
-__all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "render", "sheet"]
+__all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
 
 COLUMN = 3.5
 """Width of a panel in inches."""

@@ -37,6 +37,7 @@ __all__ = [
     "effects_needed",
     "flips_answer",
     "flips_needed",
+    "heeding_baselines",
     "interaction_said",
     "modality_answer",
     "no_advantage_said",
@@ -129,9 +130,15 @@ def flips_answer(summary: StudySummary) -> str:
     )
 
 
+def heeding_baselines(summary: StudySummary) -> tuple[AgentSummary, ...]:
+    """Baselines beside the agents that the study is about that act by what they are told, and were tested."""
+    subjects = summary.subjects
+    return tuple(one for one in summary.agents if one not in subjects and one.contrast and not one.blind)
+
+
 def changed_baselines(summary: StudySummary) -> list[AgentSummary]:
     """The baselines on whose success an effect was detected."""
-    return [agent for agent in summary.heeding_baselines if _course(agent) in _DOES]
+    return [agent for agent in heeding_baselines(summary) if _course(agent) in _DOES]
 
 
 def baselines_answer(summary: StudySummary) -> str:

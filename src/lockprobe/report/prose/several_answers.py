@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from lockprobe.foundation.formatting import listed, p_cell
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.first_screen import baselines_answer, effects_answer, flips_answer
+from lockprobe.report.prose.first_screen import baselines_answer, effects_answer, flips_answer, heeding_baselines
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.conditions.effects import CONTROLS, Effects
 from lockprobe.statistics.conditions.modalities import spoken
@@ -65,7 +65,7 @@ def _of_axis(summary: StudySummary) -> Question:
 
 def _of_baselines(summary: StudySummary) -> list[Question]:
     """What it did to baselines that heed reports; nothing where all agents are baselines, or none of them heeds."""
-    own = summary.heeding_baselines
+    own = heeding_baselines(summary)
     answer = Question(
         about=_about(summary, own),
         answer=lambda many: baselines_answer(summary),
