@@ -46,7 +46,7 @@ def test_the_table_has_six_columns_and_the_numbers_of_the_rows(found):
             f"$[{100 * solved.low:.0f}, {100 * solved.high:.0f}]$",
         ]
         if condition != "truth":
-            change = found.one("success_difference", agent=agent, condition=condition)
+            change = found.one("success_difference", agent=agent, condition=condition, control="truth")
             assert row[5] == f"${100 * change.value:+.0f}$"
     assert r"a\_50\%" in rows[0][0]
 
