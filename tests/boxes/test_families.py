@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.check import fault_of
-from lockprobe.boxes.families import box, named_boxes, sized
+from lockprobe.boxes.families import box, find_box, named_boxes, sized
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import BadValue, UnknownName
 
@@ -77,3 +77,9 @@ def test_what_is_no_family_is_left_to_the_recipe():
 
 def test_names_are_listed_once():
     assert len(set(named_boxes())) == len(named_boxes())
+
+
+@pytest.mark.parametrize("name", ["mine.xml", "models/Mine.XML", "mine.mjcf"])
+def test_a_model_of_mujoco_is_a_plant_and_is_said_to_be(name):
+    with pytest.raises(BadValue, match=r"a plant: --plant 'twin\?model="):
+        find_box(name)

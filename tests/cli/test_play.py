@@ -28,7 +28,8 @@ BLUNT = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
 CLAIMS = {"moved": "m", "blocked": "n", None: ""}
 
 
-def play(*words, lines=""):
+def play(*words, lines="", claims=True):
+    words = ("--assessment", *words) if claims else words
     return in_process("play", "--seed", SEED, *words, stdin=lines).stdout
 
 
@@ -72,8 +73,8 @@ def test_it_says_no_outcome_that_the_report_does_not_give(flip, rule, report):
     assert any(line.startswith(report) for line in text.splitlines())
 
 
-def test_nobody_asks_what_was_done_without_assessment(tmp_path):
-    shown = play("--p", 0.2, "--no-assessment", "--record", tmp_path / "a.jsonl", lines=said(BLUNT).lower() + "\n")
+def test_nobody_asks_what_was_done_unless_it_is_wanted(tmp_path):
+    shown = play("--p", 0.2, "--record", tmp_path / "a.jsonl", lines=said(BLUNT).lower() + "\n", claims=False)
     assert "last action" not in shown
     assert bare(trial_from_json((tmp_path / "a.jsonl").read_bytes().strip())) == bare(BLUNT)
 
@@ -108,7 +109,7 @@ def test_at_the_end_truth_stands_beside_told():
 
 
 def test_a_box_that_is_not_opened_and_too_large_for_thinking():
-    shown = play("--box", "chain-8", "--max-steps", 3, "--no-assessment", lines="A\nA\nA\n")
+    shown = play("--box", "chain-8", "--max-steps", 3, lines="A\nA\nA\n", claims=False)
     assert "The box is not open after 3 steps." in shown
     assert re.search("^  ideal-observer +cannot plan", shown, re.MULTILINE)
     assert re.search("^  you +not within 3 steps$", shown, re.MULTILINE)
@@ -217,7 +218,7 @@ class Terminal:
 
 
 def test_a_press_is_enough_on_a_terminal(tmp_path):
-    terminal = Terminal("--p", "0.2", "--record", tmp_path / "a.jsonl")
+    terminal = Terminal("--assessment", "--p", "0.2", "--record", tmp_path / "a.jsonl")
     for step in HUMAN.steps:
         if step.decision.claimed is not None:
             terminal.until("last action do?")

@@ -59,7 +59,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     Raises:
         UnknownName: If there is no such box or option.
         BadFile: If the file holds no box that can be played.
-        BadValue: If ``asked`` has another type, or a package's box cannot be played.
+        BadValue: If ``asked`` has another type or names a model of MuJoCo, or a package's box cannot be played.
         BrokenPlugin: If a package's code fails.
 
     >>> find_box("chain-4") == find_box(find_box("chain-4"))
@@ -69,6 +69,9 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         return asked
     if not isinstance(asked, str | Path):
         raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
+    if str(asked).lower().endswith((".xml", ".mjcf")):
+        model = f"a model of MuJoCo is a plant: --plant 'twin?model={asked}', and --box FILE.toml with its rules"
+        raise BadValue("box", str(asked), model)
     if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
         from lockprobe.boxes.boxfile import read_box  # pydantic: not for a box by name
 

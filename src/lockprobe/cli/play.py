@@ -62,8 +62,10 @@ def play(
 ) -> None:
     """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see the truth.
 
-    Without --p, all reports are true. Without --seed, it is drawn.
+    Without --p, all reports are true. Without --seed, it is drawn. A letter is an answer; --assessment also asks what
+    your last action did, as it asks agents.
     """
+    asked = {"assessment": False, **asked}
     seed = asked.get("seed", secrets.randbelow(_SEEDS))
     if record is not None:
         _check_record(record)

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["RESAMPLES", "Resamples", "drawn_shares", "resample", "times_drawn"]
+__all__ = ["RESAMPLES", "Resamples", "drawn_shares", "resample"]
 
 RESAMPLES = 2000
+
+_AT_ONCE = 4_000_000
+"""Numbers that are drawn at once, 32 MB."""
 
 Array = NDArray[np.float64]
 
@@ -32,42 +35,50 @@ class Resamples:
     loop_rate: Array
 
 
-def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Array | None:
-    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single cluster."""
-    cluster, stratum = counted.cluster, counted.stratum
-    times = np.zeros((resamples, int(cluster.max(initial=-1)) + 1))
-    for number in np.unique(stratum):
-        members = np.unique(cluster[stratum == number])
-        if len(members) < 2:
-            return None
-        times[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=resamples)
-    return times
+def drawn_shares(
+    counted: Outcomes,
+    column: NDArray[np.intp],
+    *happened: NDArray[np.bool_],
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> list[Array] | None:
+    """Shares of events in every resample, each (resamples, columns); None if a repetition has a single cluster.
 
-
-def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp], happened: NDArray[np.bool_]) -> Array:
-    """Shares in every resample, shape (resamples, columns); the observed share where nothing of a column was drawn.
+    Where nothing of a column was drawn, its observed share stands. Some resamples are drawn at a time, since how often
+    each cluster is drawn would take gigabytes for all; the counts are whole numbers, so that no sum depends on it.
 
     Args:
-        times: How often each cluster was drawn, shape (resamples, clusters).
-        luck: The cluster of each trial, shape (trials,).
-        column: The column that each trial belongs to, from 0, of the same shape.
-        happened: The event, of the same shape.
+        counted: The trials.
+        column: The column that each trial belongs to, from 0, shape (trials,).
+        happened: Whether each event happened in each trial, of the same shape.
+        rng: Draws the clusters, repetition by repetition.
+        resamples: How many.
     """
-    present, counts = np.zeros((2, times.shape[1], int(column.max(initial=-1)) + 1))
-    np.add.at(present, (luck, column), 1.0)
-    np.add.at(counts, (luck, column), happened)
-    many = times @ present
-    return np.where(many > 0, times @ counts / np.maximum(many, 1), counts.sum(axis=0) / present.sum(axis=0))
+    cluster, stratum = counted.cluster, counted.stratum
+    strata = [np.unique(cluster[stratum == number]) for number in np.unique(stratum)]
+    if any(len(members) < 2 for members in strata):
+        return None
+    shape = (1 + len(happened), int(cluster.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1)
+    tables, drawn = np.zeros(shape), np.zeros((shape[0], resamples, shape[2]))
+    for table, event in zip(tables, (np.ones(len(column)), *happened), strict=True):
+        np.add.at(table, (cluster, column), event)
+    for members in strata:
+        own, even, rows = tables[:, members], np.full(len(members), 1 / len(members)), max(1, _AT_ONCE // len(members))
+        for first in range(0, resamples, rows):
+            size = min(rows, resamples - first)
+            times = rng.multinomial(len(members), even, size=size).astype(np.float64)
+            drawn[:, first : first + size] += times @ own
+    totals = tables.sum(axis=1)
+    return [
+        np.where(drawn[0] > 0, many / np.maximum(drawn[0], 1), total / totals[0])
+        for many, total in zip(drawn[1:], totals[1:], strict=True)
+    ]
 
 
 def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
     """Draw the clusters of one agent's trials with replacement, within every repetition."""
     keys = np.column_stack([counted.dose, counted.repetition])
     kinds, point = np.unique(keys, axis=0, return_inverse=True)
-    times = times_drawn(counted, rng)
-    if times is None:
-        return Resamples(success=np.empty((0, len(kinds))), loop_rate=np.empty((0, len(kinds))))
-    return Resamples(
-        success=drawn_shares(times, counted.cluster, point.reshape(-1), counted.solved),
-        loop_rate=drawn_shares(times, counted.cluster, point.reshape(-1), counted.looped),
-    )
+    shares = drawn_shares(counted, point.reshape(-1), counted.solved, counted.looped, rng=rng)
+    success, loop_rate = shares or np.empty((2, 0, len(kinds)))
+    return Resamples(success=success, loop_rate=loop_rate)

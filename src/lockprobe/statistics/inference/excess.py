@@ -118,21 +118,23 @@ def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluste
     tables = stratum_totals(member, cells)
     n = tables.sum(axis=0)
     off = (tables[0] * tables[3] - odds * tables[1] * tables[2]) / np.maximum(n, 1.0)
-    facing = (tables[::-1] * np.array([1.0, -odds, -odds, 1.0])[:, None, None])[:, stratum]
-    score = ((facing - off[stratum]) * cells).sum(axis=0) / np.maximum(n, 1.0)[stratum]
+    score, off = np.zeros(cells.shape[1:]), off[stratum]
+    for cell, facing, weight in zip(
+        cells, tables[::-1], (1.0, -odds, -odds, 1.0), strict=True
+    ):  # all at once: gigabytes
+        score += ((facing * weight)[stratum] - off) * cell
+    score /= np.maximum(n, 1.0)[stratum]
     return _summed(score[None], n[stratum], cluster)
 
 
 def stratum_totals(member: Array, cells: Array) -> Array:
-    """Sums over the trials of each stratum, shape (cells, strata, steps): ``member @ cells``, as one product.
+    """Sums over the trials of each stratum, shape (cells, strata, steps).
 
     Args:
         member: 1 where a trial is in a stratum, shape (strata, trials).
         cells: Shape (cells, trials, steps).
     """
-    kinds, trials, steps = cells.shape
-    flat = cells.transpose(1, 0, 2).reshape(trials, kinds * steps)
-    return (member @ flat).reshape(len(member), kinds, steps).transpose(1, 0, 2)
+    return np.stack([member @ one for one in cells])
 
 
 def _summed(score: Array, n: Array, cluster: NDArray[np.int64]) -> Excess:

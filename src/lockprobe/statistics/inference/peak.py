@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.resample import RESAMPLES, drawn_shares, times_drawn
+from lockprobe.statistics.resample import RESAMPLES, drawn_shares
 
 __all__ = ["Candidate", "Peak", "peak"]
 
@@ -78,11 +78,11 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
         return Peak(note="no trials")
     n = np.bincount(place).astype(np.float64)
     success = np.bincount(place, weights=outcomes.solved) / n
-    times = times_drawn(outcomes, rng, resamples)
-    if times is None:
+    found = drawn_shares(outcomes, place, outcomes.solved, rng=rng, resamples=resamples)
+    if found is None:
         return _peak(values, n, success, np.empty((0, len(values))), "no resamples", 1.0)
-    drawn = drawn_shares(times, outcomes.cluster, place, outcomes.solved)
-    return _peak(values, n, success, drawn, "", _wider(times.shape[1], len(np.unique(outcomes.stratum))))
+    wider = _wider(int(outcomes.cluster.max()) + 1, len(np.unique(outcomes.stratum)))
+    return _peak(values, n, success, found[0], "", wider)
 
 
 def _wider(clusters: int, strata: int) -> float:
