@@ -172,3 +172,14 @@ def test_no_answer_is_a_formula(directory, said, written):
     found = tables(directory)
     assert found["answers"].rows[0]["answer"] == written
     assert found["participants"].rows[0]["platform_PID"] == written
+
+
+def test_participants_have_how_long_they_took_for_all_and_for_each_box(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 1)])
+    found = tables(directory)
+    (row,) = found["participants"].rows
+    each = [float(seconds) for seconds in row["box_seconds"].split("; ")]
+    at = [act["at"] for act in found["acts"].rows if act.get("at") is not None]
+    assert len(each) == 2
+    assert all(seconds > 0 for seconds in each)
+    assert sum(each) <= max(at) - min(at) <= row["seconds"]

@@ -149,6 +149,11 @@ COLUMN: Mapping[str, Column] = {
     "released": _mark("whether the participant was away so long that the remaining boxes were given to others."),
     "checks_right": _count("Attention checks answered correctly.", 0),
     "checks_wrong": _count("Attention checks answered incorrectly.", 0),
+    "seconds": Column(f"Time from consent to the participant's last act, by {SERVER}.", "s", 0, kind="number"),
+    "box_seconds": Column(
+        "Seconds that each box took in order, from when it was shown to its last step, separated by semicolons; empty "
+        "where no step was taken."
+    ),
     "conditions": Column(
         "The conditions of the participant's boxes in order (truth; flip?p=0.4), separated by semicolons."
     ),

@@ -135,6 +135,8 @@ _PARTICIPANT = (
     "released",
     "checks_right",
     "checks_wrong",
+    "seconds",
+    "box_seconds",
     "conditions",
     "finished",
     "pointers",
@@ -225,6 +227,8 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "released": int(journey.released),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
+        "seconds": round(max(line.at for line in (joined, *kept.lines)) - joined.at, 3),
+        "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
         "finished": int(journey.boxes_done and _asked(kept, experiment) <= answered),
         **_device(kept),
@@ -233,6 +237,14 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
     if left := next((box for box in boxes if box not in endings), None):
         row |= {"left_in_box": left, "left_after_step": sum(act.box == left for act in kept.acts)}
     return row
+
+
+def _seconds(kept: Diary, box: int) -> str:
+    """How long a box took, from when it was shown to its last step; empty if no step was taken."""
+    if not kept.attempts(box):
+        return ""
+    shown, last = kept.times(box)
+    return f"{last - shown:.1f}"
 
 
 def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
