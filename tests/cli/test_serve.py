@@ -38,8 +38,8 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         said = [process.stdout.readline().rstrip() for _ in range(10)]
         admin = said[5].split()[1]
         assert said[0] == "flips on chain-4 for people: 24 trials, each played by one of them"
-        assert said[1].startswith("Places for 18 people, each plays 4 boxes: each of the 4 conditions once")
-        assert said[2] == "Orders of the conditions are balanced after every 4 people; 18 are 2 over."
+        assert said[1].startswith("Places for 6 people, each plays 4 boxes: each of the 4 conditions once")
+        assert said[2] == "Orders of the conditions are balanced after every 4 people; 6 are 2 over."
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[4]
         assert "/admin#token=" in admin
         assert said[6].endswith(str(tmp_path / "study"))
