@@ -80,7 +80,11 @@ def test_what_is_open_is_the_next_step(played):
     found = read_result(directory)
     kept = [one for one in found.findings if one.kind not in ("untested", "needed")]
     for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
-        more = [found.findings[0].model_copy(update={"section": "overview", "kind": kind, "text": "So many."})]
+        more = [
+            found.findings[0].model_copy(
+                update={"section": "overview", "kind": kind, "text": "So (--readings fresh,kept: 8 more)."}
+            )
+        ]
         steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]
         assert command in steps[-1]["command"]
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count, takewhile
@@ -22,6 +23,9 @@ _LARGEST = 2**28
 
 _AGENTS = 8
 """Agents that have lines."""
+
+_OPTION = re.compile(r"\((--[^:)]+): ")
+"""What plays what was not tested, in the sentence that says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +91,8 @@ def _next(found: Results, directory: Path) -> list[_Step]:
     where, steps = quote(str(directory)), []
     if trial := next((one.key for one in found.exhibits if one.section == "trials"), ""):
         steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
-    if "untested" in said:
-        again = "the same command with --readings fresh,kept"
-        steps.append(_Step(again, "whether false reports that stay do the same"))
+    if option := _OPTION.search(said.get("untested", "")):
+        steps.append(_Step(f"the same command with {option[1]}", "whether false reports that stay do the same"))
     elif "needed" in said:
         steps.append(_Step("the same command with more --trials", said["needed"]))
     elif any("flip.p" in one.doses for one in found.design.conditions):

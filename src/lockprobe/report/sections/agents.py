@@ -73,7 +73,8 @@ def _show(found: Results) -> Iterator[Part]:
     plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
     values = {"agents": agents, "tidied": _replies(found), "plants": [found.facts_about(plant) for plant in plants]}
     box = found.study.get("box", {}).get("name", "")
-    said = f"What is on record of {listed([*agents], named=3)}{f', and of {box}' if box else ''}." if agents else ""
+    of = [*([listed([*agents], named=3)] if agents else []), *([f"the box {box}"] if box else [])]
+    said = f"What is on record of {', and of '.join(of)}." if of else ""
     yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
 
 

@@ -152,6 +152,8 @@ def _range(found: Results) -> str:
     (low, least), (high, most) = min(shares, key=itemgetter(0)), max(shares, key=itemgetter(0))
     if low == high:
         return f"{percent(low)} of trials solved in every row."
+    if least.agent == most.agent:
+        return f"From {percent(low)} to {percent(high)} of trials solved."
     return f"From {percent(low)} of trials solved ({least.agent}) to {percent(high)} ({most.agent})."
 
 

@@ -163,7 +163,9 @@ _COURSES_DRAWN = Figure(
 
 def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
-        yield Part("Success and false reports", found.answer_of("success"), list(_blocks(found)))
+        rates = listed([f"{p:g}" for p in found.flip_rates])
+        said = found.answer_of("success") or f"Shares of trials solved at flip rates of {rates}."
+        yield Part("Success and false reports", said, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
