@@ -137,3 +137,10 @@ def test_estimates_and_intervals_agree_with_the_exact_effect(agent, p, size):
     covered = np.mean([one.low <= exact <= one.high for one in found])
     assert covered > 0.95 - 3 * (0.95 * 0.05 / studies) ** 0.5
     assert np.mean([one.standard_error for one in found]) == pytest.approx(effects.std(), rel=4 / (2 * studies) ** 0.5)
+
+
+def test_how_many_rows_are_squared_at_once_changes_no_estimate(trials, monkeypatch):
+    points = decision_points(trials)
+    at_once = excursions(points)
+    monkeypatch.setattr("lockprobe.statistics.excursion._AT_ONCE", 10)
+    assert excursions(points) == at_once

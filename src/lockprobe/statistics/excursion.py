@@ -10,7 +10,8 @@ clustered by luck, with residuals corrected for their leverage (Mancl and DeRoue
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from array import array
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -53,6 +54,9 @@ SOON = 3
 
 _LOOP = 3
 """Actions that are in a loop if they have stood in this order before, without overlap."""
+
+_AT_ONCE = 50_000
+"""Rows of a design whose squares are held at once."""
 
 FEWEST = 15
 """Trials that must hold the outcome, and as many that must miss it. With fewer than 15 unsolved trials intervals of
@@ -147,17 +151,17 @@ def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
 
     Trials that ended as error and withheld reports are left out.
     """
-    rows: list[tuple[float, ...]] = []
-    lucks: list[str] = []
+    rows, lucks, counts = array("d"), list[str](), list[int]()  # of a million trials, tuples would take a gigabyte
     for trial in trials:
         if trial.p is None or not 0 < trial.p < 1 or trial.ending == "error":
             continue
-        for i, row in enumerate(_rows(trial)):
-            if trial.steps[i].told_moved is not None:
-                rows.append((trial.p, *row))
-                lucks.append(trial.player or f"{trial.repetition}/{trial.trial}")
-    table = np.array(rows, dtype=np.float64).reshape(-1, 5 + len(get_args(Outcome)))
-    cluster = np.unique(np.array(lucks, dtype=np.str_), return_inverse=True)[1].reshape(-1)
+        told = [row for row, step in zip(_rows(trial), trial.steps, strict=False) if step.told_moved is not None]
+        if told:
+            rows.extend(number for row in told for number in (trial.p, *row))
+            lucks.append(trial.player or f"{trial.repetition}/{trial.trial}")
+            counts.append(len(told))
+    table = np.array(rows).reshape(-1, 5 + len(get_args(Outcome)))
+    cluster = np.repeat(np.unique(np.array(lucks, dtype=np.str_), return_inverse=True)[1].reshape(-1), counts)
     p, flipped, step, moved, looping, *happened = table.T
     return DecisionPoints(
         flipped=flipped > 0,
@@ -303,6 +307,20 @@ def excursion(
     )
 
 
+def _moments_by_cluster(design: Array, first: NDArray[np.intp]) -> Iterator[Array]:
+    """X_i' X_i of every cluster, shape (clusters, columns, columns), of some clusters at a time, which saves memory.
+
+    Args:
+        design: Rows by cluster, shape (points, columns).
+        first: The first row of each cluster.
+    """
+    ends, many = np.append(first, len(design)), max(1, _AT_ONCE * len(first) // len(design))
+    for i in range(0, len(first), many):
+        begin, end = ends[i], ends[min(i + many, len(first))]
+        rows = design[begin:end]
+        yield np.add.reduceat(rows[:, :, None] * rows[:, None, :], first[i : i + many] - begin)
+
+
 def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple[float, float] | None:
     """The last coefficient and its standard error, clustered, from residuals corrected for their leverage.
 
@@ -318,7 +336,7 @@ def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple
     moments = design.T @ design
     inverse = np.linalg.inv(moments)
     coefficients = inverse @ design.T @ y
-    own = np.add.reduceat(design[:, :, None] * design[:, None, :], first)
+    own = np.concatenate(list(_moments_by_cluster(design, first)))
     score = np.add.reduceat(design * (y - design @ coefficients)[:, None], first)
     if (np.linalg.matrix_rank(moments - own, hermitian=True) < design.shape[1]).any():
         return None
