@@ -1,4 +1,4 @@
-"""Writes ``docs/modules.md``: every module of both distributions with the first sentence of its docstring.
+"""Writes ``MODULES.md``: every module of both distributions with the first sentence of its docstring.
 
     python scripts/list_modules.py [--check]
 
@@ -16,12 +16,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "src" / "lockprobe", ROOT / "robot" / "src" / "lockprobe_robot")
-PAGE = ROOT / "docs" / "modules.md"
+PAGE = ROOT / "MODULES.md"
 
 HEAD = """# Modules
 
 Every module with the first sentence of its docstring. `python scripts/list_modules.py` writes this page.
-[ARCHITECTURE.md](../ARCHITECTURE.md) shows how the packages stand on each other.
+[ARCHITECTURE.md](ARCHITECTURE.md) shows how the packages stand on each other.
 """
 
 

@@ -38,8 +38,7 @@ what each is for. Exit status 0 is success, 2 a mistake in one line, 130 Ctrl-C.
 
 API_HEAD = """# Python reference
 
-What `import lockprobe` offers. [Extending](../docs/extending.md) shows how the parts fit, the [module
-list](../docs/modules.md) has everything else.
+What `import lockprobe` offers. [Extending](../docs/extending.md) shows how the parts fit.
 """
 
 TESTING = """# Testing reference

@@ -40,9 +40,9 @@ def text_of(name):
 
 
 def test_the_page_of_modules_is_up_to_date():
-    assert runpy.run_path(str(ROOT / "scripts" / "list_modules.py"))["page"]() == (
-        ROOT / "docs" / "modules.md"
-    ).read_text("utf-8"), "run python scripts/list_modules.py"
+    assert runpy.run_path(str(ROOT / "scripts" / "list_modules.py"))["page"]() == (ROOT / "MODULES.md").read_text(
+        "utf-8"
+    ), "run python scripts/list_modules.py"
 
 
 def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():

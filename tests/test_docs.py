@@ -17,10 +17,8 @@ from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
-GENERATED = ROOT / "docs" / "modules.md"
 PAGES = sorted(
     {ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "robot").glob("**/*.md")}
-    - {GENERATED}
 )
 PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
 

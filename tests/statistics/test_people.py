@@ -3,6 +3,7 @@
 import random
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 
@@ -11,7 +12,7 @@ from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.outcomes import joined, outcomes
 from lockprobe.statistics.pace import pace
 from lockprobe.statistics.people import people
-from lockprobe.statistics.resample import times_drawn
+from lockprobe.statistics.resample import drawn_shares
 from lockprobe.statistics.summary import summarise
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
@@ -117,9 +118,14 @@ def test_a_cluster_is_one_person_and_of_an_agent_one_luck(played):
 
 def test_people_are_drawn_whole_whatever_the_repetition(played):
     own = outcomes([trial for trial in played if trial.group == "participant"])
-    times = times_drawn(own, generator(1, "test"), 50)
-    assert times.shape == (50, 8)
-    assert (times.sum(axis=1) == 8).all()
+    sizes = np.bincount(own.cluster)
+    assert len(set(sizes)) == 1  # so that a share of the trials drawn is a share of the people
+    column = np.zeros(len(own), dtype=np.intp)
+    (share,) = drawn_shares(own, column, own.cluster == 0, rng=generator(1, "test"), resamples=50)
+    assert share.shape == (50, 1)
+    times = share * len(sizes)
+    assert times == pytest.approx(np.round(times))
+    assert len(set(np.round(times.ravel()))) > 2
 
 
 def test_beside_people_an_agents_trials_count_to_who_played_their_luck():
