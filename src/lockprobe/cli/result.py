@@ -21,9 +21,6 @@ __all__ = ["read_result", "result_facts", "result_lines"]
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
 
-_AGENTS = 8
-"""Agents that have lines."""
-
 _OPTION = re.compile(r"\((--[^:)]+): ")
 """What plays what was not tested, in the sentence that says so."""
 
@@ -60,7 +57,7 @@ def result_lines(found: Results, directory: Path) -> list[str]:
     wide = max(map(len, agents), default=0)
     numbers = [
         f"  {agent if first else '':{wide}}  {line}"
-        for agent, lines in [*agents.items()][:_AGENTS]
+        for agent, lines in agents.items()
         for first, line in zip([True, *[False] * len(lines)], lines, strict=False)
     ]
     if more := found.facts_about("first screen").get("more", ""):
