@@ -14,15 +14,14 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.flip import flip_of
 from lockprobe.report.prose.first_screen import (
     effects_answer,
-    effects_needed,
     flips_answer,
-    flips_needed,
     interaction_said,
     no_advantage_said,
     not_above_chance,
     smaller_budget_said,
     trial_said,
 )
+from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.statistics import rationality
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.loops import habit_baseline

@@ -16,8 +16,6 @@ from lockprobe.report.prose.first_screen import (
     Varied,
     all_broken_said,
     changed_baselines,
-    effects_needed,
-    flips_needed,
     interaction_said,
     modality_answer,
     no_advantage_said,
@@ -32,6 +30,7 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
