@@ -109,7 +109,8 @@ def _against_none_said(found: Results) -> Iterator[str]:
 def _answer(found: Results) -> str:
     rows, kind = _compared(found), found.design.flip_kind
     if not rows:
-        return f"One kind was played: {kind}." if kind and len(found.readings) < 2 else ""
+        alone = len({options for _, options in found.readings}) < 2
+        return f"One kind was played: {kind}." if kind and alone else ""
     detected = [row for row in rows if row.detected and row.agent in found.subjects]
     counted = f"{sum(row.detected for row in rows)} of {len(rows)} differences between readings were detected."
     if not detected:
