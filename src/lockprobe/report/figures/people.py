@@ -267,7 +267,11 @@ def _value_axis(
 def _place_axis(axes: Axes, places: _Places) -> None:
     """The axis of flip rates, or the names of conditions above their rows."""
     if places.upright:
-        return p_axis(axes, [cell for agent, _ in places.agents for cell in agent.cells])
+        cells = [cell for agent, _ in places.agents for cell in agent.cells]
+        p_axis(axes, cells)
+        moved, (low, high) = max(abs(places.at[_place(cell)] - (cell.dose or 0.0)) for cell in cells), axes.get_xlim()
+        axes.set_xlim(low - moved, high + moved)  # marks that stand beside their dose have room too
+        return
     axes.set_ylim(places.height, 0)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
@@ -283,4 +287,3 @@ def _place_axis(axes: Axes, places: _Places) -> None:
             zorder=4,
             bbox={"facecolor": "white", "linewidth": 0, "pad": 0.4},
         )
-    return None
