@@ -15,10 +15,11 @@ from lockprobe.foundation.left_out import of_package, section
 from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
 from lockprobe.report.package_parts import stays_within
-from lockprobe.report.rendering import image, rendered
+from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Results
-from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
+from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
+from lockprobe.report.svg import Image, image
 
 __all__ = [
     "PAGES",
@@ -34,7 +35,7 @@ __all__ = [
 Pictures = Mapping[str, Mapping[str, bytes]]
 """Figure -> form (png, svg) -> the file."""
 
-PAGES = ("claims", "audit", "why", "forks", "report")
+PAGES = ("claims", "audit", "why", "forks", "details", "report")
 """The pages that a report can have, the report last."""
 
 
@@ -47,18 +48,20 @@ class Page:
         drawn: The figures.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
+        part: The anchor of the part that is written; empty in a part of a package, whose details open in place.
     """
 
     found: Results
     drawn: Pictures = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
+    part: str = ""
 
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""
         return tables_of(self.found, [table])[table.name]
 
-    def image(self, figure: str) -> dict[str, Any] | None:
+    def image(self, figure: str) -> Image | None:
         """The figure of this name, as pages embed it; None if it was not drawn."""
         return image(self.drawn[figure]["svg"]) if figure in self.drawn else None
 
@@ -72,7 +75,7 @@ class Page:
 
     def written(self, part: Part) -> Any:
         """The blocks of a part; a line that says so if they cannot be written."""
-        page = self if part.source else replace(self, found=self.found.own)
+        page = self if part.source else replace(self, part=part.name, found=self.found.own)
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
 
         def write() -> Any:
@@ -98,8 +101,21 @@ def _own(text: str) -> Any:
 
 
 def parts_of(found: Results, page: str) -> list[Part]:
-    """The parts of a page, each named after its section."""
-    return [part for one in all_sections() if one.page == page for part in _shown(one, found)]
+    """The parts of a page, each named after its section; ``details`` has the details of the report's parts, and own."""
+    shown = [(one.page, part) for one in all_sections() if one.page in (page, _of(page)) for part in _shown(one, found)]
+    own = [part if of == page else _details(part) for of, part in shown]
+    return [part for part in own if part.blocks]
+
+
+def _of(page: str) -> str:
+    """The page whose parts have their details on this one."""
+    return "report" if page == "details" else page
+
+
+def _details(part: Part) -> Part:
+    """What a part of the report has in ``details.html``."""
+    own = [block for block in nested(part.blocks) if isinstance(block, Detail) and not part.source]
+    return replace(part, answer="", blocks=[one for block in own for one in (Heading(block.summary), *block.blocks)])
 
 
 def _shown(one: Section, found: Results) -> list[Part]:

@@ -1,18 +1,14 @@
-"""Pages from templates: text from agents, models and box files is escaped, and figures are part of the page."""
+"""Pages from templates: text from agents, models and box files is escaped."""
 
 from __future__ import annotations
 
-import base64
 import re
 from functools import cache
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["compact_svg", "image", "rendered"]
-
-_COLUMN = 270.0
-"""A figure is one column of print wide up to here, in points."""
+__all__ = ["rendered"]
 
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
@@ -44,25 +40,6 @@ def _templates() -> Any:
     environment.filters |= {"breakable": _breakable, "specs": _specs}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
-
-
-def image(svg: bytes) -> dict[str, Any]:
-    """A figure for the page, and whether it is more than one column of print wide."""
-    wide = re.search(rb'width="([\d.]+)pt"', svg)
-    source = "data:image/svg+xml;base64," + base64.b64encode(compact_svg(svg)).decode()
-    return {"source": source, "broad": wide is not None and float(wide[1]) > _COLUMN}
-
-
-def compact_svg(svg: bytes) -> bytes:
-    """A figure of matplotlib in about half as many bytes: coordinates to a hundredth of a point."""
-    svg = re.sub(rb"<metadata>.*?</metadata>|<!--.*?-->|<\?xml.*?\?>|<!DOCTYPE.*?>", b"", svg, flags=re.DOTALL)
-    svg = re.sub(rb"> <", b"><", re.sub(rb"\s+", b" ", re.sub(rb'<g id="[^"]*"', b"<g", svg)))
-    svg = re.sub(rb"(?<!scale\()(\b\d+\.\d\d)\d+", rb"\1", svg)
-    svg = re.sub(
-        rb'(<use [^>]*?)transform="translate\(([\d.]+) 0\)"', rb'\1x="\2"', svg.replace(b"xlink:href", b"href")
-    )
-    names = {name: b"%x" % i for i, name in enumerate(dict.fromkeys(re.findall(rb' id="([^"]*)"', svg)))}
-    return re.sub(rb'(?<= id=")[^"]*|(?<=#)[A-Za-z][\w-]*(?=[")])', lambda name: names.get(name[0], name[0]), svg)
 
 
 def _shown(value: Any) -> Any:

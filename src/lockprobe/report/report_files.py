@@ -88,7 +88,7 @@ def _drawn(found: Results, each: Each) -> Pictures:
 
 def _alone(figure: Figure) -> Figure:
     """What is drawn of a figure, without functions that cannot be sent to another process."""
-    return replace(figure, applies=_whatever, caption=Caption(""), below=())
+    return replace(figure, applies=_whatever, caption=Caption(""))
 
 
 def _whatever(found: Results) -> bool:

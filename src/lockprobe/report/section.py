@@ -15,12 +15,11 @@ from lockprobe.report.rows import Exhibit, Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
 
 __all__ = [
-    "Beside",
     "Block",
     "Caption",
     "Cells",
+    "Detail",
     "Figure",
-    "Folded",
     "Heading",
     "Listed",
     "Note",
@@ -119,7 +118,6 @@ class Figure:
             matplotlib, or None where there is nothing to draw.
         applies: Whether there is something to draw.
         arguments: Further arguments of that function.
-        below: Blocks below its caption.
     """
 
     block: ClassVar[str] = "figure"
@@ -129,25 +127,18 @@ class Figure:
     draw: str = ""
     applies: Callable[[Results], bool] = lambda found: True
     arguments: tuple[object, ...] = ()
-    below: tuple[Block, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
-    """Blocks beside each other where the screen is wide enough."""
+class Detail:
+    """Blocks of ``details.html``: long tables and further figures. The report has a link in their place.
 
-    block: ClassVar[str] = "beside"
-    blocks: Sequence[Block]
+    In a section of a package they open in place, as only the report holds parts of packages.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class Folded:
-    """Blocks that open in place; ``small`` sets them in the size of captions."""
-
-    block: ClassVar[str] = "folded"
+    block: ClassVar[str] = "detail"
     summary: str
     blocks: Sequence[Block]
-    small: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +177,7 @@ class Template:
     values: dict[str, object] = field(default_factory=dict)
 
 
-Block = Text | Heading | Note | Cells | Table | Figure | Beside | Folded | Listed | Steps | Picture | Template
+Block = Text | Heading | Note | Cells | Table | Figure | Detail | Listed | Steps | Picture | Template
 """What a page is made of."""
 
 
@@ -194,7 +185,7 @@ def nested(blocks: Iterable[Block]) -> Iterator[Block]:
     """Blocks, each followed by those within it."""
     for block in blocks:
         yield block
-        yield from nested(block.blocks if isinstance(block, Beside | Folded) else ())
+        yield from nested(block.blocks if isinstance(block, Detail) else ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +218,7 @@ class Section:
         show: Makes its parts of the page from all rows; none where it does not apply.
         tables: Its tables. Those that ``show`` leaves out are written too.
         figures: Its figures. Those that ``show`` gives are drawn.
-        page: The page that shows it.
+        page: The page that shows it; the :class:`Detail` of the report is in ``details.html``.
         after: Name of the section that it follows; at the end if empty. For sections of packages.
         source: The package that it comes from; empty for Lockprobe.
 

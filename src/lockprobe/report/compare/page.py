@@ -13,8 +13,9 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.compare.studies import Comparison
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.prose.study_comparison import leading
-from lockprobe.report.rendering import image, rendered
+from lockprobe.report.rendering import rendered
 from lockprobe.report.section import Caption
+from lockprobe.report.svg import image
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 
 __all__ = ["difference_table", "study_table", "success_table", "write_comparison"]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import json
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,6 +16,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
+from matplotlib.transforms import Bbox
 
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
@@ -47,10 +50,38 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
     own: dict[str, Any] = {"metadata": {"Date": None}}
+    if form == "svg" and (places := _places(figure)):
+        own["metadata"]["Description"] = json.dumps(places)
     if form == "png":
         own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
     figure.savefig(out, format=form, dpi=_DPI, **own)
     return out.getvalue()
+
+
+def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
+    """Where the panels of a :func:`sheet` are, and what belongs to all of them: left, top, width, height in points.
+
+    All panels have the same margins about their axes, so that they are of one size and stand in line on a page.
+    """
+    named = {artist.get_gid(): artist for artist in figure.get_children() if artist.get_gid()}
+    panels: dict[str, list[Axes]] = {}
+    for name, artist in named.items():
+        if isinstance(artist, Axes):
+            panels.setdefault(name.partition(".")[0], []).append(artist)
+    if not panels:
+        return {}
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    inner = {name: Bbox.union([axes.bbox for axes in own]) for name, own in panels.items()}
+    outer = {name: Bbox.union([axes.get_tightbbox(renderer) for axes in own]) for name, own in panels.items()}
+    margins = np.max([abs(outer[name].extents - inner[name].extents) for name in panels], axis=0)
+    boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
+    below = {name: artist for name, artist in named.items() if not isinstance(artist, Axes)}
+    boxes |= {name: artist.get_window_extent(renderer) for name, artist in below.items()}
+    points, height = 72 / figure.dpi, figure.bbox.height
+    return {
+        name: tuple(round(points * value, 2) for value in (box.x0, height - box.y1, box.width, box.height))
+        for name, box in boxes.items()
+    }
 
 
 @own_settings()
@@ -101,12 +132,13 @@ def sheet(
             axes = grid[i // columns * len(draws) + j, i % columns]
             axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
             if i < len(shown):
+                axes.set_gid(f"panel-{i}.{j}" if len(shown) > 1 else f"panel-{j}.0")
                 draw(axes, shown[i])
             else:
                 axes.set_visible(False)
     if note:
         lines = textwrap.wrap(note, int(width * columns / _CHARACTER))
-        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
+        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT).set_gid("note")
         figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
     _legend(figure)
     return figure
@@ -121,14 +153,16 @@ def _legend(figure: Figure) -> None:
     if entries:
         spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
         legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces)
+        legend.set_gid("legend")
         figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
 def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
-    """A legend of names and their marks in as many columns as there is room for, and no more than ``most``."""
+    """A legend in as many columns as a panel has room for, which is also what a phone has, and at most ``most``."""
+    room = min(figure.bbox.width, COLUMN * figure.dpi)
     for columns in range(most, 0, -1):
         legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)
-        if legend.get_window_extent().width < figure.bbox.width or columns == 1:
+        if legend.get_window_extent().width < room or columns == 1:
             break
         legend.remove()
     return legend

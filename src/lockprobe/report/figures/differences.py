@@ -35,6 +35,9 @@ SHOWN = 15
 _LONGEST, _WHOLE = 38, 46
 """Characters of a name above a bar; the same where there is one panel in a row."""
 
+_WIDEST = 1.5
+"""Width of an interval from which on it says nothing and is not drawn; chosen by eye."""
+
 _TITLE, _NAMED = 0.25, 0.1
 """Height of the second line of a title, and of the name of an axis, in inches."""
 
@@ -74,6 +77,9 @@ def _draw(axes: Axes, panel: _Panel) -> None:
 def _row(
     name: str, found: Interval, *, detected: bool, colour: str = SUBJECTS[0], marker: Marker = "o", where: str = ""
 ) -> ForestRow:
+    if found.low is not None and found.high is not None and found.high - found.low > _WIDEST:
+        few = f"{where}too few trials to compare"
+        return ForestRow(name, few, Estimate(quantity="none"), Style(colour=colour, marker=marker, lead=False))
     said = where + bracketed(found.value, found.low, found.high)
     return ForestRow(name, said, found, Style(colour=colour, marker=marker, lead=detected))
 

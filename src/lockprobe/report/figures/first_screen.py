@@ -40,6 +40,9 @@ _IN_COLUMN = 26
 _CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
 """How the range of random agents is drawn."""
 
+_RANDOM = "random agents, exact"
+"""What that range is called, beside agents that were played."""
+
 _OTHER: Dash = (0, (1, 1.2))
 """The line of an agent under another reading of a false report."""
 
@@ -76,7 +79,7 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     labels = []
     cells = [cell for course in courses for cell in course.cells]
     for course, style in shown:
-        by_dose(axes, course.played, "success", style, bars=style.lead, linestyle=style.dash)
+        by_dose(axes, course.played, "success", style, linestyle=style.dash)
         labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
     for course, style, words in _other_readings(found, shown):
         by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
@@ -86,7 +89,7 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     if chance := _chance(found):
         low, high = (share[_budget(shown)] for share in chance)
         axes.axhspan(low, high, **_CHANCE)
-        labels.append(((low + high) / 2, "chance", FAINT))
+        labels.append(((low + high) / 2, _RANDOM, FAINT))
     stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
     published(axes, stars, label="")
     for place in stars:
@@ -118,7 +121,7 @@ def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:
     if chance := _chance(found):
         low, high = (share[: budget + 1] for share in chance)
         axes.fill_between(range(budget + 1), low, high, step="post", **_CHANCE)
-        labels.append(((low[-1] + high[-1]) / 2, "chance", FAINT))
+        labels.append(((low[-1] + high[-1]) / 2, _RANDOM, FAINT))
     step_axis(axes, budget, "solved by this step")
     label_right(axes, labels)
 

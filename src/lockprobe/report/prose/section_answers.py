@@ -88,4 +88,4 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         if not agent.blind
     }
     parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
-    return f"Main tests (bold) that reject: {first_three(parts)}." if parts else ""
+    return f"Recommended tests that reject: {first_three(parts)}." if parts else ""

@@ -86,4 +86,4 @@ def _replies(found: Results) -> list[dict[str, Any]]:
     ]
 
 
-SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show),)
+SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show, page="details"),)

@@ -11,7 +11,7 @@ from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.section import Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.sections.agents_compared import FAMILIES, at_one_condition, change_at, labels
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, steps_cell
@@ -142,7 +142,7 @@ _CHANGES = Table("changes-by-condition", _change_table, numeric_from=4)
 def _caption(found: Results) -> Caption:
     shown = "Differences in success between two agents under each condition, the first minus the other"
     if _of(found, _CHANGED):
-        shown += " (top), and how much more the condition changes the success of the first (bottom)"
+        shown += ", and beside or below how much more the condition changes the success of the first"
     return Caption(
         f"{shown}. Filled marks were detected.",
         "Bars are 95 % intervals that are not corrected; a difference is detected if its bar leaves out 0 and the "
@@ -175,7 +175,7 @@ def _show(found: Results) -> Iterator[Part]:
             "under a condition and its control are compared under the control alone."
         ),
     )
-    folded = Folded("In numbers", [_COMPARISONS, *changes, note_at(found, note)])
+    folded = Detail("In numbers", [_COMPARISONS, *changes, note_at(found, note)])
     yield Part("Agents compared under other conditions", found.answer_of(_NAME), [*said, _FIGURE, folded])
 
 

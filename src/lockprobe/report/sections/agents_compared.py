@@ -11,7 +11,7 @@ from lockprobe.report.every_look import note_at
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
@@ -250,10 +250,10 @@ def _caption(found: Results) -> Caption:
         computed = "Bars are 95 % intervals clustered by block. Tests are corrected for the number of pairs."
         return Caption(f"{shown} Compared {over_rates(found)}.", computed)
     return Caption(
-        f"{shown} Top: success over all flip rates; bottom: change of success from the lowest flip rate to the one "
+        f"{shown} First: success over all flip rates; second: change of success from the lowest flip rate to the one "
         "with the clearest difference.",
-        "Bars are 95 % intervals clustered by block, at the bottom corrected for all flip rates. Tests are corrected "
-        "for the number of pairs, at the bottom also for all flip rates.",
+        "Bars are 95 % intervals clustered by block, in the second corrected for all flip rates. Tests are corrected "
+        "for the number of pairs, in the second also for all flip rates.",
     )
 
 
@@ -278,12 +278,12 @@ def _blocks(found: Results) -> Iterator[Block]:
     said = [Text(one) for one in found.said("agents_compared", _SUBJECTS)]
     if between:
         yield Heading("Pairs of agents on the same boxes")
-        yield from [Folded("In words", said)] if between > 3 else said
+        yield Detail("Pairs of agents, in words", said)
     yield _SIDE_BY_SIDE
     if between < len(families):
         beside = [Text(one) for one in found.said("agents_compared", _BASELINES)]
-        yield Folded("Comparisons with baselines, in words", beside)
-    yield Folded("In numbers", list(_numbers(found)))
+        yield Detail("Comparisons with baselines, in words", beside)
+    yield Detail("Pairs of agents, in numbers", list(_numbers(found)))
 
 
 def _numbers(found: Results) -> Iterator[Block]:

@@ -179,6 +179,13 @@ def _blocks(found: Results) -> Iterator[Block]:
 
 
 SECTIONS = (
-    Section(name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, _MEASURES)),
+    Section(
+        name="conditions",
+        title="All conditions",
+        rows=_rows,
+        show=_show,
+        tables=(_CONDITIONS, _MEASURES),
+        page="details",
+    ),
     Section(name="measures", title="Measures", rows=measure_rows, source="installed packages"),
 )

@@ -12,7 +12,7 @@ from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import courses_said, finding
 from lockprobe.report.rows import Course, DoseAxis, Finding, Results, Row
-from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
@@ -71,19 +71,21 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
-    said = [one.text for one in found.findings if one.section == _name(number) and one.kind in ("finding", "loops")]
-    yield from map(Text, said)
-    yield Beside(list(_figures(found.courses(axis), axis, number, place)))
+    success, loops = _figures(found.courses(axis), axis, number, place)
+    yield from map(Text, found.said(_name(number), "finding"))
+    yield success
+    yield Detail(f"Action loops by {axis.name}", [*map(Text, found.said(_name(number), "loops")), loops])
     over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")
     tests = tables_of_tests(found.courses(axis), over) or [untested]
-    yield Folded(f"All tests of {axis.name}", tests)
+    yield Detail(f"All tests of {axis.name}", tests)
 
 
-def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
+def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int) -> tuple[Figure, Figure]:
+    """Success and loops over the axis."""
     shown = [course for course in courses if course.played]
     wilson = wilson_said(course.agent for course in shown)
-    yield Figure(
+    success = Figure(
         f"series-{number}-success",
         f"Success by {axis.name}",
         Caption(
@@ -94,7 +96,7 @@ def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int)
         "lockprobe.report.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),
     )
-    yield Figure(
+    loops = Figure(
         f"series-{number}-loops",
         f"Action loops by {axis.name}",
         Caption(
@@ -104,6 +106,7 @@ def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int)
         "lockprobe.report.figures.loops:loops_by_dose",
         arguments=(place,),
     )
+    return success, loops
 
 
 SECTIONS = (Section(name="doses", title="Doses", rows=_rows, show=_show),)

@@ -15,7 +15,7 @@ from lockprobe.report.captions import wilson_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
@@ -288,7 +288,9 @@ def _show(found: Results) -> Iterator[Part]:
         ),
     )
     yield Part(
-        "Every condition against the control", found.answer_of("effects"), [_FIGURE, _EFFECTS, note_at(found, note)]
+        "Every condition against the control",
+        found.answer_of("effects"),
+        [_FIGURE, Detail("All differences, with counts and tests", [_EFFECTS, note_at(found, note)])],
     )
     if axes := list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))):
         yield Part("Interactions of doses", found.answer_of("grids"), list(_of_grids(axes)), "grids")
@@ -323,7 +325,7 @@ def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
             "test over blocks."
         ),
     )
-    yield Folded("All cells", [_GRIDS])
+    yield Detail("All cells", [_GRIDS])
 
 
 SECTIONS = (

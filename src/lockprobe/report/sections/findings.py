@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import partial
 
@@ -18,7 +19,7 @@ from lockprobe.report.prose.panel import panel_said
 from lockprobe.report.prose.robot import rules_said, senses_said
 from lockprobe.report.prose.success import baselines_said, courses_said, finding
 from lockprobe.report.rows import Finding, Results, Row
-from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
+from lockprobe.report.section import Block, Detail, Part, Section, Template, Text
 from lockprobe.report.sections.doses import dose_sections
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
@@ -120,62 +121,64 @@ def _show(found: Results) -> Iterator[Part]:
     ]
     number = len(whys) + sum(one.section == "findings" for one in found.findings)
     said = f"{number} sentence{'s' * (number != 1)}: what was detected, what was not, and how sure that is."
-    shown = Template("findings", {"why": whys, "blocks": list(_blocks(found, first=not whys))})
-    yield Part("Findings", said * bool(number), [shown])
+    lines = [*(_of_flips(found) or ["No trial has been played yet."] * _unplayed(found)), *_beside_flips(found)]
+    shown: list[Block] = [Template("findings", {"why": whys, "lines": list(map(_parted, dict.fromkeys(lines)))})]
+    if len(found.said("findings", "finding")) > _MANY or found.said("findings", "modalities"):
+        shown.append(Detail("Agent by agent", [Text(one) for one in _by_agent(found)]))
+    yield Part("Findings", said * bool(number), [*shown, *_words(found)])
 
 
-def _blocks(found: Results, *, first: bool) -> Iterator[Block]:
-    yield from _of_flips(found)
-    yield from _beside_flips(found, first=first)
+def _unplayed(found: Results) -> bool:
+    return not any(cell.trials for cell in found.cells)
 
 
-def _of_flips(found: Results) -> Iterator[Block]:
-    """What is said of flip rates and modalities; of many agents, what is said of all of them first."""
-    courses, ranking = (found.said("findings", kind) for kind in ("courses", "ranking"))
-    baselines = found.said("findings", "baselines") if found.said("findings", "finding") else []
-    all_agents = [Text(said) for said in (*ranking, *baselines)]
-    if len(found.subjects) > _MANY and courses:
-        yield from (Text(said, "first") for said in courses)
-        yield from all_agents
-        yield Folded("Agent by agent", list(_by_modality(found)))
-    else:
-        yield from _by_modality(found)
-        yield from map(Text, courses)
-        yield from all_agents
+def _of_flips(found: Results) -> list[str]:
+    """What is said of flip rates and modalities; of many agents, what is said of all of them alone."""
+    of = partial(found.said, "findings")
+    modalities, courses = of("modalities"), of("courses")
+    whole = len(found.subjects) > _MANY and bool(courses)
+    agents = [] if whole or modalities else list(_by_agent(found))
+    last = [*of("ranking"), *(of("baselines") if of("finding") else [])]
+    return [*modalities, *agents, *of("verdicts"), *courses, *last]
 
 
-def _by_modality(found: Results) -> Iterator[Block]:
-    verdicts, modalities = (found.said("findings", kind) for kind in ("verdicts", "modalities"))
-    if modalities:
-        yield from (Text(said, "first") for said in modalities)
-        yield from map(Text, verdicts)
-        yield Folded("Modality by modality", list(_by_agent(found)))
-    else:
-        yield from _by_agent(found)
-        yield from map(Text, verdicts)
+def _by_agent(found: Results) -> Iterator[str]:
+    for one in found.findings:
+        if (one.section, one.kind) == ("findings", "finding"):
+            yield one.text
+            for kind in ("loops", "conclusion"):
+                yield from found.said("findings", kind, agent=one.agent, modality=one.modality)
 
 
-def _by_agent(found: Results) -> Iterator[Block]:
-    agents = [one for one in found.findings if (one.section, one.kind) == ("findings", "finding")]
-    for one in agents:
-        yield Text(one.text, "first")
-        for kind in ("loops", "conclusion"):
-            yield from map(Text, found.said("findings", kind, agent=one.agent, modality=one.modality))
-    if not any(cell.trials for cell in found.cells) and not agents:
-        yield Text("No trial has been played yet.", "first")
-
-
-def _beside_flips(found: Results, *, first: bool) -> Iterator[Block]:
-    """What is said of other doses, of other conditions and of the plant, and what the words mean.
+def _beside_flips(found: Results) -> Iterator[str]:
+    """What is said of other doses, of other conditions and of the plant.
 
     Without a finding on flip rates, what baselines solved stands below these, as a comparison needs what it compares.
     """
-    over_flips = found.said("findings", "finding")
-    doses = [said for name in dose_sections(found) for said in found.said(name, "finding")]
-    for i, said in enumerate((*doses, *found.said("findings", "conditions"))):
-        yield Text(said, "first" if first and not over_flips and not i else "")
-    yield from map(Text, [] if over_flips else found.said("findings", "baselines"))
-    yield from (Text(said) for kind in ("rules", "panel") for said in found.said("findings", kind))
+    of = partial(found.said, "findings")
+    for name in dose_sections(found):
+        yield from found.said(name, "finding")
+    yield from (*of("conditions"), *([] if of("finding") else of("baselines")), *of("rules"), *of("panel"))
+
+
+_TEST = re.compile(
+    r"^(?P<said>[^()]*(?:\([^()]*\)[^()]*)*?)"
+    r" \((?P<test>(?:[^()]|\([^()]*\))*P [=<] [^()]*)\)"
+    r"(?P<rest>.*)$"
+)
+"""A sentence, the brackets that hold its test, and what follows."""
+
+
+def _parted(sentence: str) -> tuple[str, str]:
+    """What a sentence says, and the test behind it; the second is empty where there is none, or several."""
+    found = _TEST.match(sentence)
+    if found is None or " P = " in found["rest"] or " P < " in found["rest"]:
+        return sentence, ""
+    return found["said"] + found["rest"], found["test"]
+
+
+def _words(found: Results) -> Iterator[Block]:
+    """What the words mean."""
     if found.several_p:
         yield Text(
             Markup(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import cast
@@ -10,10 +10,11 @@ from typing import cast
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, range_of
+from lockprobe.report.format import TextTable
 from lockprobe.report.prose.hypothesis_tests import asked, effect_said, note_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Course, Estimate, Results, Row
-from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
+from lockprobe.report.section import Block, Cells, Detail, Heading, Note, Part, Section, Template, Text
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import value_cell
@@ -109,31 +110,71 @@ def _conclusion(test: Estimate, *, valid: bool) -> str:
     return "not detected" if not rejects else "yes" if valid else "not valid (rejects)"
 
 
+_SHORT: Mapping[Question, str] = {
+    "success": "success differs",
+    "speed": "steps differ",
+    "shape": "rise and fall",
+    "looping": "first loop differs",
+    "looping again": "loops later, then sooner",
+    "harm": "harm of loops",
+    "escape": "leaves loops",
+    "repeats": "repeats blocked",
+}
+"""Question -> the head of its column."""
+
+
+def _overview(courses: Iterable[Course]) -> TextTable:
+    """What the recommended tests say of each agent: a column for each question."""
+    rows = []
+    for course in sorted(courses, key=lambda course: course.label.lower()):
+        tests = {test.of: test for test in course.where("test")}
+        if tests:
+            name = Subject.of(course.agent, course.shown).name
+            rows.append([name, *(_verdict(tests.get(question)) for question in _SHORT)])
+    return [["agent", *_SHORT.values()], *rows] if rows else []
+
+
+def _verdict(test: Estimate | None) -> str:
+    """What a test concludes, with its P value."""
+    if test is None or (test.p_value is None and test.unit != RULE):
+        return NONE
+    said = _conclusion(test, valid=True).replace("yes", "detected")
+    return said if test.p_value is None else f"{said} ({p_cell(test.p_value)})"
+
+
 def _show(found: Results) -> Iterator[Part]:
     yield Part("Hypothesis tests", found.answer_of("hypothesis_tests"), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
-    yield Note(
-        "Each question has one test that keeps its error rate in the simulations of the audit (bold). The other tests "
-        "(grey) are the paper's or common choices.",
-        Markup(
-            "False positives: how often a test rejects a true null hypothesis in simulated studies of the paper's size "
-            '(<a href="audit.html">full audit</a>), from the best to the worst simulated world. Rates of valid tests '
-            "are compatible with 5 %, up to about 7 % in 1000 simulated studies; <i>P</i> values are not corrected for "
-            "the number of questions."
-        ),
-        lead=True,
-    )
     if not found.several_p:
         above = "conditions" if found.beside_flips else "modalities" if found.where("modality_effect") else ""
         said = f"; tests of {'other ' * (above == 'conditions')}{above} are above" if above else ""
         yield Text(f"With one flip rate, effects of false reports cannot be tested{said}.")
     courses = [course for course in found.courses() if course.subject]
+    if overview := _overview(courses):
+        yield Cells(overview, 1, cards=True)
+        yield Note(
+            "One test for each question, with its P value. It keeps its error rate in the simulations of the audit.",
+            "P values are not corrected for the number of questions.",
+        )
     tables = tables_of_tests(courses, FLIPS, testable=found.several_p)
     if found.several_p and not tables:
         yield Text("No agent has trials that differ between flip rates.")
-    yield from tables
+    if tables:
+        yield Detail("Every test, with its estimate and the tests of the paper", [_NOTE, *tables])
 
+
+_NOTE = Note(
+    "Each question has one test that keeps its error rate in the simulations of the audit (bold). The other tests "
+    "(grey) are the paper's or common choices.",
+    Markup(
+        "False positives: how often a test rejects a true null hypothesis in simulated studies of the paper's size "
+        '(<a href="audit.html">full audit</a>), from the best to the worst simulated world. Rates of valid tests '
+        "are compatible with 5 %, up to about 7 % in 1000 simulated studies; <i>P</i> values are not corrected for "
+        "the number of questions."
+    ),
+    lead=True,
+)
 
 SECTIONS = (Section(name="hypothesis_tests", title="Hypothesis tests", rows=_rows, show=_show),)

@@ -14,7 +14,7 @@ from lockprobe.report.captions import wilson_said
 from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row
-from lockprobe.report.section import Block, Cells, Folded, Note, Section, Table
+from lockprobe.report.section import Block, Cells, Detail, Note, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import over_rates, share_of_row, value_cell
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
@@ -177,7 +177,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         f"{wilson_said((course.agent for course in found.courses()), 'Intervals of success')} Those of claims are "
         "clustered by trial.",
     )
-    yield Folded("Results by flip rate", [Cells([row[:8] for row in _table_by_p(found)]), by_p])
+    yield Detail("Results by flip rate", [Cells([row[:8] for row in _table_by_p(found)]), by_p])
 
 
 def _prices(found: Results, one: Course) -> Iterator[Markup]:

@@ -14,7 +14,8 @@ _ANSWER = "An effect that was not detected may be there. The box and the human-i
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Limits", _ANSWER, [Template("limits", {"caveat": LENGTH_CAVEAT})])
+    errors = any(row.value for row in found.where("left_out", of="ended as error"))
+    yield Part("Limits", _ANSWER, [Template("limits", {"caveat": LENGTH_CAVEAT, "errors": errors})])
 
 
 SECTIONS = (Section(name="limits", title="Limits", show=_show),)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain
 
 from markupsafe import Markup
 
@@ -12,7 +11,7 @@ from lockprobe.report.captions import fit_said, paper_rates, wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.rows import Course, Estimate, Results, Row
-from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
@@ -185,7 +184,7 @@ _FIG5A_CORRECTED = Figure(
     Caption(
         "Odds ratio of solving the box, after over before a loop. A ratio below one is no proof of harm: an agent that "
         "makes no progress both loops and fails.",
-        "Trials still running at the same step (top) or after step 10 are compared. Over whole trials (hollow) the "
+        "Trials still running at the same step (first row) or after step 10 are compared. Over whole trials (hollow) the "
         "ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
         "An arrow at the edge is a ratio beyond the axis.",
     ),
@@ -215,17 +214,19 @@ def _show(found: Results) -> Iterator[Part]:
 def _blocks(found: Results) -> Iterator[Block]:
     by_itself = Markup("{} A loop is no fault by itself: <code>round-robin</code> loops by design.")
     yield Text(by_itself.format(LOOP_DEFINITION), "lead")
-    pairs = ([_FIG5B, _FIG5B_CORRECTED], [_FIG5A, _FIG5A_CORRECTED])
-    yield from map(Beside, pairs) if found.several_p else chain(*pairs)
-    yield _LOOPS
-    yield Note(
+    yield _FIG5B_CORRECTED
+    yield _FIG5A_CORRECTED
+    if _over_p(found):
+        yield Detail("The paper's Figs. 5a and 5b", [_FIG5B, _FIG5A])
+    note = Note(
         "Equal outcomes, equal states: trials with a loop whose repeated actions also had the same true outcomes, or "
         "were tried in the same true configurations. A loop with equal states yields nothing new.",
         "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, actions "
         "without immediate repeats, the agent's own first-order transitions, or its actions in random order.",
     )
+    yield Detail("Loops and chance levels under every condition", [_LOOPS, note])
     if found.where("flagged_by_detector"):
-        yield Folded(
+        yield Detail(
             "Other loop detectors on the same trials",
             [
                 _DETECTORS,

@@ -13,7 +13,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.floor import NO_FLOOR, floor_said
 from lockprobe.report.rows import Cell, Estimate, Finding, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
-from lockprobe.report.section import Block, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Cells, Detail, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
 from lockprobe.report.table_rows import by_conditions, count_of, share_of_row
 from lockprobe.statistics.misinterpretation import misread_in_blocks
@@ -161,6 +161,9 @@ def _of_modalities(cells: Sequence[Cell]) -> bool:
     return one_p and len({cell.modality for cell in cells}) > 1
 
 
+_MANY = 8
+"""Rows of a table beyond which the report holds the first of each agent."""
+
 _TABLE1 = Table("table1", _table1, numeric_from=1)
 _TABLE1_CORRECTED = Table("table1-corrected", _table1_corrected, numeric_from=1)
 
@@ -181,25 +184,30 @@ def _blocks(found: Results) -> Iterator[Block]:
         if len(found.subjects) < len(found.study.get("agents", []))
         else ""
     )
-    yield Note(
-        Markup(
-            "The paper's Table 1. A misinterpretation is a claim about the last action that contradicts what the agent "
-            "was <em>told</em> about it{}."
-        ).format(pictures),
-        "Mean ± standard deviation over trials.",
-        lead=True,
-    )
-    yield _TABLE1
-    yield Note(
-        "Three separate errors, with intervals. Misread: claim and report differ; false report: report and truth "
-        "differ, which the channel causes; false belief: claim and truth differ; believed: false reports that the "
-        "agent repeated.",
+    yield from map(Text, found.said("misinterpretations", "floor"))
+    note = Note(
+        "Misread: claim and report differ; false report: report and truth differ, which the channel causes; false "
+        "belief: claim and truth differ; believed: false reports that the agent repeated.",
         "Each error is pooled over claims, with a 95 % interval clustered by trial. Agents make no claim about the "
         f"last step of a trial{baselines}.",
         lead=True,
     )
-    yield from map(Text, found.said("misinterpretations", "floor"))
-    yield _TABLE1_CORRECTED
+    three: list[Block] = [note, _TABLE1_CORRECTED]
+    head, *rows = _table1_corrected(found)
+    if len(rows) > _MANY:
+        first = {cell.label: row for cell, row in reversed([*zip(_asked(found), rows, strict=True)])}
+        yield Cells([head, *reversed(first.values())], 1, cards=True)
+        three = [Detail("Three separate errors under every condition", three)]
+    yield from three
+    note = Note(
+        Markup(
+            "The paper's Table 1. A misinterpretation is a claim about the last action that contradicts what the agent "
+            "was <em>told</em> about it{}."
+        ).format(pictures),
+        "Mean \N{PLUS-MINUS SIGN} standard deviation over trials.",
+        lead=True,
+    )
+    yield Detail("The paper's Table 1", [note, _TABLE1])
 
 
 SECTIONS = (

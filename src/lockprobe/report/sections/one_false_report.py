@@ -12,7 +12,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.excursion import AMONG, OUTCOMES, excursion_said
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
-from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
+from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import name_of
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -143,7 +143,7 @@ def _blocks(found: Results) -> Iterator[Block]:
     )
     left_out = Template("effects_left_out", {"agents": list(_left_out(found))})
     if found.where(_EFFECT):
-        yield Folded("All effects of one false report", [_TABLE, left_out, note])
+        yield Detail("All effects of one false report", [_TABLE, left_out, note])
     else:
         yield left_out
 

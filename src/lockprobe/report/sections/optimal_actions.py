@@ -10,7 +10,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
-from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
 from lockprobe.statistics.rationality import ACTIONS, JUDGED, OBSERVERS, Rationality
@@ -89,8 +89,8 @@ _FIGURE = Figure(
     "rationality",
     "Share of optimal actions and steps lost by flip rate, with chance levels",
     Caption(
-        "Top: share of actions that are optimal for an ideal observer that believes reports (circles) and for one that "
-        "doubts them (squares); bottom: expected steps lost per action. Dotted and dashed: random choices in the same "
+        "First: share of actions that are optimal for an ideal observer that believes reports (circles) and for one that "
+        "doubts them (squares); second: expected steps lost per action. Dotted and dashed: random choices in the same "
         "situations.",
         "Intervals are 95 % intervals clustered by trial.",
     ),
@@ -166,7 +166,7 @@ def _blocks(found: Results) -> Iterator[Block]:
         "knowledge after the next action (QMDP), so information has no value. At most the first "
         f"{JUDGED} trials and {ACTIONS} actions of a condition are judged{left_out}; intervals are clustered by trial.",
     )
-    yield Folded("Table with baselines", [_TABLE, note])
+    yield Detail("Table with baselines", [_TABLE, note])
 
 
 SECTIONS = (

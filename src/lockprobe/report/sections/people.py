@@ -22,7 +22,7 @@ from lockprobe.report.people_said import (
     steps_said,
 )
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
 from lockprobe.statistics.conditions.modalities import spoken
@@ -282,8 +282,8 @@ def _caption(found: Results) -> Caption:
     if not found.where("mean_steps_ratio", versus=PEOPLE):
         return Caption(f"People: {own}. {learning}", f"{bars}.")
     return Caption(
-        f"People, models and strategies on the same boxes: {own} (top), and an agent's median steps divided by the "
-        f"human median (bottom). {learning}",
+        f"People, models and strategies on the same boxes: {own}, and beside or below an agent's median steps divided by the "
+        f"human median. {learning}",
         f"{bars}; bars that reach the edge of the lower panel are open. Medians are over trials that both played, with "
         "unsolved ones censored at the budget.",
         "Baselines are thin with hollow markers and have no bars.",
@@ -348,7 +348,7 @@ def _blocks(found: Results) -> Iterator[Block]:
         yield _STEPS
         yield _OF_STEPS
     if len(_positions_table(found)) > 2:
-        yield Folded("Success by position of the box: do people learn?", [_POSITIONS, _OF_POSITIONS])
+        yield Detail("Success by position of the box: do people learn?", [_POSITIONS, _OF_POSITIONS])
     yield _OF_PEOPLE
 
 

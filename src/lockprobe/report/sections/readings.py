@@ -14,7 +14,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
@@ -213,7 +213,7 @@ def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
         )
         numbers += [_NONE, note]
     if _shares(found):
-        yield Folded("In numbers", numbers)
+        yield Detail("In numbers", numbers)
 
 
 SECTIONS = (

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row
-from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table
+from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import at_lowest, distinct, value_cell, varied
 from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
@@ -240,8 +240,8 @@ _FIG3_CORRECTED = Figure(
     "fig3-corrected",
     "Success by step, with chance and the optimum",
     Caption(
-        "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan (top); "
-        "area under each curve, from random (0) to the shortest plan (1) (bottom). Baselines are thin, with hollow "
+        "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan; "
+        "beside or below, the area under each curve, from random (0) to the shortest plan (1). Baselines are thin, with hollow "
         "markers and no band.",
         _KAPLAN,
     ),
@@ -267,18 +267,17 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 def _blocks(found: Results) -> Iterator[Block]:
-    yield Beside([_FIG3, _FIG3_CORRECTED])
-    yield _FIG3_BY_P
-    yield _SPEED
-    yield Note(
+    yield _FIG3_CORRECTED
+    note = Note(
         "Relative area: the area under the success curve, 0 for a uniformly random agent on this box, 1 for the "
         "shortest plan, which requires knowledge of the interlock.",
         "All trials count: in mean steps, an unsolved one with its whole budget; the median is the Kaplan-Meier "
         "estimate.",
     )
+    yield Detail("The paper's Fig. 3, speed under every condition", [_FIG3, _FIG3_BY_P, _SPEED, note])
     effects = found.where("modality_effect", of="any difference")
     if found.where("hazard_ratio") and (effects or not found.where("played_by_one_only")):
-        yield Folded(
+        yield Detail(
             f"Speed of every pair of agents {at_lowest(found)}",
             [
                 _PACES,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 from markupsafe import Markup
 
@@ -15,12 +14,10 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.success import course_said, courses_said
 from lockprobe.report.rows import Cell, Course, Estimate, Finding, Results, Row
 from lockprobe.report.section import (
-    Beside,
     Block,
     Caption,
+    Detail,
     Figure,
-    Folded,
-    Heading,
     Note,
     Part,
     Section,
@@ -172,29 +169,24 @@ def _blocks(found: Results) -> Iterator[Block]:
     judged = [course for course in found.courses() if course.subject]
     fits = [(_name(course), _fit_said(course)) for course in judged]
     best = [(_name(course), said) for course in judged if not course.blind and (said := _best_said(course))]
-    yield Beside(
-        [
-            replace(_FIG4, below=_of_agents("The fit, agent by agent", fits)),
-            replace(_FIG4_CORRECTED, below=_of_agents("Order and best flip rate, agent by agent", best)),
-        ]
-    )
+    yield _FIG4_CORRECTED
     if rows := list(_contrast_rows(found)):
-        yield Template("contrasts", {"rows": rows})
-        yield note_at(found, _CONTRAST_NOTE)
+        yield Detail(
+            "The clearest difference of each agent, tested",
+            [Template("contrasts", {"rows": rows}), note_at(found, _CONTRAST_NOTE)],
+        )
+    yield Detail("The paper's Fig. 4, orders of fits, best flip rates", [_FIG4, *_of_agents(fits), *_of_agents(best)])
     if found.said("success", "courses"):
-        yield Heading("Courses of success")
-        yield _COURSES_DRAWN
-        yield _COURSES
-        yield note_at(found, _COURSE_NOTE)
+        yield Detail("Courses of success and loops", [_COURSES_DRAWN, _COURSES, note_at(found, _COURSE_NOTE)])
 
 
 def _name(course: Course) -> str:
     return Subject.of(course.agent, course.shown).name
 
 
-def _of_agents(summary: str, said: list[tuple[str, str]]) -> tuple[Block, ...]:
-    """A sentence on each agent, behind a summary; nothing without agents."""
-    return (Folded(summary, [Template("of_agents", {"said": said})], small=True),) if said else ()
+def _of_agents(said: list[tuple[str, str]]) -> tuple[Block, ...]:
+    """A sentence on each agent; nothing without agents."""
+    return (Template("of_agents", {"said": said}),) if said else ()
 
 
 def _fit_said(course: Course) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from lockprobe.report.examples import examples, exhibit
 from lockprobe.report.rows import Exhibit, Results
 from lockprobe.report.sample_pictures import pictures_shown
-from lockprobe.report.section import Block, Folded, Heading, Part, Section, Steps, Template, Text
+from lockprobe.report.section import Block, Detail, Heading, Part, Section, Steps, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial.record import Trial
 
@@ -45,7 +45,7 @@ def _show(found: Results) -> Iterator[Part]:
     last = Text(note, style="note") if shown else Text("No trial of the first agent was solved, looped or misread.")
     several = len(found.design.conditions) > 1
     heading = "One trial under two conditions" if several else "One trial, step by step"
-    yield Part(heading, "", [Template("explorer"), Folded("Examples as tables", [*tables, last])])
+    yield Part(heading, "", [Template("explorer"), Detail("Examples of trials, as tables", [*tables, last])])
 
 
 SECTIONS = (Section(name="trials", title="Trials", rows=_rows, show=_show),)

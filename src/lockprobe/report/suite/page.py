@@ -14,9 +14,10 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_files
 from lockprobe.report.format import TextTable, share_cell
 from lockprobe.report.prose.suite import ranks_said, suite_said
-from lockprobe.report.rendering import image, rendered
+from lockprobe.report.rendering import rendered
 from lockprobe.report.section import Caption
 from lockprobe.report.suite.results import SuiteResults
+from lockprobe.report.svg import image
 from lockprobe.statistics.suite.scores import Rational, Score, SuiteScore
 from lockprobe.studies.suites import SCORES
 

@@ -32,7 +32,7 @@ RESULTS = "results.json"
 
 _REPORT = "report.html"
 
-PAGES = (_REPORT, "claims.html", "audit.html", "why.html", "forks.html")
+PAGES = (_REPORT, "claims.html", "audit.html", "why.html", "forks.html", "details.html")
 """The pages that a report can have."""
 
 _ESTIMATE = ("quantity", "of", "agent", "modality", "condition", "control", "versus", "versus_modality", "axis")
