@@ -18,6 +18,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.transforms import Bbox
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
 __all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
@@ -63,25 +64,27 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
 
     All panels have the same margins about their axes, so that they are of one size and stand in line on a page.
     """
-    named = {artist.get_gid(): artist for artist in figure.get_children() if artist.get_gid()}
-    panels: dict[str, list[Axes]] = {}
-    for name, artist in named.items():
-        if isinstance(artist, Axes):
-            panels.setdefault(name.partition(".")[0], []).append(artist)
+    named = [(name, artist) for artist in figure.get_children() if (name := artist.get_gid())]
+    axes = [(name, artist) for name, artist in named if isinstance(artist, Axes)]
+    panels = grouped(axes, lambda one: one[0].partition(".")[0])
     if not panels:
         return {}
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    inner = {name: Bbox.union([axes.bbox for axes in own]) for name, own in panels.items()}
-    outer = {name: Bbox.union([axes.get_tightbbox(renderer) for axes in own]) for name, own in panels.items()}
-    margins = np.max([abs(outer[name].extents - inner[name].extents) for name in panels], axis=0)
+    inner = {name: Bbox.union([one.bbox for _, one in own]) for name, own in panels.items()}
+    outer = {name: Bbox.union([_tight(one, renderer) for _, one in own]) for name, own in panels.items()}
+    margins = np.max([np.abs(np.subtract(outer[name].extents, inner[name].extents)) for name in panels], axis=0)
     boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
-    below = {name: artist for name, artist in named.items() if not isinstance(artist, Axes)}
-    boxes |= {name: artist.get_window_extent(renderer) for name, artist in below.items()}
+    boxes |= {name: artist.get_window_extent(renderer) for name, artist in named if not isinstance(artist, Axes)}
     points, height = 72 / figure.dpi, figure.bbox.height
     return {
         name: tuple(round(points * value, 2) for value in (box.x0, height - box.y1, box.width, box.height))
         for name, box in boxes.items()
     }
+
+
+def _tight(axes: Artist, renderer: Any) -> Bbox:
+    """What axes cover with all that is written about them."""
+    return Bbox(np.asarray(axes.get_tightbbox(renderer)))
 
 
 @own_settings()

@@ -16,8 +16,8 @@ from lockprobe.foundation.formatting import bracketed, minus
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, forest, height
-from lockprobe.report.figures.frame import FAINT, agent_label, from_to, safe_name, title
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style
+from lockprobe.report.figures.frame import FAINT, INK, agent_label, from_to, safe_name, title
+from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style, colours
 from lockprobe.report.figures.primitives import Interval
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.subject import Subject
@@ -93,14 +93,15 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
     """
     own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
-    panels = []
+    panels, looks = [], colours(found.courses())
     for (agent, control), compared in own.items():
         modality = shown[control]
         crossed = found.where("success_interaction", agent=agent, modality=modality, axis="")
-        rows = [_row(safe_name(one.condition, _LONGEST), one, detected=one.detected) for one in compared]
+        colour = looks.get((agent, modality), INK)
+        rows = [_row(safe_name(one.condition, _LONGEST), one, detected=one.detected, colour=colour) for one in compared]
         for one in crossed:
             name = safe_name(one.of, _LONGEST)
-            rows.append(_row(name, one, detected=one.detected, colour=ACCENT, marker="s"))
+            rows.append(_row(name, one, detected=one.detected, colour=colour, marker="s"))
         who = Subject.of(agent).name + ("" if modality in PLAIN_WORDS else f" ({modality})")
         pairs = f"n = {from_to(one.n for one in compared)} pairs of trials; filled: detected"
         label = f"success minus that under {safe_name(control, _LONGEST)}, points"

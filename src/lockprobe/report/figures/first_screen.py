@@ -28,7 +28,7 @@ _SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT), "print": (6.9, 3.0)
 _TICKS = 3
 """Ticks of the figure in a column."""
 
-_MOST = 7
+_MOST = 8
 """Agents that are drawn: those that the study is about first."""
 
 _NAME = 24

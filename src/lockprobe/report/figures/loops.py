@@ -26,7 +26,7 @@ from lockprobe.report.figures.frame import (
     step_axis,
     title,
 )
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
+from lockprobe.report.figures.palette import Style, of_agent
 from lockprobe.report.figures.primitives import (
     band,
     by_dose,
@@ -45,10 +45,10 @@ from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 
 __all__ = ["loop_harm", "loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
 
-_BLUE, _ORANGE = Style(colour=SUBJECTS[0]), Style(colour=ACCENT)
-"""Success, or the lowest flip rate; loop rates."""
+_OWN = Style(colour=INK)
+"""Loop rates, or the lowest flip rate, in the colour of the agent."""
 
-_HIGHER = Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)))
+_HIGHER = Style(colour=INK, marker="s", dash=(0, (5, 1.5)))
 """All flip rates but the lowest."""
 
 _WIDEST = 1000.0
@@ -59,8 +59,8 @@ _LENGTH_NOTE = (
 )
 
 _TESTS = {
-    "step by step": ("step by step", _BLUE),
-    "after step 10": ("after step 10", _BLUE),
+    "step by step": ("step by step", _OWN),
+    "after step 10": ("after step 10", _OWN),
     "whole trials": ("naive: whole trials", Style(colour=FAINT, lead=False)),
 }
 """What the rows of odds ratios are of, what the figure calls them and how they are drawn; the last is no evidence."""
@@ -111,7 +111,7 @@ def _against_success(axes: Axes, course: Course) -> None:
     points = [(loops.value or 0.0, success.value or 0.0) for cell in shown for success, loops in cell.points]
     if not points:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    dots(axes, points, _BLUE, size=16)
+    dots(axes, points, of_agent(course, _OWN), size=16)
     slope, intercept = (course.value("loop_success_line", of) for of in ("slope", "intercept"))
     if slope is not None and intercept is not None:
         ends = [min(points)[0], max(points)[0]]
@@ -133,9 +133,10 @@ def _by_p(axes: Axes, course: Course) -> None:
     """Loop rate over flip probability with the second-order fit (Fig. 5b)."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    fitted = second_order_fit(axes, course.curve("loop_fit"), _ORANGE)
-    dots(axes, [(dose, loops.value) for dose, _, loops in repetitions(course)], _ORANGE)
-    by_dose(axes, course.played, "loop_rate", _ORANGE, bars=False, linestyle="none" if fitted else "-")
+    own = of_agent(course, _OWN)
+    fitted = second_order_fit(axes, course.curve("loop_fit"), own)
+    dots(axes, [(dose, loops.value) for dose, _, loops in repetitions(course)], own)
+    by_dose(axes, course.played, "loop_rate", own, bars=False, linestyle="none" if fitted else "-")
     published(axes, published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
     dose_axes(axes, course, "action loop probability")
     said = f"{counts(course.played)} per flip rate; dots: repetitions; markers: means"
@@ -167,12 +168,12 @@ def _harm(axes: Axes, course: Course, reach: float) -> None:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     odds = [_odds(course, of) for of in _TESTS]
     axes.set_xscale("log")
-    looks = _TESTS.values()
+    looks = [(name, of_agent(course, style) if style.lead else style) for name, style in _TESTS.values()]
     rows = [ForestRow(name, _said(row), row, style) for (name, style), (row, _) in zip(looks, odds, strict=True)]
     forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
     for i, (_, blind) in enumerate(odds):
         if blind is not None:
-            axes.plot(blind, i, marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
+            axes.plot(blind, i, marker="|", color=INK, markersize=11, markeredgewidth=1.6)
     ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / reach <= tick <= reach]
     ticks = [tick for tick in ticks if reach < 30 or tick not in {0.3, 3}]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -199,7 +200,7 @@ def _with_chance(axes: Axes, course: Course) -> None:
     """Fig. 5b with intervals and what chance alone gives in trials of exactly these lengths."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    by_dose(axes, course.played, "loop_rate", _ORANGE)
+    by_dose(axes, course.played, "loop_rate", of_agent(course, _OWN))
     dose_axes(axes, course, "share of trials with a loop")
     low, high = axes.get_xlim()
     x = [cell.dose or 0.0 for cell in course.played]
@@ -238,7 +239,7 @@ def _draw_onset(axes: Axes, course: Course) -> None:
         why = "the same at every flip rate" if course.blind else "fewer than two flip rates with trials"
         return blank(axes, f"{agent_label(course)}: no comparison of loop onsets ({why})")
     first, *others = _compared(course)
-    groups = ((lowest, [first], _BLUE), (higher, others, _HIGHER))
+    groups = ((lowest, [first], of_agent(course, _OWN)), (higher, others, of_agent(course, _HIGHER, 0.4)))
     for i, (curve, _, style) in enumerate(groups):
         staircase(axes, curve.value, style, first=1 + 2 * i)
         band(axes, curve.low, curve.high, style)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import pairwise, product
 from typing import Any
@@ -19,7 +19,7 @@ import matplotlib as mpl
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.rows import Course
 
-__all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "shifts", "styles"]
+__all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "colours", "of_agent", "shifts", "styles"]
 
 Dash = str | tuple[int, tuple[float, ...]]
 Marker = str | tuple[int, int, int]
@@ -107,6 +107,23 @@ def styles(courses: Sequence[Course]) -> list[tuple[Course, Style]]:
         colour, marker, dash = _free(list(_looks(agent, own[agent.agent])), found.values())
         found[agent.agent, agent.modality] = Style(colour=colour, marker=marker, dash=dash, lead=agent.subject)
     return [(agent, found[agent.agent, agent.modality]) for agent in shown]
+
+
+def colours(courses: Sequence[Course]) -> dict[tuple[str, str], str]:
+    """The colour of every agent under each modality, the same in all figures of a report."""
+    return {(one.agent, one.modality): look.colour for one, look in styles(courses)}
+
+
+def of_agent(course: Course, style: Style, white: float = 0.0) -> Style:
+    """A style in the colour that the agent has in every figure, or in a lighter shade of it.
+
+    Args:
+        course: The agent.
+        style: Marks and dashes.
+        white: How much white is mixed into the colour, from 0 to 1.
+    """
+    own = colours(course.found.courses())[course.agent, course.modality]
+    return replace(style, colour=_mixed(own, white) if white else own)
 
 
 def _free(looks: Sequence[tuple[str, Marker, Dash]], taken: Collection[Style]) -> tuple[str, Marker, Dash]:

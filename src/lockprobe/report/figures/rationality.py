@@ -7,17 +7,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from lockprobe.report.figures.compose import HEIGHT, sheet
-from lockprobe.report.figures.frame import dose_axes, from_to, heading, title
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Dash, Style
-from lockprobe.report.figures.primitives import by_dose, numbers, widened
+from lockprobe.report.figures.frame import INK, dose_axes, from_to, heading, title
+from lockprobe.report.figures.palette import Dash, Style, of_agent
+from lockprobe.report.figures.primitives import by_dose, key, numbers, widened
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.rows import Cell, Course, Results
 
 __all__ = ["rationality"]
 
 _LOOKS: dict[str, tuple[Style, str, Dash, float]] = {
-    "naive": (Style(colour=SUBJECTS[0]), "reports believed", ":", -0.006),
-    "aware": (Style(colour=ACCENT, marker="s"), "reports doubted", "--", 0.006),
+    "naive": (Style(colour=INK), "reports believed", ":", -0.006),
+    "aware": (Style(colour=INK, marker="s"), "reports doubted", "--", 0.006),
 }
 """How each observer is drawn, its name in the legend, the line of chance, and how far its marks are moved sideways, in
 widths of the axis, so that they stay apart."""
@@ -58,9 +58,11 @@ def _observers(axes: Axes, course: Course, quantity: str) -> None:
     """Both observers' values with their intervals, and the lines of chance."""
     low, high = axes.get_xlim()
     judged = _judged(course)
-    for of, (style, name, dash, apart) in _LOOKS.items():
+    for white, (of, (look, name, dash, apart)) in zip((0.0, 0.4), _LOOKS.items(), strict=True):
+        style = of_agent(course, look, white)
+        key(axes, look, name)
         joined = {"linestyle": "-", "linewidth": 0.8}
-        by_dose(axes, judged, quantity, style, of=of, shift=apart * (high - low), label=name, **joined)
+        by_dose(axes, judged, quantity, style, of=of, shift=apart * (high - low), **joined)
         levels = numbers(cell.value(f"{quantity}_chance", of) for cell in judged)
         x, (chance,) = widened(axes, [cell.dose or 0.0 for cell in judged], levels)
         axes.plot(x, chance, color=style.colour, linestyle=dash, linewidth=0.9, zorder=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
-from lockprobe.report.figures.palette import SUBJECTS, Dash, Marker, Style
-from lockprobe.report.figures.primitives import by_dose, published, published_by_p
+from lockprobe.report.figures.palette import Dash, Marker, Style, of_agent
+from lockprobe.report.figures.primitives import by_dose, key, published, published_by_p
 from lockprobe.report.figures.settings import SMALL, own_settings
 from lockprobe.report.prose.readings import reading_name
 from lockprobe.report.rows import Course, Results
@@ -60,16 +60,19 @@ def _panels(found: Results) -> list[_Panel]:
     own: dict[tuple[str, str], list[tuple[str, Style, Course]]] = {}
     for i, (axis, options) in enumerate(found.readings):
         marker, dash = _LOOKS[i % len(_LOOKS)]
-        style = Style(colour=SUBJECTS[i % len(SUBJECTS)], marker=marker, dash=dash)
+        style, white = Style(colour=INK, marker=marker, dash=dash), 0.6 * i / len(_LOOKS)
         for course in found.courses(axis):
             if len(course.played) > 1 and not course.blind:
-                own.setdefault((course.agent, course.modality), []).append((reading_name(options), style, course))
+                own.setdefault((course.agent, course.modality), []).append(
+                    (reading_name(options), of_agent(course, style, white), course)
+                )
     return [_Panel(tuple(one)) for one in own.values()]
 
 
 def _success(axes: Axes, panel: _Panel) -> None:
     for words, style, course in panel.own:
-        by_dose(axes, course.played, "success", style, linestyle=style.dash, label=words)
+        by_dose(axes, course.played, "success", style, linestyle=style.dash)
+        key(axes, replace(style, colour=INK), words)
     cells = [cell for _, _, course in panel.own for cell in course.played]
     if panel.first.subject:
         published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,7 +24,7 @@ from lockprobe.report.figures.frame import (
     share_axis,
     title,
 )
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style, styles
+from lockprobe.report.figures.palette import Style, of_agent, styles
 from lockprobe.report.figures.primitives import (
     by_dose,
     curve_with_band,
@@ -49,11 +50,14 @@ __all__ = [
     "success_by_dose",
 ]
 
+_SHARE = Style(colour=INK)
+"""Of the share of trials solved, where an agent is shown by itself; entries of the legend have this colour."""
+
 _SHARES = {
-    "success": (Style(colour=SUBJECTS[0]), "solved"),
-    "loop_rate": (Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5))), "with an action loop"),
+    "success": (Style(colour=INK), 0.0, "solved"),
+    "loop_rate": (Style(colour=INK, marker="s", dash=(0, (5, 1.5))), 0.4, "with an action loop"),
 }
-"""What the course of an agent shows, how it is drawn, and its name in the legend."""
+"""What the course of an agent shows: marks and dashes, how light its colour is, and its name in the legend."""
 
 
 @own_settings()
@@ -71,8 +75,13 @@ def fig4_corrected(found: Results) -> Figure | None:
 
 @own_settings()
 def success_by_dose(found: Results, place: int) -> Figure | None:
-    """The same over another axis of the design, by its place among them, for every agent with an ended trial."""
-    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], draw_success_by_dose)
+    """The same over another axis of the design, by its place among them.
+
+    Agents that act the same at every dose, or were played at a single one, are left out beside others.
+    """
+    played = [course for course in found.courses(found.design.axes[place]) if course.played]
+    several = [course for course in played if len(course.played) > 1 and not course.blind]
+    return sheet(several or played, draw_success_by_dose)
 
 
 @own_settings()
@@ -117,12 +126,14 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
     """
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    style = Style(colour=SUBJECTS[0])
-    by_dose(axes, course.played, "success", style, label="share solved with 95 % interval")
+    style = of_agent(course, _SHARE)
+    by_dose(axes, course.played, "success", style)
+    key(axes, replace(_SHARE, dash=""), "share solved with 95 % interval")
     several = len(course.where("best_dose_probability")) > 1
     curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
     if curve is not None:
-        curve_with_band(axes, curve, style, label="binomial model with 95 % band")
+        curve_with_band(axes, curve, style)
+        key(axes, replace(_SHARE, marker=""), "binomial model with 95 % band")
     dose_axes(axes, course, "success rate")
     if several:
         _peak(axes, course)
@@ -164,7 +175,8 @@ def _peak(axes: Axes, course: Course) -> None:
 def _draw_course(axes: Axes, course: Course) -> None:
     """Success and loop rate by flip probability, with the course that the tests detect."""
     dose_axes(axes, course, "share of trials")
-    for quantity, (style, label) in _SHARES.items():
-        by_dose(axes, course.played, quantity, style, linestyle=style.dash, label=label)
+    for quantity, (style, white, label) in _SHARES.items():
+        by_dose(axes, course.played, quantity, of_agent(course, style, white), linestyle=style.dash)
+        key(axes, style, label)
     kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
     title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")

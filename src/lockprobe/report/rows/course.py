@@ -22,6 +22,8 @@ class _Rows(Protocol):
 
     def fact(self, about: str, name: str) -> str: ...
 
+    def courses(self) -> list[Course]: ...
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:

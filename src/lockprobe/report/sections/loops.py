@@ -184,8 +184,8 @@ _FIG5A_CORRECTED = Figure(
     Caption(
         "Odds ratio of solving the box, after over before a loop. A ratio below one is no proof of harm: an agent that "
         "makes no progress both loops and fails.",
-        "Trials still running at the same step (first row) or after step 10 are compared. Over whole trials (hollow) the "
-        "ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
+        "Trials still running at the same step (first row) or after step 10 are compared. Over whole trials (hollow) "
+        "the ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
         "An arrow at the edge is a ratio beyond the axis.",
     ),
     f"{_DRAWN}:loop_harm",

@@ -89,9 +89,9 @@ _FIGURE = Figure(
     "rationality",
     "Share of optimal actions and steps lost by flip rate, with chance levels",
     Caption(
-        "First: share of actions that are optimal for an ideal observer that believes reports (circles) and for one that "
-        "doubts them (squares); second: expected steps lost per action. Dotted and dashed: random choices in the same "
-        "situations.",
+        "First: share of actions that are optimal for an ideal observer that believes reports (circles) and for one "
+        "that doubts them (squares); second: expected steps lost per action. Dotted and dashed: random choices in the "
+        "same situations.",
         "Intervals are 95 % intervals clustered by trial.",
     ),
     "lockprobe.report.figures.rationality:rationality",

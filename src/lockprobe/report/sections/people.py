@@ -282,8 +282,8 @@ def _caption(found: Results) -> Caption:
     if not found.where("mean_steps_ratio", versus=PEOPLE):
         return Caption(f"People: {own}. {learning}", f"{bars}.")
     return Caption(
-        f"People, models and strategies on the same boxes: {own}, and beside or below an agent's median steps divided by the "
-        f"human median. {learning}",
+        f"People, models and strategies on the same boxes: {own}, and beside or below an agent's median steps "
+        f"divided by the human median. {learning}",
         f"{bars}; bars that reach the edge of the lower panel are open. Medians are over trials that both played, with "
         "unsolved ones censored at the budget.",
         "Baselines are thin with hollow markers and have no bars.",

@@ -241,8 +241,8 @@ _FIG3_CORRECTED = Figure(
     "Success by step, with chance and the optimum",
     Caption(
         "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan; "
-        "beside or below, the area under each curve, from random (0) to the shortest plan (1). Baselines are thin, with hollow "
-        "markers and no band.",
+        "beside or below, the area under each curve, from random (0) to the shortest plan (1). Baselines are "
+        "thin, with hollow markers and no band.",
         _KAPLAN,
     ),
     draw="lockprobe.report.figures.success_by_step:success_curves_corrected",
