@@ -175,7 +175,7 @@ def _show(found: Results) -> Iterator[Part]:
             "under a condition and its control are compared under the control alone."
         ),
     )
-    folded = Detail("In numbers", [_COMPARISONS, *changes, note_at(found, note)])
+    folded = Detail("Pairs of agents under each condition, in numbers", [_COMPARISONS, *changes, note_at(found, note)])
     yield Part("Agents compared under other conditions", found.answer_of(_NAME), [*said, _FIGURE, folded])
 
 

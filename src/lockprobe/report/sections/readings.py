@@ -213,7 +213,7 @@ def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
         )
         numbers += [_NONE, note]
     if _shares(found):
-        yield Detail("In numbers", numbers)
+        yield Detail("False reports and comparisons, in numbers", numbers)
 
 
 SECTIONS = (
