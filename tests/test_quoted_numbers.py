@@ -174,8 +174,6 @@ QUOTED = [
      lambda: [course(p=1, flip=kind).success for kind in (DEFAULT, "memoryless")]),
     ("docs/readings.md", "solves {} % of its trials without false reports, {} % by default and {} % with `others=kept`",
      lambda: percent(sampled(0).value, sampled(0.4).value, sampled(0.4, "integrated").value)),
-    ("docs/agents.md", "solves it with probability {} at a flip rate of 0, {} at 0.3 and {} at 1.",
-     lambda: success("cognitive:insistent", 0, 0.3, 1)),
     ("docs/agents.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
      lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
     ("docs/agents.md", "95 % intervals of ±{:.1f} points",
@@ -233,12 +231,10 @@ QUOTED = [
      lambda: pace("ideal-observer?noise=naive&prior=any-literal")),
     ("docs/detectors.md", "flagged wrongly (95 % intervals of at most ±{:.4f})", lambda: [widest(4000)]),
     ("docs/detectors.md", "95 % intervals of at most ±{:.2f}):", lambda: [widest(100)]),
-    ("docs/cognitive-models.md", "97 is {:.0f} to {:.0f}, 100 is {:.0f} to {:.0f}, 88 is {:.0f} to {:.0f}",
+    ("benchmarks/README.md", "97 is {:.0f} to {:.0f}, 100 is {:.0f} to {:.0f}, 88 is {:.0f} to {:.0f}",
      lambda: [100 * bound for count in (97, 100, 88) for bound in both(count, 100)]),
-    ("docs/cognitive-models.md", "78 is {:.0f} to {:.0f}, 29 is {:.0f} to {:.0f})",
+    ("benchmarks/README.md", "78 is {:.0f} to {:.0f}, 29 is {:.0f} to {:.0f})",
      lambda: [100 * bound for count in (78, 29) for bound in both(count, 100)]),
-    ("docs/cognitive-models.md", "it then calls 18 random ({:.0f} to {:.0f} %)",
-     lambda: [100 * bound for bound in both(18, 100)]),
     ("robot/docs/twin.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
     ("robot/docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
      lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
@@ -329,7 +325,7 @@ ROWS = [
 REPORT = "src/lockprobe/report/sections/speed.py"
 
 MEASURED = [
-    ("README.md", "[benchmarks](benchmarks/README.md)", ["benchmarks/makespan.py"]),
+    ("docs/models.md", "[benchmarks](../benchmarks/README.md)", ["benchmarks/makespan.py"]),
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
     ("docs/modalities.md", "lockprobe run modalities --layout fixed", ["src/lockprobe/cli/run.py"]),
