@@ -167,7 +167,7 @@ QUOTED = [
     ("docs/agents.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/agents.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8.",
      lambda: success("cognitive:perseverant", 0, 0.8)),
-    ("docs/agents.md", "**They hurt `human-inspired`**, which believes its reports: from {:.0f} to {:.3f}.",
+    ("docs/agents.md", "**They hurt `human-inspired`**, which believes its reports: from {:.0f} to {:.3f} at the same rates.",
      lambda: [course(p=0).success, course(p=0.8).success]),
     ("docs/readings.md", "differs by at most {:.2f} at flip rates of 0.1 to 0.4", lambda: [widest_gap(0.1, 0.2, 0.3, 0.4)]),
     ("docs/readings.md", "with probability {:.3f} by default, and with {:.3f} under memoryless state noise",
