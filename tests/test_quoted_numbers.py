@@ -315,7 +315,7 @@ ROWS = [
       for inverts, kinds in (("position", ("memoryless", "latched")), ("outcome", ("re-observed", "integrated")))),
     *(("docs/ideal-observer.md", f"`noise={noise}` | `{flip}`",
        lambda noise=noise, flip=flip: judged(noise, flip, 0, 0.2, 0.4, 0.6))
-      for noise in ("naive", "aware") for flip in (*READINGS, "outcome-only")),
+      for noise in ("naive", "aware") for flip in ("re-observed", "integrated", "latched")),
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
 
