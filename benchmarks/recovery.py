@@ -2,7 +2,7 @@
 
     OMP_NUM_THREADS=1 python benchmarks/recovery.py parameters|models|findings [--sets N] [--workers N]
 
-The page is docs/cognitive-models.md. Agents of known truth (``known_agents.py``) play the paper's flip study many
+The tables are in benchmarks/README.md. Agents of known truth (``known_agents.py``) play the paper's flip study many
 times, and the models are fitted to each of the studies on its own:
 
 - ``parameters``: fitted parameters against the true ones, and the coverage of their intervals;

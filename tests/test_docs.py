@@ -175,8 +175,8 @@ def test_an_agent_that_is_named_exists(spec):
     assert resolve(alone).spec == alone
 
 
-def test_the_agents_of_the_readme_are_those_that_are_listed():
-    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
+def test_the_agents_of_the_table_are_those_that_are_listed():
+    section = PAGE["docs/agents.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
     named = {
         name for first in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
     }

@@ -54,16 +54,13 @@ def test_the_first_study(tmp_path):
     tests = {
         row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=LEARNER, axis="flip rate")
     }
-    steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
+    steps = tests["mean steps, Student over blocks"]
     quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
     assert quoted in text_of("learner.md")
-    assert f"detects no difference (P = {hazard.p_value:.2g})" in text_of("learner.md")
     early = Counter(trial.p for trial in played if trial.agent == LEARNER and trial.solved and len(trial.steps) <= 7)
     assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
     shares = f"{percent(early[0.0] / 300)} to {percent(early[0.2] / 300)}"
     assert f"Within 7 steps {LEARNER} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
-    told = [len(trial.steps) for trial in played if (trial.agent, trial.p, trial.solved) == (LEARNER, 0.0, True)]
-    assert f"it solves a box within {max(told)} steps or never" in text_of("learner.md")
     courses = found.facts_about("course of success")
     assert [next(said for name, said in courses.items() if name.startswith(agent)) for agent in FIRST] == [
         "higher at some flip rate",

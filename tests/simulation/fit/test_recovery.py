@@ -1,4 +1,4 @@
-"""Known parameters and known models are found again, and findings are true. docs/cognitive-models.md has full figures."""
+"""Known parameters and known models are found again, and findings are true. benchmarks/README.md has full figures."""
 
 from functools import partial
 from pathlib import Path
@@ -8,7 +8,7 @@ from benchmarked import benchmark
 
 from lockprobe.foundation.parallel import THIS_PROCESS
 
-PAGE = Path(__file__).parents[3] / "docs" / "cognitive-models.md"
+PAGE = Path(__file__).parents[3] / "benchmarks" / "README.md"
 RECOVERY, KNOWN = benchmark("recovery"), benchmark("known_agents")
 SMALL = partial(RECOVERY.Study, p=(0.0, 0.3, 0.6), repetitions=2)
 TRUTH = {"target": 1.0, "failure": 2.0, "stay": -1.0, "decay": 0.8, "reset": 0.5}
