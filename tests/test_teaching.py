@@ -1,0 +1,211 @@
+"""The lesson of 45 minutes: the sheets, the notebook and the plan ask for the same commands, and the answers are theirs."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from placeholders import undrawn
+from typed import in_process
+
+ROOT = Path(__file__).parents[1]
+TEACHING = ROOT / "examples" / "teaching"
+NOTEBOOK = TEACHING / "lesson.ipynb"
+CELLS = json.loads(NOTEBOOK.read_text("utf-8"))["cells"]
+CODE = ["".join(cell["source"]) for cell in CELLS if cell["cell_type"] == "code"]
+PLAN = (ROOT / "docs/tutorial-teaching.md").read_text("utf-8").partition("## One lesson")[2].partition("\n## ")[0]
+
+
+def sheet(name):
+    return (TEACHING / f"{name}.md").read_text("utf-8")
+
+
+def parts(text):
+    """Number, title and text of the parts of a sheet."""
+    return re.findall(r"^## (\d)\. (.*?)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+
+
+def joined(text):
+    """Text whose lines that end with a backslash go on."""
+    return re.sub(r"\\\n\s*", "", text)
+
+
+def commands(text):
+    """Every command in a text, without the letters that are piped into it."""
+    return set(re.findall(r"(?<![\w-])lockprobe (?:play|box|run|measures) [^`|\n]+", joined(text)))
+
+
+def squeezed(text):
+    return " ".join(text.split())
+
+
+def answers():
+    """Part, command line, and what the sheet shows of its output."""
+    for number, _, text in parts(sheet("answer-sheet")):
+        yield from (
+            (number, joined(typed).strip(), shown)
+            for typed, shown in re.findall(r"^```sh\n(.*?)^```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+        )
+
+
+def output(line):
+    """What a command line of the sheet prints; letters of ``printf`` are its input."""
+    letters, _, command = line.rpartition(" | ")
+    words = shlex.split(command or line)
+    done = in_process(*words[1:], stdin="\n".join(shlex.split(letters)[2:]) + "\n")
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """What each command of the answer sheet prints, in the folder where they were typed in order."""
+    folder = tmp_path_factory.mktemp("lesson")
+    with pytest.MonkeyPatch.context() as patch, undrawn():
+        patch.chdir(folder)
+        printed = {line: output(line) for _, line, _ in answers()}
+    return folder, printed
+
+
+def test_sheets_and_notebook_have_the_same_parts():
+    titles = [
+        [(number, title) for number, title, _ in parts(sheet(name))] for name in ("student-sheet", "answer-sheet")
+    ]
+    markdown = "\n".join("".join(cell["source"]) for cell in CELLS if cell["cell_type"] == "markdown")
+    assert len(titles[0]) == 6
+    assert titles == [[(number, title) for number, title, _ in parts(markdown)]] * 2
+
+
+def test_what_students_type_is_on_the_answer_sheet():
+    answered = commands(sheet("answer-sheet"))
+    assert commands(sheet("student-sheet")) == answered
+    pictures = {"lockprobe box show chain-4 --out runs/box.png"}
+    assert commands("\n".join(CODE)) - pictures == answered - {"lockprobe play --seed 8"}
+    looked_at = {one for one in answered if one.startswith("lockprobe measures")}
+    assert commands(PLAN.replace("uv run ", "")) == answered - {"lockprobe play --seed 8"} - looked_at
+
+
+def test_each_command_prints_what_the_answer_sheet_shows(played):
+    for _, line, shown in answers():
+        printed = squeezed(played[1][line])
+        at = [printed.find(squeezed(row)) for row in shown.splitlines()]
+        assert -1 not in at, line
+        assert at == sorted(at), line
+
+
+def test_every_number_of_an_answer_was_printed_before(played):
+    number = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
+    printed, unknown = set(), []
+    for part, _, text in parts(sheet("answer-sheet")):
+        for owner, line, _ in answers():
+            if owner == part:
+                printed |= {*number.findall(line), *number.findall(played[1][line])}
+        prose = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+        unknown += [(part, found) for found in number.findall(prose) if found not in printed]
+    assert unknown == []
+
+
+def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played):
+    text = sheet("answer-sheet")
+    quoted = [squeezed(one.replace("> ", "")) for one in re.findall(r"(?:^> .*\n)+", text, re.MULTILINE)]
+    page = squeezed(re.sub(r"<[^>]*>", " ", (played[0] / "runs/causes/why.html").read_text("utf-8")))
+    assert len(quoted) == 2
+    assert all(one in page for one in quoted)
+    shown = {*re.findall(r'Image\("(runs/\w+/\S+)"', "\n".join(CODE))}
+    named = {*re.findall(r"`(runs/\S+\.\w+)`", text + sheet("student-sheet"))}
+    assert shown == {"runs/lesson/figures/overview.png", "runs/causes/figures/why.png"}
+    assert named == shown | {"runs/causes/why.html"}
+    assert all((played[0] / name).is_file() for name in named)
+    assert {"overview.png", "why.png"} <= {*re.findall(r"`(\w+\.png)`", PLAN)}
+
+
+def test_the_plan_has_every_minute():
+    rows = re.findall(r"^\| (\d+)\D(\d+) \|(.*)\|$", PLAN, re.MULTILINE)
+    starts, ends = [int(row[0]) for row in rows], [int(row[1]) for row in rows]
+    assert (starts[0], ends[-1]) == (0, 45)
+    assert starts[1:] == ends[:-1]
+    assert all(len(row[2].split("|")) == 3 and all(map(str.strip, row[2].split("|"))) for row in rows)
+
+
+def test_the_notebook_gives_no_answer_away():
+    assert all(
+        cell["outputs"] == [] and cell["execution_count"] is None for cell in CELLS if cell["cell_type"] == "code"
+    )
+
+
+def set_up(folder, source="", there=False):
+    """What the first cell hands to pip in a folder, whether Lockprobe is there or not."""
+    lines = (
+        CODE[0]
+        .replace('SOURCE = ""', f"SOURCE = {source!r}")
+        .replace('%pip install --quiet "{source}"', "fetched.append(source)")
+    )
+    script = "\n".join(line for line in lines.splitlines() if not line.startswith("!"))
+    fetched = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(os, "environ", dict(os.environ))
+        patch.setattr("importlib.util.find_spec", lambda name: object() if there else None)
+        exec(compile(script, "first cell", "exec"), {"fetched": fetched})
+        assert os.environ["TERM"] == "dumb"
+    return fetched
+
+
+def test_the_first_cell_installs_from_where_it_is_told_and_only_if_needed(tmp_path):
+    assert set_up(tmp_path, there=True) == []
+    assert set_up(tmp_path, "git+https://example.org/lockprobe") == ["git+https://example.org/lockprobe"]
+    with pytest.raises(SystemExit, match=r"Lockprobe is not installed: fill in SOURCE, or put an archive"):
+        set_up(tmp_path)
+    (tmp_path / "lockprobe-main.zip").touch()
+    assert set_up(tmp_path) == ["lockprobe-main.zip"]
+    assert set_up(tmp_path, "elsewhere.whl") == ["elsewhere.whl"]
+
+
+KERNEL = """
+import sys
+import nbformat
+from nbclient import NotebookClient
+
+book = nbformat.read(sys.argv[1], 4)
+NotebookClient(book, timeout=300, kernel_name="python3", resources={"metadata": {"path": sys.argv[2]}}).execute()
+nbformat.write(book, sys.argv[3])
+"""
+
+
+def executed(notebook, folder, backend):
+    """The cells of a notebook with code, as a Jupyter kernel leaves them."""
+    pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    done = folder / "done.ipynb"
+    environment = {**os.environ, "MPLBACKEND": backend, "JUPYTER_PLATFORM_DIRS": "1"}
+    subprocess.run([sys.executable, "-c", KERNEL, notebook, folder, done], env=environment, check=True)
+    return [cell for cell in json.loads(done.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+
+
+def pictures(cells):
+    return sum("image/png" in shown.get("data", {}) for cell in cells for shown in cell["outputs"])
+
+
+def printed_by(cells):
+    return squeezed(" ".join("".join(shown.get("text", "")) for cell in cells for shown in cell["outputs"]))
+
+
+def test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson(tmp_path):
+    """As in Colab, whose variable ``MPLBACKEND`` names a module of the kernel that other programs do not have."""
+    cells = executed(NOTEBOOK, tmp_path, "module://ipykernel.pylab.backend_inline")
+    text = printed_by(cells)
+    assert pictures(cells) == 3
+    assert "Traceback" not in text
+    assert "\x1b" not in text
+    for part, line, shown in answers():
+        if part in "245":
+            assert all(squeezed(row) in text for row in shown.splitlines()), line
+
+
+def test_a_kernel_runs_the_first_notebook(tmp_path):
+    cells = executed(ROOT / "examples/first.ipynb", tmp_path, "module://matplotlib_inline.backend_inline")
+    assert pictures(cells) == 2
