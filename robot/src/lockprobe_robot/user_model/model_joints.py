@@ -158,7 +158,9 @@ class ModelJoints:
         return state
 
     def restore(self, state: NDArray[np.float64]) -> None:
-        """Restore a saved state."""
+        """Restore a saved state, from which the simulation is stable."""
+        for kind in _UNSTABLE:
+            self.data.warning[kind].number = 0
         mujoco.mj_setState(self.model, self.data, state, _STATE)
 
     def _find(self, name: str, kind: JointKind) -> int:

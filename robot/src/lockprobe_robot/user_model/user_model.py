@@ -23,7 +23,7 @@ from lockprobe_robot.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_rules
 
-__all__ = ["PANEL", "UserModel", "check_model"]
+__all__ = ["PANEL", "UserModel", "check_model", "load_joints"]
 
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
@@ -38,9 +38,17 @@ def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     Raises:
         BadFile: If the model cannot be read, lacks a joint, or does not obey the rules.
     """
+    return check_rules(load_joints(box, settings), box, Path(settings.model))
+
+
+def load_joints(box: Lockbox, settings: UserModelSettings) -> ModelJoints:
+    """Read a model, and find the joints of a box in it.
+
+    Raises:
+        BadFile: If the model cannot be read, or lacks a joint.
+    """
     with without_stderr():
-        _, joints = _load(box, settings)
-    return check_rules(joints, box, Path(settings.model))
+        return _load(box, settings)[1]
 
 
 class UserModel:
@@ -107,6 +115,10 @@ class UserModel:
         if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
             raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
         return replace(self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked")
+
+    def render(self, configuration: Configuration) -> Frame:
+        """A picture of the joints in a configuration, now."""
+        return self._labelled_as_if(self._camera.look_as_told(), configuration)
 
     def close(self) -> None:
         """Release the renderer."""
