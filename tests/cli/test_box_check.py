@@ -53,7 +53,7 @@ def test_a_model_that_obeys_its_rules(folder):
     assert [line.split() for line in lines[3:7]] == [
         ["joint", "moved", "held", "differs"], ["door", "1", "2", "0"], ["bar", "2", "1", "0"], ["pin", "2", "1", "0"],
     ]  # fmt: skip
-    assert lines[-2].startswith("picture: own_box-check.png (")
+    assert lines[-2].startswith("picture: own_box-check.png (camera 'lockprobe', ")
     assert lines[-1] == "the camera sees every joint"
     picture = from_png((folder / "own_box-check.png").read_bytes())
     assert picture.shape == (480, 640, 3)
@@ -98,7 +98,7 @@ def test_as_json(folder):
 
 
 def faked(monkeypatch, pushes, **found):
-    check = ModelCheck(model=OWN, pushes=tuple(pushes), out_of_view={}, picture=b"", renderer="none", **found)
+    check = ModelCheck(model=OWN, pushes=tuple(pushes), out_of_view={}, picture=b"", view="", renderer="none", **found)
     monkeypatch.setattr(box_check, "robot_tool", lambda name, what: lambda box, model: check)
 
 

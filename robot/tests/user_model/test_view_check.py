@@ -5,7 +5,7 @@ from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.model_check import check_own_model
 from lockprobe_robot.user_model.user_model import UserModel, load_joints
 from lockprobe_robot.user_model.view_check import out_of_view
-from mjcf_models import OWN, own_box, written
+from mjcf_models import OWN, one_joint, own_box, written
 
 LID = '<body name="lid" pos="{} 0 0.1"><geom type="box" size="{} 0.2 0.002" contype="0" conaffinity="0"/></body>'
 
@@ -47,11 +47,18 @@ def test_a_joint_of_a_group_that_no_camera_shows_is_hidden(tmp_path):
     assert found == {"pin": "hidden behind panel, its motion changes 0 pixels"}
 
 
+def test_a_model_without_a_camera_says_so(tmp_path):
+    path = written(tmp_path)
+    found = check_own_model(one_joint(), f"twin?model={path}&renderer=rays&width=160&height=120")
+    assert found.view == "MuJoCo's default view, without a camera 'lockprobe'"
+
+
 def test_the_check_of_a_model_draws_the_names_over_what_the_camera_sees():
     from lockprobe.trial.pictures.png import from_png
 
     found = check_own_model(own_box(), f"twin?model={OWN}&renderer=rays&width=320&height=240")
     assert (found.model, found.out_of_view, found.renderer.split()[0]) == (OWN, {}, "rays")
+    assert found.view == "camera 'lockprobe'"
     assert from_png(found.picture).shape == (240, 320, 3)
     assert len(found.pushes) == 9
     assert not any(push.disagreement for push in found.pushes)

@@ -41,6 +41,7 @@ class ModelCheck:
         pushes: Every joint, pushed in every configuration that the model reaches before the target moves.
         out_of_view: Joint -> why the camera does not see where it is.
         picture: A PNG file: what the camera sees, with the names of the joints.
+        view: Whose view it is, in words.
         renderer: What drew it.
     """
 
@@ -48,6 +49,7 @@ class ModelCheck:
     pushes: tuple[Push, ...]
     out_of_view: Mapping[str, str]
     picture: bytes
+    view: str
     renderer: str
 
 
@@ -158,7 +160,7 @@ def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
     if advice.fault:
         yield f"with these lines the box could not be played ({advice.fault})"
     yield ""
-    yield f"picture: {out} ({seen.renderer})"
+    yield f"picture: {out} ({seen.view}, {seen.renderer.partition(' ')[0]})"
     yield from (f"the camera does not see {joint}: {why}" for joint, why in seen.out_of_view.items())
     if not seen.out_of_view:
         yield "the camera sees every joint"
@@ -221,6 +223,7 @@ def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
         "fault": advice.fault or None,
         "out_of_view": dict(seen.out_of_view),
         "picture": str(out),
+        "view": seen.view,
         "renderer": seen.renderer,
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.png import to_png
 from lockprobe_robot.simulation import require_mujoco
 from lockprobe_robot.twin_settings import UserModelSettings
+from lockprobe_robot.user_model.mjcf_file import read_model
 
 __all__ = ["check_own_model"]
 
@@ -33,6 +35,7 @@ def check_own_model(box: Lockbox, model: str) -> ModelCheck:
         Missing: If a package is missing.
     """
     require_mujoco()
+    from lockprobe_robot.user_model.compiled_model import CAMERA
     from lockprobe_robot.user_model.rules_check import push_everything
     from lockprobe_robot.user_model.user_model import load_joints
     from lockprobe_robot.user_model.view_check import out_of_view
@@ -44,9 +47,22 @@ def check_own_model(box: Lockbox, model: str) -> ModelCheck:
     joints.start(box.initial)
     with _looking(box, settings, box.names) as named, _looking(box, settings, ("",) * len(box.names)) as bare:
         picture, hidden = named(box.initial), out_of_view(box, joints, bare)
-    return ModelCheck(
-        model=path, pushes=pushes, out_of_view=hidden, picture=to_png(picture.rgb), renderer=picture.renderer
+    view = (
+        f"camera {CAMERA!r}" if _has_camera(settings, CAMERA) else f"MuJoCo's default view, without a camera {CAMERA!r}"
     )
+    return ModelCheck(
+        model=path,
+        pushes=pushes,
+        out_of_view=hidden,
+        picture=to_png(picture.rgb),
+        view=view,
+        renderer=picture.renderer,
+    )
+
+
+def _has_camera(settings: UserModelSettings, name: str) -> bool:
+    text = read_model(Path(settings.model), settings.folder).text
+    return re.search(rf'(?m)^<camera (?=.*\bname="{name}")', text) is not None
 
 
 @contextmanager
