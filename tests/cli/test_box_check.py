@@ -1,6 +1,7 @@
 """``lockprobe box check``: a box file alone, and a MuJoCo model against its rules."""
 
 import json
+import re
 import shutil
 from functools import partial
 
@@ -84,6 +85,14 @@ def test_a_missing_line_is_added(folder):
     rewrite(folder / "own_box.toml", "pin = [{ bar = 0 }]", "#")
     said = ask("own_box.toml", "own_box.xml").stdout
     assert "\nadd to own_box.toml, below [interlock]: pin = [{ bar = 0 }]\n" in said
+
+
+def test_the_page_shows_what_is_printed(folder):
+    rewrite(folder / "own_box.toml", "pin = [{ bar = 0 }]", "pin = [{}]")
+    page = (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
+    shown = page.partition("lockprobe box check own_box.toml own_box.xml\n```\n\n```\n")[2].partition("```")[0]
+    said = ask("own_box.toml", "own_box.xml").stdout
+    assert re.sub(r", \w+\)$", ")", said, flags=re.M) == re.sub(r", \w+\)$", ")", shown, flags=re.M)
 
 
 def test_as_json(folder):
