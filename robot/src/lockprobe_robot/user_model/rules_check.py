@@ -6,7 +6,7 @@ positions that an agent's attempts give them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +22,24 @@ MOST_CONFIGURATIONS = 64
 """Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""
 
 
-def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
+def check_rules(
+    joints: ModelJoints,
+    box: Lockbox,
+    path: Path,
+    *,
+    most: int | None = None,
+    push: Callable[[int], object] | None = None,
+    hint: str = "",
+) -> int:
     """Push every joint in the configurations that are reachable before the target moves, up to a number of them.
 
     Args:
         joints: The joints of the model.
         box: The rules.
         path: The model's file, for messages.
+        most: The most configurations; None for :data:`MOST_CONFIGURATIONS`.
+        push: What pushes a joint; None for the generalised force.
+        hint: Added to the message.
 
     Returns:
         The number of configurations.
@@ -38,15 +49,22 @@ def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
             or moves another joint; the message names the configuration and the joint.
     """
     checked = set()
-    for push in push_everything(joints, box, path, most=MOST_CONFIGURATIONS):
-        checked.add(push.configuration)
-        if push.disagreement:
-            where = f"in configuration {bits(push.configuration)} ({', '.join(box.names)})"
-            raise BadFile(path, f"{where}, {box.names[push.joint]} was pushed: {push.disagreement}")
+    for made in push_everything(joints, box, path, most=MOST_CONFIGURATIONS if most is None else most, push=push):
+        checked.add(made.configuration)
+        if made.disagreement:
+            where = f"in configuration {bits(made.configuration)} ({', '.join(box.names)})"
+            raise BadFile(path, f"{where}, {box.names[made.joint]} was pushed: {made.disagreement}{hint}")
     return len(checked)
 
 
-def push_everything(joints: ModelJoints, box: Lockbox, path: Path, *, most: int | None = None) -> Iterator[Push]:
+def push_everything(
+    joints: ModelJoints,
+    box: Lockbox,
+    path: Path,
+    *,
+    most: int | None = None,
+    push: Callable[[int], object] | None = None,
+) -> Iterator[Push]:
     """Push every joint in every configuration that the model reaches before the target moves.
 
     Args:
@@ -54,6 +72,7 @@ def push_everything(joints: ModelJoints, box: Lockbox, path: Path, *, most: int 
         box: The rules.
         path: The model's file, for messages.
         most: The most configurations; None for all.
+        push: As for :func:`check_rules`.
 
     Raises:
         BadFile: If the model does not rest in the initial configuration.
@@ -70,20 +89,20 @@ def push_everything(joints: ModelJoints, box: Lockbox, path: Path, *, most: int 
         most = None if most is None else most - 1
         for joint, name in enumerate(box.names):
             joints.restore(state)
-            push = _push(joints, box, configuration, joint)
-            yield push
+            made = _push(joints, box, configuration, joint, push or joints.push)
+            yield made
             after = joints.configuration()
-            if push.moved and name != box.target and after not in known:
+            if made.moved and name != box.target and after not in known:
                 known.add(after)
                 frontier.append((after, joints.saved()))
 
 
-def _push(joints: ModelJoints, box: Lockbox, before: Configuration, joint: int) -> Push:
+def _push(joints: ModelJoints, box: Lockbox, before: Configuration, joint: int, push: Callable[[int], object]) -> Push:
     """Push a joint, and compare the model's motion with the rules."""
     name, allowed = box.names[joint], box.may_move(before, joint)
     moved, why = None, ""
     try:
-        joints.push(joint)
+        push(joint)
     except PlantFault as fault:
         why = str(fault)
     else:
