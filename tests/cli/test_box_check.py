@@ -92,7 +92,7 @@ def test_the_page_shows_what_is_printed(folder):
     page = (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
     shown = page.partition("lockprobe box check own_box.toml own_box.xml\n```\n\n```\n")[2].partition("```")[0]
     said = ask("own_box.toml", "own_box.xml").stdout
-    assert re.sub(r", \w+\)$", ")", said, flags=re.M) == re.sub(r", \w+\)$", ")", shown, flags=re.M)
+    assert re.sub(r", \w+\)$", ")", said, flags=re.MULTILINE) == re.sub(r", \w+\)$", ")", shown, flags=re.MULTILINE)
 
 
 def test_as_json(folder):

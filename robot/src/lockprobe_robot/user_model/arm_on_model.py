@@ -45,7 +45,7 @@ _ACCURACY = 0.005
 """Of a distance out of reach, metres."""
 
 
-def base_of(bare: ModelJoints, panel: NDArray[np.float64], middle: Vector) -> NDArray[np.float64]:
+def _base_of(bare: ModelJoints, panel: NDArray[np.float64], middle: Vector) -> NDArray[np.float64]:
     """The pose of the arm's base in the world, shape (4, 4): that of the site, or before the middle of the handles.
 
     Args:
@@ -65,7 +65,7 @@ def base_of(bare: ModelJoints, panel: NDArray[np.float64], middle: Vector) -> ND
     return base
 
 
-def add_arm(spec: mujoco.MjSpec, base: NDArray[np.float64]) -> None:
+def _add_arm(spec: mujoco.MjSpec, base: NDArray[np.float64]) -> None:
     """Add the arm and its hand to a parsed model, behind all that is there.
 
     Args:
@@ -106,8 +106,8 @@ class ArmOnModel:
             paths = [handle_path(bare, name, joint, False, self._axis) for joint, name in enumerate(box.names)]
         except BadValue as error:
             raise BadFile(file.path, str(error)) from None
-        self.base = base_of(bare, panel, np.mean([path.points.mean(0) for path in paths], axis=0))
-        self.joints = bare.recompiled(compile_model(file, lambda spec: add_arm(spec, self.base)))
+        self.base = _base_of(bare, panel, np.mean([path.points.mean(0) for path in paths], axis=0))
+        self.joints = bare.recompiled(compile_model(file, lambda spec: _add_arm(spec, self.base)))
         self._names = box.names
         self._arm = SimulatedArm(self.joints.model, self.joints.data, rng=np.random.default_rng(0))
         self.joints.share_with(self._arm)
@@ -148,7 +148,7 @@ class ArmOnModel:
                 far[name] = f"{distance:.2f} m out of reach" if distance < math.inf else "it cannot point that way"
         if far:
             each = ", ".join(f"{name} ({why})" for name, why in far.items())
-            where = f"its base stands at {self.place} m, or where the model has a site {BASE!r}"
+            where = f"its base stands at {self.place} m; a site {BASE!r} in the model puts it elsewhere"
             raise BadFile(file.path, f"the arm does not reach {each}: {where}")
 
 

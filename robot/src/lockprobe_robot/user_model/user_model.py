@@ -32,7 +32,8 @@ PANEL = "panel"
 _MOST_WITH_ARM = 8
 """Configurations in which the arm attempts every joint before a study."""
 
-_HOLD = "by the arm, which holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room around it"
+_HOLD = "this was the arm, whose hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
+"""Added to what went wrong with the arm."""
 
 
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
