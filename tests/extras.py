@@ -36,6 +36,7 @@ NEEDS = {
     "local": ("run flips --agent llm:local --p 0 --trials 1 --out R",),
     "twin": (
         "box show chain-4 --out b.xml",
+        "box check chain-4 b.xml",
         "run modalities --agent viewer --plant fast-twin --trials 1 --out M",
         f"replay S {KEY} --out f.gif",
     ),

@@ -13,6 +13,33 @@ def test_plants_that_keep_it():
     check_plant("fast-twin", boxes=["chain-4"], attempts=10)
 
 
+def test_a_pass_says_what_was_tried(capsys):
+    made, asked = [], []
+
+    class Counted(SymbolicPlant):
+        def __init__(self, *, box, labels, rng):
+            super().__init__(box)
+            made.append(self)
+
+        def attempt(self, joint):
+            before = self.observe().configuration
+            done = super().attempt(joint)
+            asked.append((before, joint, done.outcome))
+            return done
+
+    (tried,) = check_plant(Counted, boxes=["chain-3"], attempts=25)
+    moved = sum(outcome == "moved" for _, _, outcome in asked)
+    configurations = len({before for before, _, _ in asked})
+    assert (tried.resets, tried.attempts, tried.moved) == (len(made), len(asked), moved) == (2, 25, moved)
+    assert capsys.readouterr().out == (
+        f"Counted on chain-3: 25 attempts at 3 joints in {configurations} configurations as the interlock says "
+        f"({moved} moved, {25 - moved} blocked), 2 resets\n"
+    )
+    assert 1 < configurations <= 8
+    assert [one.box for one in check_plant("symbolic")] == ["chain-4", "bichain-4", "gray-code"]
+    assert "symbolic on gray-code: 40 attempts" in capsys.readouterr().out
+
+
 class Plain(SymbolicPlant):
     def __init__(self, *, box, labels, rng):
         super().__init__(box)

@@ -46,8 +46,8 @@ def twin(spec: Spec) -> PlantSource:
 
     Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise,
     finger_stiffness. Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
-    factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box, without an arm: model,
-    root, digest, force, torque, renderer, width, height, depth_noise.
+    factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
+    digest, arm, force, torque, renderer, width, height, depth_noise.
     """
     if "model" in spec.options:
         return _of_a_user(spec)
@@ -111,7 +111,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
         check_model(box, settings)
 
-    return replace(_pictured(spec, settings, make), check=check)
+    return replace(_pictured(spec, settings, make), check=check, has_arm=settings.arm)
 
 
 def manual(spec: Spec) -> PlantSource:

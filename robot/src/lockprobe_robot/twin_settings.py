@@ -1,6 +1,6 @@
 """Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``.
 
-``twin?model=FILE`` has other settings, because a user's model has neither our panel nor an arm.
+``twin?model=FILE`` has other settings, because a user's model does not have our panel.
 """
 
 from __future__ import annotations
@@ -166,6 +166,7 @@ class UserModelSettings:
         digest: Digest of the file and all files that it refers to, 16 hexadecimal digits; other files are refused.
             Empty: any.
         force: Push on a sliding joint, newtons.
+        arm: Whether the bundled arm drags the handles, or joints are pushed by a generalised force.
         torque: Push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
             ``fast-twin``.
         renderer: As in :class:`SceneSettings`, like the following settings.
@@ -180,6 +181,7 @@ class UserModelSettings:
     model: str
     root: str = ""
     digest: str = ""
+    arm: bool = False
     force: float = 30.0
     torque: float = 1.8
     renderer: RendererChoice = "auto"

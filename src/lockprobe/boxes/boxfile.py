@@ -28,6 +28,7 @@ Every key is described in docs/boxes.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -39,7 +40,7 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain
 
-__all__ = ["box_from_data", "read_box", "toml_of"]
+__all__ = ["box_from_data", "read_box", "rule_line", "toml_of"]
 
 _NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
 _PATTERNS = {
@@ -91,9 +92,18 @@ def toml_of(box: Lockbox) -> str:
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
     )
-    interlock = (f"{joint} = [{', '.join(map(_inline, clauses))}]" for joint, clauses in box.interlock.items())
+    interlock = (rule_line(joint, clauses) for joint, clauses in box.interlock.items())
     head = f'name = "{box.name}"\ntarget = "{box.target}"\ninitial = "{bits(box.initial)}"\n'
     return "\n".join([head, *joints, "\n".join(["[interlock]", *interlock])]) + "\n"
+
+
+def rule_line(joint: str, clauses: Sequence[Clause]) -> str:
+    """The line of a box file that says when a joint may move.
+
+    >>> rule_line("door", [{"bar": True, "pin": False}])
+    'door = [{ bar = 1, pin = 0 }]'
+    """
+    return f"{joint} = [{', '.join(map(_inline, clauses))}]"
 
 
 def _inline(clause: Clause) -> str:

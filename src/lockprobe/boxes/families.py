@@ -70,8 +70,8 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     if not isinstance(asked, str | Path):
         raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
     if str(asked).lower().endswith((".xml", ".mjcf")):
-        model = f"a model of MuJoCo is a plant: --plant 'twin?model={asked}', and --box FILE.toml with its rules"
-        raise BadValue("box", str(asked), model)
+        plant = f"--plant 'twin?model={asked}' plays it, and lockprobe box check FILE.toml {asked} compares the two"
+        raise BadValue("box", str(asked), f"a name or FILE.toml with its rules; a MuJoCo model is a plant: {plant}")
     if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
         from lockprobe.boxes.boxfile import read_box  # pydantic: not for a box by name
 

@@ -41,7 +41,7 @@ COMMANDS = {
     "readings": ("readings", "readings", "Compute success under every reading of a false report."),
     "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
-    "box": ("box", "app", "List, show, solve and generate boxes."),
+    "box": ("box", "app", "List, show, check, solve and generate boxes."),
     "agents": ("agents", "agents", "List the agents."),
     "plants": ("agents", "plants", "List the plants: rules, a simulated box, a robot."),
     "interventions": ("agents", "interventions", "List the interventions at each place of the loop."),

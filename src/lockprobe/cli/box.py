@@ -1,4 +1,4 @@
-"""``lockprobe box``: lists, shows, solves and generates boxes."""
+"""``lockprobe box``: lists, shows, solves, generates and checks boxes."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_succe
 from lockprobe.boxes.state_space import space_of
 from lockprobe.boxes.structures import FAMILIES
 from lockprobe.cli import options
+from lockprobe.cli.box_check import check
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.inputs import read_input
@@ -35,6 +36,7 @@ from lockprobe.foundation.storage.links import refuse_links
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
+app.command("check")(check)
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]
 
 _FAMILY = (

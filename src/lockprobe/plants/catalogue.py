@@ -2,7 +2,7 @@
 
 Specs: ``symbolic`` and ``manual`` (a person moves the joints of a real box) are here. The distribution
 ``lockprobe-robot`` adds ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force
-sensor), ``twin?model=FILE`` (a user's MuJoCo model, without an arm), ``rig`` (the adapter of a real arm, rehearsed
+sensor), ``twin?model=FILE`` (a user's MuJoCo model), ``rig`` (the adapter of a real arm, rehearsed
 without it) and a camera for ``manual``. Options follow a question mark: ``twin?pose_error=0.004&looks=varied``.
 
 Installed packages add plants by an entry point in the group ``lockprobe.plants``. It names a class or function that is

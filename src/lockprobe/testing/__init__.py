@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from lockprobe.testing.boxes import check_box
     from lockprobe.testing.interventions import check_intervention
     from lockprobe.testing.measures import check_measure
-    from lockprobe.testing.plants import check_plant
+    from lockprobe.testing.plants import PlantTried, check_plant
     from lockprobe.testing.provider import ScriptedProvider, completion, failure, in_turn, joints, replying, words
     from lockprobe.testing.sections import check_section
     from lockprobe.testing.trials import ScriptedAgent, make_trial, play_trials
 
 __all__ = [
+    "PlantTried",
     "ScriptedAgent",
     "ScriptedProvider",
     "check_agent",
@@ -49,6 +50,7 @@ __all__ = [
 
 _HOMES = {
     **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant", "section")},
+    "PlantTried": "plants",
     "check_box": "boxes",
     **dict.fromkeys(
         ("ScriptedProvider", "completion", "failure", "in_turn", "joints", "replying", "words"), "provider"

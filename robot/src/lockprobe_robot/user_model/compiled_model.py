@@ -6,7 +6,7 @@ import math
 import os
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import mujoco
@@ -35,8 +35,8 @@ _REDIRECTING = threading.Lock()
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
-def compile_model(file: MjcfModel) -> mujoco.MjModel:
-    """Compile a user's model.
+def compile_model(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None = None) -> mujoco.MjModel:
+    """Compile a user's model, with what is added to it.
 
     Afterwards this process neither prints nor logs MuJoCo's warnings; an unstable simulation is detected from its
     state.
@@ -48,7 +48,7 @@ def compile_model(file: MjcfModel) -> mujoco.MjModel:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            model = _compiled(file)
+            model = _compiled(file, add)
     except _BROKEN as error:
         raise BadFile(file.path, file.explain(str(error))) from None
     for why in _beyond(model):
@@ -69,7 +69,7 @@ def without_stderr() -> Iterator[None]:
             os.close(kept)
 
 
-def _compiled(file: MjcfModel) -> mujoco.MjModel:
+def _compiled(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None) -> mujoco.MjModel:
     check_reading(file)
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
     for what, number, most in (
@@ -80,6 +80,8 @@ def _compiled(file: MjcfModel) -> mujoco.MjModel:
         if number > most:
             raise BadFile(file.path, f"{number} {what}, expected at most {most}")
     check_memory(spec, file)
+    if add is not None:
+        add(spec)
     if spec.camera(CAMERA) is not None:
         return spec.compile()
     spec.worldbody.add_camera(name=CAMERA)

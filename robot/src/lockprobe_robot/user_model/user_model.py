@@ -17,30 +17,73 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
+from lockprobe_robot.user_model.arm_on_model import ArmOnModel
 from lockprobe_robot.user_model.compiled_model import CAMERA, compile_model, without_stderr
 from lockprobe_robot.user_model.label_overlay import draw_labels
 from lockprobe_robot.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_rules
 
-__all__ = ["PANEL", "UserModel", "check_model"]
+__all__ = ["PANEL", "UserModel", "check_model", "load_joints"]
 
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
+
+_MOST_WITH_ARM = 8
+"""Configurations in which the arm attempts every joint before a study."""
+
+_HOLD = "this was the arm, whose hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
+"""Added to what went wrong with the arm."""
 
 
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     """Read a model, and check it against the rules of a box by pushing.
 
+    An arm attempts every joint besides, in up to eight configurations.
+
     Returns:
         The number of configurations in which every joint was pushed.
 
     Raises:
-        BadFile: If the model cannot be read, lacks a joint, or does not obey the rules.
+        BadFile: If the model cannot be read, lacks a joint, or does not obey the rules; or if the arm does not reach a
+            handle, or does not hold it.
+    """
+    checked = check_rules(load_joints(box, settings), box, Path(settings.model))
+    if settings.arm:
+        with without_stderr():
+            _check_arm(box, settings)
+    return checked
+
+
+def load_joints(box: Lockbox, settings: UserModelSettings) -> ModelJoints:
+    """Read a model, and find the joints of a box in it.
+
+    Raises:
+        BadFile: If the model cannot be read, or lacks a joint.
     """
     with without_stderr():
-        _, joints = _load(box, settings)
-    return check_rules(joints, box, Path(settings.model))
+        return _load(box, settings)[1]
+
+
+def _check_arm(box: Lockbox, settings: UserModelSettings) -> None:
+    """Let the arm attempt every joint in some configurations, and compare what it did and judged with the rules.
+
+    Raises:
+        BadFile: If they differ.
+    """
+    file, bare = _load(box, settings)
+    bare.start(box.initial)
+    arm = ArmOnModel(file, bare, box, _board(bare, box).pose)
+
+    def drag(joint: int) -> None:
+        before = arm.joints.configuration()
+        felt = arm.attempt(joint, before[joint])
+        moved = arm.joints.configuration()[joint] != before[joint]
+        if felt["verdict"] != ("moved" if moved else "blocked"):
+            said = f"the arm judged {felt['verdict']!r} at {felt['peak_force']:.1f} N"
+            raise PlantFault(f"the model {'moved' if moved else 'held'} it, and {said}")
+
+    check_rules(arm.joints, box, file.path, most=_MOST_WITH_ARM, push=drag, hint=f"; {_HOLD}")
 
 
 class UserModel:
@@ -64,6 +107,12 @@ class UserModel:
         self._joints.start(box.initial)
         self._names, self._labels = box.names, labels
         self._board = _board(self._joints, box)
+        self._arm: ArmOnModel | None = None
+        if settings.arm:
+            with without_stderr():
+                self._arm = ArmOnModel(self._file, self._joints, box, self._board.pose)
+            self._joints = self._arm.joints
+            self._joints.start(box.initial)
         self._camera = PlantCamera(
             self._joints.model,
             self._joints.data,
@@ -79,7 +128,8 @@ class UserModel:
         """Engine, settings, that the model is the user's, checksums of its files, and the renderer."""
         return {
             **self._camera.facts,
-            "mechanism": "a user's model, pushed by a generalised force",
+            "mechanism": f"a user's model, {'dragged by an arm' if self._arm else 'pushed by a generalised force'}",
+            **({"arm_base": self._arm.place} if self._arm else {}),
             "model_sha256": self._file.sha256,
             "model_parts_sha256": self._file.parts_sha256 or None,
         }
@@ -100,13 +150,25 @@ class UserModel:
         """
         before = self._joints.configuration()
         self._camera.end_moment()
-        self._joints.push(joint)
+        sensed = self._act(joint, before)
         after = self._joints.configuration()
         if not self._joints.resting():
             raise PlantFault(f"joint {joint} was pushed in {bits(before)}; now: {self._joints.where()}")
         if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
             raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
-        return replace(self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked")
+        return replace(
+            self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
+        )
+
+    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
+        if self._arm is not None:
+            return self._arm.attempt(joint, before[joint])
+        self._joints.push(joint)
+        return {}
+
+    def render(self, configuration: Configuration) -> Frame:
+        """A picture of the joints in a configuration, now."""
+        return self._labelled_as_if(self._camera.look_as_told(), configuration)
 
     def close(self) -> None:
         """Release the renderer."""
