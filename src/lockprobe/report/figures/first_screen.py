@@ -94,7 +94,8 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     published(axes, stars, label="")
     for place in stars:
         side = 1 if place[0] < sum(axes.get_xlim()) / 2 else -1
-        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "ha": "left" if side > 0 else "right"}
+        beside: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if side > 0 else "right"}
+        beside["va"] = "center" if side > 0 else "bottom"  # a curve that rises to the peak passes below
         beside["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
         axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **beside)
     label_right(axes, labels)
