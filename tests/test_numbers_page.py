@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_no_repeat_success
 from lockprobe.cli import build
 from lockprobe.foundation.formatting import percent
 
@@ -70,8 +72,5 @@ def test_verify_says_what_the_page_says(printed):
 
 
 def test_the_chance_level_is_that_of_the_box():
-    from lockprobe.boxes.families import box
-    from lockprobe.boxes.solve import random_no_repeat_success
-
     (said,) = re.findall(r"never repeats a joint solves (\d+ %)", " ".join(PAGE.split()))
     assert said == percent(random_no_repeat_success(box("chain-4")))
