@@ -72,5 +72,5 @@ def test_verify_says_what_the_page_says(printed):
 
 
 def test_the_chance_level_is_that_of_the_box():
-    (said,) = re.findall(r"never repeats a joint solves (\d+ %)", " ".join(PAGE.split()))
+    (said,) = re.findall(r"never repeats a joint at once solves (\d+ %)", " ".join(PAGE.split()))
     assert said == percent(random_no_repeat_success(box("chain-4")))
