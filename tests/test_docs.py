@@ -159,6 +159,25 @@ def test_every_page_is_in_the_index():
     assert "](docs/glossary.md)" in PAGE["README.md"]
 
 
+def prose(text):
+    """What is read as sentences: no code blocks, no comments, no tables."""
+    text = re.sub(r"^( *)(```|~~~).*?^\1\2\s*$|<!--.*?-->", "", text, flags=re.DOTALL | re.MULTILINE)
+    return [word for line in text.splitlines() if not line.lstrip().startswith("|") for word in line.split()]
+
+
+def test_the_documentation_is_short_enough_to_be_read():
+    assert sum(len(prose(text)) for page, text in PAGE.items() if page != "CONTRIBUTING.md") < 30_000
+
+
+def test_the_page_on_statistics_is_short_enough_to_be_read():
+    assert len(prose(PAGE["docs/statistics.md"])) <= 1_500
+
+
+def test_prose_is_what_stands_outside_blocks_tables_and_comments():
+    assert prose("One two.\n\n```sh\nno\n```\n<!-- no\nno -->\n| no | no |\n  ```\n  no\n  ```\n- three\n") == [
+        "One", "two.", "-", "three"]  # fmt: skip
+
+
 def test_a_study_in_toml_is_shown():
     assert any(re.search(r"^study = ", parameter.values[1], re.MULTILINE) for parameter in blocks("toml"))
 

@@ -17,7 +17,8 @@ from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.exact.readings import AGENTS, FALSE_REPORTS, cell, conditions_table, success_under
 from lockprobe.studies.running.single import run_trial
 
-PAGE = (Path(__file__).parents[3] / "docs" / "readings.md").read_text("utf-8")
+ROOT = Path(__file__).parents[3]
+PAGE = "\n".join((ROOT / name).read_text("utf-8") for name in ("docs/readings.md", "benchmarks/README.md"))
 QUICK = tuple(name for name in FALSE_REPORTS if name != "independent state noise")
 FOUND = {
     "human-inspired": {
