@@ -3,7 +3,7 @@ import { ParameterType } from "jspsych";
 import { examplesOf } from "../box/example.js";
 import { SceneClock } from "../clock.js";
 import { meant } from "../choosing.js";
-import { element, heading, paragraphs } from "../element.js";
+import { element, heading, noticeOf, paragraphs } from "../element.js";
 import { filled } from "../words.js";
 
 const info = {
@@ -36,6 +36,7 @@ export class ReadPlugin {
       { class: "words", "data-solved": result },
       scene.kind === "page" && scene.of > 1 ? element("p", { class: "where" }, `${scene.number} / ${scene.of}`) : null,
       title,
+      ...noticeOf(scene),
       ...paragraphs(scene.paragraphs),
       ...(scene.kind === "page" ? examplesOf(scene, words.page) : []),
       ...(ends ? wayBack(scene, words) : []),

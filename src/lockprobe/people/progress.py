@@ -30,11 +30,12 @@ class ConditionProgress:
 class ParticipantProgress:
     """One participant. ``last_act`` is in seconds since 1970 (UTC).
 
-    ``late`` participants were away so long that others may play their unfinished trials.
+    ``late`` participants were away so long that others may play their unfinished trials. ``screened`` ones answered
+    questions on the instructions wrong too often.
     """
 
     identity: str
-    stage: Literal["under way", "finished", "late"]
+    stage: Literal["under way", "finished", "late", "screened"]
     boxes_done: int
     boxes: int
     broken: int
@@ -53,6 +54,7 @@ class PeopleProgress:
     finished: int
     withdrawn: int
     late: int
+    screened: int
     checks_right: int
     checks_wrong: int
 
@@ -119,6 +121,7 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
         finished=sum(person.stage == "finished" for person in people),
         withdrawn=gone,
         late=sum(person.stage == "late" for person in people),
+        screened=sum(person.stage == "screened" for person in people),
         checks_right=sum(person.checks_right for person in people),
         checks_wrong=sum(person.checks_wrong for person in people),
     )
@@ -154,7 +157,7 @@ def _participant(journey: Journey) -> ParticipantProgress:
     right = sum(journey.checks)
     return ParticipantProgress(
         identity=journey.identity,
-        stage="late" if journey.released else "finished" if journey.finished else "under way",
+        stage=journey.shut or ("finished" if journey.finished else "under way"),
         boxes_done=len(journey.endings),
         boxes=len(journey.joined.slots),
         broken=sum(ending == "error" for ending in journey.endings.values()),
