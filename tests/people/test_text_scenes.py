@@ -90,6 +90,14 @@ def test_the_questions_on_the_instructions_do_not_say_what_is_right():
     assert [one.question for one in asked(comprehension={"questions": [own]}).questions] == ["Blue?"]
 
 
+@pytest.mark.parametrize(("ask", "begins"), [(True, [False, False]), (False, [False, True])])
+def test_a_page_says_whether_a_box_comes_next(ask, begins):
+    experiment = Experiment(comprehension={"ask": ask})
+    texts, pages = TextScenes(WORDS, people_study(), experiment), [done("page", 2, item="1")]
+    seen = [texts.at(journey(JOINED, pages[:number], experiment, WORDS)).begins for number in (0, 1)]
+    assert seen == begins
+
+
 def test_that_reports_can_be_wrong_is_said_and_asked_only_where_the_study_says_so():
     said = asked(say_false=True)
     assert [one.question for one in said.questions][-1] == WORDS.comprehension.questions[-1].question

@@ -46,7 +46,6 @@ export class ReadPlugin {
     title.focus();
     onLoad();
     if (ends) return new Promise(() => {});
-    const last = scene.kind === "page" && scene.number === scene.of;
     return new Promise((resolve) => {
       const next = async (event) => {
         const rt = clock.now();
@@ -55,7 +54,7 @@ export class ReadPlugin {
         await act({ kind: "next" });
         resolve({ rt });
       };
-      const text = last ? words.page.begin : words.page.next;
+      const text = scene.begins ? words.page.begin : words.page.next;
       const button = element("button", { type: "button", class: "first", "data-act": "next", onclick: next }, text);
       article.append(element("div", { class: "acts" }, button));
     });

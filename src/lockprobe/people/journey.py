@@ -16,7 +16,7 @@ from lockprobe.people.responses import Act, Agree, Answers
 from lockprobe.people.texts import Words
 from lockprobe.trial.record import Ending
 
-__all__ = ["Journey", "Station", "fingerprint", "stations"]
+__all__ = ["Journey", "Station", "asks_comprehension", "fingerprint", "stations"]
 
 
 _AS_LONG = {"box": 6}
@@ -43,7 +43,7 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
                 yield Station("check", str(number))
 
     way = [Station("page", str(number)) for number in range(1, len(words.instructions) + 1)]
-    if experiment.comprehension.ask and (experiment.comprehension.questions or words.comprehension.questions):
+    if asks_comprehension(experiment, words):
         way += [Station("comprehension")]
     if experiment.practice:
         way += [Station("box"), Station("over")]
@@ -52,6 +52,12 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
         way += [Station("box", box=box), Station("over", box=box), *checks(box)]
     way += [Station("ask", question.name) for question in experiment.questions]
     return (*way, Station("debrief"))
+
+
+def asks_comprehension(experiment: Experiment, words: Words) -> bool:
+    """Whether questions follow the instructions."""
+    asked = experiment.comprehension
+    return asked.ask and bool(asked.questions or words.comprehension.questions)
 
 
 def fingerprint(words: Words) -> str:

@@ -126,7 +126,8 @@ class Example(StrictModel):
 class InstructionPage(StrictModel):
     """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant.
 
-    ``notice`` says why somebody is back here: answers about the instructions were wrong.
+    ``notice`` says why somebody is back here: answers about the instructions were wrong. ``begins`` is whether a box
+    comes next.
     """
 
     kind: Literal["page"] = "page"
@@ -136,6 +137,7 @@ class InstructionPage(StrictModel):
     of: int
     examples: tuple[Example, ...] = ()
     notice: tuple[str, ...] = ()
+    begins: bool = False
 
 
 class OpenQuestion(StrictModel):

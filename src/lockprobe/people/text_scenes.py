@@ -9,7 +9,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.deception_check import can_be_false
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import Journey, Station
+from lockprobe.people.journey import Journey, Station, asks_comprehension
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.right_answers import ComprehensionQuestion, missed
 from lockprobe.people.scenes import (
@@ -78,7 +78,13 @@ class TextScenes:
             of, examples = len(self._words.instructions), self._shown(number, journey.joined)
             notice = self._notice(journey) if number == 1 else ()
             return InstructionPage(
-                title=title, paragraphs=paragraphs, number=number, of=of, examples=examples, notice=notice
+                title=title,
+                paragraphs=paragraphs,
+                number=number,
+                of=of,
+                examples=examples,
+                notice=notice,
+                begins=number == of and not asks_comprehension(self._experiment, self._words),
             )
         if station.kind == "comprehension":
             title, paragraphs = self._filled(self._words.comprehension, {"boxes": boxes})
