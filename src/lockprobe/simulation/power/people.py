@@ -17,9 +17,6 @@ from math import sqrt
 from typing import Literal
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import brentq
-from scipy.special import expit
 
 from lockprobe.foundation.errors import BadValue
 
@@ -130,6 +127,8 @@ def power_of(model: People, design: Design, group: int, alpha: float = 0.05) -> 
 
 
 def _t_power(noncentrality: float, freedom: float, alpha: float) -> float:
+    from scipy import stats
+
     edge = stats.t.ppf(1 - alpha / 2, freedom)
     return float(stats.nct.sf(edge, freedom, noncentrality) + stats.nct.cdf(-edge, freedom, noncentrality))
 
@@ -138,8 +137,8 @@ def _difference_variance(model: People, share: float) -> float:
     """The variance over persons of the difference between the shares that they open, box luck included."""
     u, w = _normal(model.person_sd)
     v, x = _normal(model.effect_sd)
-    control = expit(_intercept(model.success[0], model.person_sd) + u)
-    treated = expit(_intercept(share, _both(model)) + u[:, None] + v)
+    control = _chance(_intercept(model.success[0], model.person_sd) + u)
+    treated = _chance(_intercept(share, _both(model)) + u[:, None] + v)
     weights = w[:, None] * x
     difference = treated - control[:, None]
     mean = float((weights * difference).sum())
@@ -151,7 +150,7 @@ def _difference_variance(model: People, share: float) -> float:
 def _mean_variance(model: People, share: float, deviation: float) -> float:
     """The variance over persons of the share that they open under one condition, box luck included."""
     u, w = _normal(deviation)
-    chances = expit(_intercept(share, deviation) + u)
+    chances = _chance(_intercept(share, deviation) + u)
     between = float((w * (chances - share) ** 2).sum())
     return between + float((w * chances * (1 - chances)).sum()) / model.boxes_in_all
 
@@ -162,8 +161,15 @@ def _both(model: People) -> float:
 
 def _intercept(share: float, deviation: float) -> float:
     """The logit whose mean over persons is a share."""
+    from scipy.optimize import brentq
+
     u, w = _normal(deviation)
-    return float(brentq(lambda a: float((w * expit(a + u)).sum()) - share, -200.0, 200.0))
+    return float(brentq(lambda a: float((w * _chance(a + u)).sum()) - share, -200.0, 200.0))
+
+
+def _chance(logit: np.ndarray) -> np.ndarray:
+    """The probability of a logit, also of a large one."""
+    return 0.5 * (1 + np.tanh(logit / 2))
 
 
 def _normal(deviation: float) -> tuple[np.ndarray, np.ndarray]:
