@@ -61,7 +61,10 @@ class PeopleProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoxesAt:
-    """Boxes of one condition: assigned when people joined, and those of them that are not over."""
+    """Boxes of one condition: assigned when people joined, and those of them that are not over.
+
+    Boxes of people who were screened out before the first box are not counted.
+    """
 
     condition: str
     given: int
@@ -75,7 +78,7 @@ class Flow:
     Attributes:
         joined: Participants without those who withdrew.
         finished: Those of them with no open box.
-        left_open: Those with open boxes: they left, or still take part.
+        left_open: Those with open boxes: they left, were screened out, or still take part.
         withdrawn: Participants who withdrew; nothing else is known of them.
         checks: Attention checks answered.
         right: Those of them answered right.
@@ -135,6 +138,8 @@ def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
     given: Counter[str] = Counter()
     left: Counter[str] = Counter()
     for journey in journeys:
+        if journey.shut == "screened":
+            continue
         boxes = [slot.condition for slot in journey.joined.slots]
         given.update(boxes)
         left.update(condition for box, condition in enumerate(boxes, 1) if box not in journey.endings)
