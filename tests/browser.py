@@ -196,12 +196,20 @@ class Tab:
 
     async def go_on(self, look):
         """Do what has to be done in a scene that is no box; the next scene."""
-        if look.options:
+        if look.scene == "comprehension":
+            for one in read_words(self.language).comprehension.questions:
+                question = self.page.locator("fieldset.question", has_text=one.question)
+                if await question.count():
+                    option = self.answers.get(one.question, one.right)
+                    await question.locator(f'[data-option="{option}"]').click()
+        elif look.options:
             option = self.answers.get(look.heading, look.options[0])
             await self.page.locator(f'[data-option="{option}"]').click()
         if look.written:
             await self.page.locator("textarea").fill(self.answers.get(look.heading, "words"))
-        act = {"consent": "agree", "check": "answer", "ask": "answer"}.get(look.scene, "next")
+        act = {"consent": "agree", "comprehension": "answers", "check": "answer", "ask": "answer"}.get(
+            look.scene, "next"
+        )
         await self.press(f"[data-act={act}]")
         return await self.look(after=look.turn)
 

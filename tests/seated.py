@@ -15,8 +15,8 @@ from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
+from lockprobe.people.responses import Act, Agree, Answer, Answers, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, ComprehensionQuestions, Consent
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.studies.running.trial_setup import play_timed
@@ -42,8 +42,14 @@ def under(*specs: str, **settings) -> Study:
 
 
 def short(**settings) -> Experiment:
-    """An experiment without practice."""
-    return Experiment(**{"practice": "", **settings})
+    """An experiment without practice and without questions on the instructions."""
+    return Experiment(**{"practice": "", "comprehension": {"ask": False}, **settings})
+
+
+def right_answers(scene: ComprehensionQuestions, words=WORDS, own=()) -> Answers:
+    """The right answers to questions on the instructions."""
+    known = {one.question: one.right for one in (*words.comprehension.questions, *own)}
+    return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
 
 
 class Clock:
@@ -73,6 +79,8 @@ class Player:
                 return Agree(agreed=True)
             case Box():
                 return await self._attempt(scene, shown.identity)
+            case ComprehensionQuestions():
+                return right_answers(scene)
             case Check() | Ask():
                 return Answer(answer=(*scene.options, "")[0], rt=812.5)
         return Next()
@@ -210,6 +218,8 @@ async def to_first(kind, reception: ServerState, shown: PageReply) -> PageReply:
             act = Attempt(joint=scene.panel.joints[scene.step % 2].label, claimed=claimed, rt=1.0)
         elif isinstance(scene, Check | Ask):
             act = Answer(answer=(*scene.options, "")[0], rt=1.0)
+        elif isinstance(scene, ComprehensionQuestions):
+            act = right_answers(scene)
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
     return shown
 

@@ -80,7 +80,7 @@ def test_the_port_is_that_of_the_participants_page():
 
 def test_commands_of_the_page_name_the_image_and_a_command():
     lines = re.findall(r"^docker run (.*)$", PAGE, re.MULTILINE)
-    assert len(lines) == 4
+    assert len(lines) == 3
     for line in lines:
         after = line.partition(" lockprobe")[2].split()
         assert not after or after[0] in COMMANDS

@@ -16,6 +16,7 @@ from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import Joined, read_diary
+from lockprobe.people.texts import read_words
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -120,6 +121,10 @@ class Visitor:
                 await self.act(kind="agree", agreed=True)
             case "page" | "over":
                 await self.act(kind="next")
+            case "comprehension":
+                right = {one.question: one.right for one in read_words("en").comprehension.questions}
+                answers = [right[one["question"]] for one in scene["questions"]]
+                await self.act(kind="answers", answers=answers, rt=rt)
             case "check":
                 await self.act(kind="answer", answer=self.answers.get("check", scene["options"][0]), rt=rt)
             case "ask":

@@ -41,6 +41,16 @@ export function paragraphs(texts) {
 }
 
 /**
+ * What went wrong before, set apart from what stands under it.
+ *
+ * @param {{notice?: readonly string[]}} scene
+ * @returns {HTMLElement[]}
+ */
+export function noticeOf({ notice }) {
+  return notice?.length ? [element("div", { class: "notice", role: "note" }, ...paragraphs(notice))] : [];
+}
+
+/**
  * The heading of a scene. It takes the focus, so that a screen reader begins there.
  *
  * @param {string} text

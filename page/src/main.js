@@ -7,8 +7,10 @@ import { initJsPsych } from "jspsych";
 import { guardKeys } from "./choosing.js";
 import { AnswerPlugin } from "./plugins/answer.js";
 import { BoxPlugin } from "./plugins/box.js";
+import { ComprehensionPlugin } from "./plugins/comprehension.js";
 import { ConsentPlugin } from "./plugins/consent.js";
 import { ReadPlugin } from "./plugins/read.js";
+import { showProgress } from "./progress.js";
 import { Session } from "./session.js";
 import { Trouble } from "./trouble.js";
 import { offerToWithdraw } from "./withdraw.js";
@@ -19,6 +21,7 @@ const PLUGINS = [
   [ReadPlugin, ["page", "over", "debrief", "closed"]],
   [BoxPlugin, ["box"]],
   [AnswerPlugin, ["check", "ask"]],
+  [ComprehensionPlugin, ["comprehension"]],
 ];
 
 const place = document.getElementById("scene");
@@ -27,13 +30,14 @@ const trouble = new Trouble(document.getElementById("trouble"));
 const session = new Session(trouble);
 const jsPsych = initJsPsych({ display_element: place });
 
-/** What is the same in every scene: the way out, and what those see who drive the page. */
+/** What is the same in every scene: how far one is, the way out, and what those see who drive the page. */
 function frame() {
-  const { scene, turn, words } = session;
+  const { scene, turn, words, progress } = session;
   place.dataset.scene = scene.kind;
   place.dataset.turn = String(turn);
   place.removeAttribute("tabindex"); // jsPsych sets it; nothing here needs it
   if (scene.kind !== "box") document.getElementById("spoken").textContent = "";
+  showProgress(document.getElementById("progress"), progress, words.page);
   if (!session.mayWithdraw) foot.replaceChildren();
   else if (!foot.hasChildNodes()) offerToWithdraw(foot, words.page, withdraw);
 }

@@ -25,6 +25,8 @@ export class Session {
   turn = 0;
   words = FIRST_WORDS;
   mayWithdraw = false;
+  /** @type {{share: number, done: number, of: number} | null} How far this participant is. */
+  progress = null;
   #lease = "";
   #trouble;
   #line = Promise.resolve();
@@ -96,5 +98,6 @@ export class Session {
     this.turn = answer.turn;
     this.scene = answer.scene;
     this.mayWithdraw = answer.withdraw;
+    this.progress = answer.progress;
   }
 }

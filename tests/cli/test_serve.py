@@ -35,7 +35,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     asked = ["serve", "flips", "--port", 0, "--out", tmp_path / "study"]
     process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(10)]
+        said = [process.stdout.readline().rstrip() for _ in range(11)]
         admin = said[5].split()[1]
         assert said[0] == "flips on chain-4 for people: 24 trials, each played by one of them"
         assert said[1].startswith("Places for 6 people, each plays 4 boxes: each of the 4 conditions once")
@@ -44,8 +44,9 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         assert "/admin#token=" in admin
         assert said[6].endswith(str(tmp_path / "study"))
         assert "names nobody as responsible" in said[7]
-        assert "--require-id or --join-code" in said[8]
-        assert said[9].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
+        assert "how long the study takes" in said[8]
+        assert "--require-id or --join-code" in said[9]
+        assert said[10].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
         url, _, token = admin.partition("admin#token=")
         with httpx.Client(trust_env=False, verify=False) as http:
             asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})
@@ -116,7 +117,7 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
 def test_the_example_has_every_setting_as_it_is_by_default():
     given = tomllib.loads(EXAMPLE.read_text("utf-8"))
     example, default = read_experiment(EXAMPLE), Experiment()
-    named = set(given) | {"trials_each", "participants"}  # which stand there as remarks
+    named = set(given) | {"trials_each", "participants", "minutes"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}

@@ -3,7 +3,7 @@
 from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station, fingerprint, stations
-from lockprobe.people.responses import Agree, Answer, Attempt, Next
+from lockprobe.people.responses import Agree, Answer, Answers, Attempt, Next
 from lockprobe.people.texts import read_words
 
 WORDS = read_words("en")
@@ -30,6 +30,7 @@ def step(box, number, ended=None, joint="A"):
 
 
 PAGES = [("page", Next(), {"item": str(number)}) for number in (1, 2)]
+UNDERSTOOD = ("comprehension", Answers(answers=("a",), rt=1.0), {"item": "1", "right": True})
 PRACTICE = [step(0, 1), step(0, 2, "solved"), ("over", Next(), {"box": 0})]
 ANSWER = Answer(answer="blue", rt=1.0)
 
@@ -41,11 +42,11 @@ def journey(*acts, words=WORDS, experiment=EXPERIMENT):
 def test_the_way_is_walked_from_one_end_to_the_other():
     way = stations(EXPERIMENT, WORDS, 2)
     assert [(one.kind, one.item, one.box) for one in way] == [
-        ("page", "1", 0), ("page", "2", 0), ("box", "", 0), ("over", "", 0), ("check", "2", 0), ("box", "", 1),
+        ("page", "1", 0), ("page", "2", 0), ("comprehension", "", 0), ("box", "", 0), ("over", "", 0), ("check", "2", 0), ("box", "", 1),
         ("over", "", 1), ("check", "1", 0), ("check", "3", 0), ("box", "", 2), ("over", "", 2), ("ask", "how", 0),
         ("debrief", "", 0),
     ]  # fmt: skip
-    assert [one.kind for one in stations(Experiment(practice=""), WORDS, 1)] == [
+    assert [one.kind for one in stations(Experiment(practice="", comprehension={"ask": False}), WORDS, 1)] == [
         "page",
         "page",
         "box",
@@ -56,7 +57,7 @@ def test_the_way_is_walked_from_one_end_to_the_other():
 
 def test_it_stands_after_what_was_done_last():
     acts = [
-        *PAGES, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}), step(1, 1), step(1, 2, "budget"),
+        *PAGES, UNDERSTOOD, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}), step(1, 1), step(1, 2, "budget"),
         ("over", Next(), {"box": 1}), ("check", ANSWER, {"item": "1", "right": True}),
         ("check", ANSWER, {"item": "3", "right": False}), step(2, 1, "solved"), ("over", Next(), {"box": 2}),
         ("ask", ANSWER, {"item": "how"}),
@@ -117,7 +118,26 @@ def test_texts_that_were_edited_in_between_move_nobody():
     for words in (shorter, longer):
         assert journey(*PAGES, step(0, 1), words=words).station == Station("box")
         assert journey(*PAGES, *PRACTICE, words=words).station == Station("check", "2")
-    assert journey(*PAGES, words=shorter).station == Station("box")
+    assert journey(*PAGES, words=shorter).station == Station("comprehension")
+
+
+def test_wrong_answers_lead_back_to_the_first_page_and_every_round_is_counted():
+    wrong = [("comprehension", Answers(answers=("b",), rt=1.0), {"item": str(n), "right": False}) for n in (1, 2)]
+    back = journey(*PAGES, wrong[0])
+    assert (back.station, back.rounds, back.misread.answers) == (Station("page", "1"), 1, ("b",))
+    again = journey(*PAGES, wrong[0], *PAGES, wrong[1], *PAGES)
+    assert (again.station, again.rounds) == (Station("comprehension"), 2)
+    through = journey(*PAGES, wrong[0], *PAGES, UNDERSTOOD)
+    assert (through.station, through.rounds, through.misread, through.checks) == (Station("box"), 2, None, [])
+
+
+def test_the_share_of_the_way_grows_from_none_to_all_of_it():
+    acts = [*PAGES, UNDERSTOOD, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}), step(1, 1, "budget")]
+    acts += [("over", Next(), {"box": 1}), *(("check", ANSWER, {"item": n, "right": True}) for n in "13")]
+    acts += [step(2, 1, "solved"), ("over", Next(), {"box": 2}), ("ask", ANSWER, {"item": "how"})]
+    shares = [journey(*acts[:number]).share for number in range(len(acts) + 1)]
+    assert (shares[0], shares[-1], shares) == (0.0, 1.0, sorted(shares))
+    assert len(set(shares)) == len(acts)  # a step within the practice moves nobody
 
 
 def test_a_fingerprint_changes_with_any_text():

@@ -102,7 +102,7 @@ def test_other_settings_are_refused_once_somebody_has_joined(tmp_path, change):
 
 def test_how_many_may_come_and_where_they_go_on_can_be_changed(tmp_path):
     begun(tmp_path, experiment=short(participants=1))
-    other = short(participants=2, completion_url="https://example.org/done", completion_code="C2", away_hours=2)
+    other = short(participants=2, completion_url="https://example.org/done", completion_code="C2", away_minutes=2)
     assert begun(tmp_path, experiment=other).identity
     assert json.loads((tmp_path / "people" / "experiment.json").read_text())["participants"] == 2
 
@@ -407,7 +407,7 @@ def test_a_study_of_models_is_as_it_was(tmp_path):
 def test_settings_of_people_are_as_they_were(tmp_path):
     take_part(tmp_path, STUDY, short(), until=lambda shown: isinstance(shown.scene, Box))
     before = everything(tmp_path)
-    fail(tmp_path, short(participants=2, away_hours=3))
+    fail(tmp_path, short(participants=2, away_minutes=3))
     assert everything(tmp_path) == before
 
 

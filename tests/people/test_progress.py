@@ -122,6 +122,12 @@ def test_a_box_that_was_given_to_others_is_left_open(directory):
     assert counts(directory) == (2, 1, 1, 0)
 
 
+def test_who_was_screened_out_is_a_person_without_boxes(directory):
+    ends_with(directory, Released(at=START + 1000, why="screened"))
+    assert counts(directory) == (2, 1, 1, 0)
+    assert [(one.given, one.left_open) for one in flow_in(directory).boxes] == [(1, 0), (1, 0)]
+
+
 def test_a_box_that_broke_is_over(directory):
     turns = {len(diary.lines) + 2 for diary in read_diaries(directory) if Journey.of(diary).closed_boxes == {1}}
     ends_with(directory, Broken(at=START + 1000, turn=turns.pop(), box=2))

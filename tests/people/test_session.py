@@ -16,6 +16,7 @@ from seated import (
     opened,
     people_study,
     refused,
+    right_answers,
     short,
     sitting,
     take_part,
@@ -27,8 +28,8 @@ from seen import PhotographedPlant
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Broken, Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Answer, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, Check, Debrief
+from lockprobe.people.responses import Answer, Answers, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, Check, ComprehensionQuestions, Debrief, InstructionPage
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.journal import Timing, left_out, load
@@ -74,6 +75,58 @@ def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path)
     ]  # fmt: skip
     assert [(line.item, line.right) for line in lines if line.scene == "check"] == [("1", False)]
     assert "<script>" not in (tmp_path / "trials.jsonl").read_text()
+
+
+def wrong_answers(scene):
+    """Answers to questions on the instructions, the first of which is wrong."""
+    right = right_answers(scene)
+    other = next(option for option in scene.questions[0].options if option != right.answers[0])
+    return right.model_copy(update={"answers": (other, *right.answers[1:])})
+
+
+def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_right(tmp_path):
+    async def answers(reception, shown):
+        for _ in range(2):
+            shown = await to_first(ComprehensionQuestions, reception, shown)
+            act = wrong_answers(shown.scene)
+            shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+            assert isinstance(shown.scene, InstructionPage)
+            assert shown.scene.notice
+        shown = await to_first(ComprehensionQuestions, reception, shown)
+        right = right_answers(shown.scene)
+        for impossible in (Next(), Answers(answers=(), rt=1.0), Answers(answers=("other", *right.answers[1:]), rt=1.0)):
+            assert await refused(reception, shown, impossible) == "impossible"
+        return await reception.act(shown.token, shown.lease, shown.turn, right, {})
+
+    shown = sitting(tmp_path, STUDY, answers, experiment=Experiment())
+    assert shown.scene.practice
+    rounds = [did for did in diary_of(tmp_path, shown.identity)[1:] if did.scene == "comprehension"]
+    assert [(did.item, did.right) for did in rounds] == [("1", False), ("2", False), ("3", True)]
+
+
+def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_path):
+    experiment = Experiment(comprehension={"rounds": 1}, screened_url="https://example.org/no", screened_code="S1")
+
+    async def fails(reception, shown):
+        before = reception.progress()
+        shown = await to_first(ComprehensionQuestions, reception, shown)
+        shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
+        assert (shown.scene.why, shown.scene.completion_code) == ("screened", "S1")
+        assert (shown.progress, shown.may_withdraw) == (None, True)
+        assert await refused(reception, shown, Next()) == "impossible"
+        return shown, before, reception.progress()
+
+    shown, before, after = sitting(tmp_path, STUDY, fails, experiment=experiment)
+    assert [one.under_way for one in before.conditions] == [1, 1]
+    assert [(one.under_way, one.free) for one in after.conditions] == [(0, 4), (0, 4)]
+    assert (after.screened, after.late, after.finished) == (1, 0, 0)
+    assert load(tmp_path) == []
+
+    async def comes_back():
+        async with opened(tmp_path, STUDY, experiment) as reception:
+            return await reception.enter(shown.token, {})
+
+    assert asyncio.run(comes_back()).scene == shown.scene
 
 
 def test_a_question_that_is_not_required_can_be_passed_over(tmp_path):

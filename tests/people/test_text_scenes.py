@@ -1,6 +1,7 @@
 """What is read is filled in, and says what the experimenter wants said and no more."""
 
 import asyncio
+import re
 
 import pytest
 from seated import WORDS, people_study, under
@@ -9,7 +10,7 @@ from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.practice import examples_of
-from lockprobe.people.responses import Attempt, Next
+from lockprobe.people.responses import Answers, Attempt, Next
 from lockprobe.people.text_scenes import TextScenes
 from lockprobe.trial.record import STATES
 
@@ -62,10 +63,76 @@ def test_whether_a_box_was_opened_is_said_where_the_experimenter_says_so(ended, 
     assert len(said.paragraphs) == len(silent.paragraphs) + (solved is not None)
 
 
-@pytest.mark.parametrize(("ended", "solved"), [("solved", True), ("budget", False)])
-def test_of_the_practice_it_is_always_said(ended, solved):
-    over = at(ended, 0)
-    assert (over.practice, over.solved, over.number, over.title) == (True, solved, 0, WORDS.practice_over.title)
+MINUTES = {"median": 12, "low": 9, "high": 17}
+
+
+def test_how_long_it_takes_is_said_at_consent_where_it_is_known():
+    silent, said = (TextScenes(WORDS, people_study(), Experiment(minutes=one)).consent(6) for one in (None, MINUTES))
+    (more,) = set(said.paragraphs) - set(silent.paragraphs)
+    assert more == said.paragraphs[1]
+    assert re.findall(r"\d+", more) == ["12", "9", "17"]
+    assert not any("minute" in text for text in silent.paragraphs)
+
+
+def asked(**settings):
+    """The scene of questions on the instructions."""
+    experiment = Experiment(**settings)
+    pages = [done("page", 1 + n, item=str(n)) for n in (1, 2)]
+    return TextScenes(WORDS, people_study(), experiment).at(journey(JOINED, pages, experiment, WORDS))
+
+
+def test_the_questions_on_the_instructions_do_not_say_what_is_right():
+    scene, known = asked(), WORDS.comprehension.questions
+    assert scene.kind == "comprehension"
+    assert [one.question for one in scene.questions] == [one.question for one in known if one.only != "false_reports"]
+    assert set(scene.questions[0].model_dump()) == {"question", "options"}
+    own = {"question": "Blue?", "options": ["blue", "red"], "right": "blue"}
+    assert [one.question for one in asked(comprehension={"questions": [own]}).questions] == ["Blue?"]
+
+
+@pytest.mark.parametrize(("ask", "begins"), [(True, [False, False]), (False, [False, True])])
+def test_a_page_says_whether_a_box_comes_next(ask, begins):
+    experiment = Experiment(comprehension={"ask": ask})
+    texts, pages = TextScenes(WORDS, people_study(), experiment), [done("page", 2, item="1")]
+    seen = [texts.at(journey(JOINED, pages[:number], experiment, WORDS)).begins for number in (0, 1)]
+    assert seen == begins
+
+
+def test_that_reports_can_be_wrong_is_said_and_asked_only_where_the_study_says_so():
+    said = asked(say_false=True)
+    assert [one.question for one in said.questions][-1] == WORDS.comprehension.questions[-1].question
+    for say_false in (False, True):
+        experiment = Experiment(say_false=say_false)
+        texts = TextScenes(WORDS, people_study(), experiment)
+        page = texts.at(journey(JOINED, [done("page", 2, item="1")], experiment, WORDS))
+        assert (WORDS.instructions[1].if_false[0] in page.paragraphs) is say_false
+
+
+def test_who_answered_wrong_reads_which_question_it_was():
+    experiment, texts = Experiment(), TextScenes(WORDS, people_study(), Experiment())
+    one, two, three = (question.options[0] for question in WORDS.comprehension.questions[:3])
+    line = done("comprehension", 4, item="1").model_copy(
+        update={"act": Answers(answers=(WORDS.comprehension.questions[0].right, two, three), rt=1.0), "right": False}
+    )
+    pages = [done("page", 1 + n, item=str(n)) for n in (1, 2)]
+    back = texts.at(journey(JOINED, [*pages, line], experiment, WORDS))
+    assert (back.kind, back.number) == ("page", 1)
+    assert WORDS.comprehension.questions[1].question in back.notice[0]
+    assert WORDS.comprehension.questions[0].question not in back.notice[0]
+    assert one != WORDS.comprehension.questions[0].right
+    alone = WORDS.model_copy(update={"instructions": ()})  # there is nothing to go back to
+    scene = TextScenes(alone, people_study(), experiment).at(journey(JOINED, [line], experiment, alone))
+    assert (scene.kind, scene.notice) == ("comprehension", back.notice)
+
+
+@pytest.mark.parametrize("feedback", [True, False])
+@pytest.mark.parametrize("ended", ["solved", "budget", "error"])
+def test_the_practice_ends_as_a_box_does(ended, feedback):
+    practice, real = (at(ended, number, feedback=feedback) for number in (0, 1))
+    assert (practice.practice, practice.number, practice.title) == (True, 0, WORDS.practice_over.title)
+    assert practice.solved is real.solved
+    own = WORDS.practice_over.paragraphs
+    assert tuple(text for text in practice.paragraphs if text not in own) == real.paragraphs
 
 
 def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():

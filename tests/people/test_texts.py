@@ -46,7 +46,7 @@ def test_a_language_says_what_english_says_with_the_same_names_filled_in(languag
 @pytest.mark.parametrize("language", set(LANGUAGES) - {"en"})
 def test_nothing_is_left_in_english(language):
     there, english = dict(texts(read_words(language))), dict(texts(read_words("en")))
-    same = [path for path, text in there.items() if text == english[path] and len(text) > 12]
+    same = [path for path, text in there.items() if text == english[path] and len(text) > 12 and path[-1] != "only"]
     assert same == []
 
 

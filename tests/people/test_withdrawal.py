@@ -234,7 +234,7 @@ def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
     take_part(tmp_path, study, short(), until=lambda shown: isinstance(shown.scene, Box), clock=clock)
 
     async def both():
-        async with opened(tmp_path, study, short(away_hours=1), clock=clock) as reception:
+        async with opened(tmp_path, study, short(away_minutes=60), clock=clock) as reception:
             clock.now += 7200
             (late,) = reception._roster
             await late.show()  # is held, so that letting go of it takes a moment

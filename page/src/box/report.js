@@ -2,28 +2,34 @@ import { element } from "../element.js";
 import { filled } from "../words.js";
 
 /**
- * What was told of one step, in the language of the page. In English it is, word for word, what models read.
+ * What was told of one step, in the language of the page. In English it is, word for word, what models read; beside a
+ * drawn box it also says where the joint is now.
  *
  * @param {{joint: string | null, outcome: "moved" | "blocked" | null, ones: readonly string[] | null}} report `ones`
  *   are the joints that are told to be at position 1; null where no positions are told.
  * @param {Record<string, string>} words
  * @returns {string[]}
  */
-function sentences({ joint, outcome, ones }, words) {
+function sentences({ joint, outcome, ones }, words, drawn = false) {
   const found = [];
   if (outcome) found.push(filled(words[outcome], { label: joint }));
   else if (ones && joint !== null) found.push(filled(words.attempted, { label: joint }));
+  if (drawn && ones && joint !== null) found.push(filled(words.now, { label: joint, position: Number(ones.includes(joint)) }));
   if (ones) found.push(filled(words.positions, { labels: ones.join(", ") || words.none }));
   return found;
+}
+
+/** Whether it is told where joints are. */
+function known({ joints }) {
+  return joints.some(({ position }) => position !== null);
 }
 
 /** What the panel says of the last attempt, in sentences; nothing where nothing was reported, and with pictures. */
 function now({ view, last, outcome, joints, told, verbatim }, words) {
   if (view === "pictures") return [];
   if (verbatim) return [told];
-  const known = joints.some(({ position }) => position !== null);
-  const ones = known ? joints.filter(({ position }) => position).map(({ label }) => label) : null;
-  return sentences({ joint: last, outcome, ones }, words);
+  const ones = known({ joints }) ? joints.filter(({ position }) => position).map(({ label }) => label) : null;
+  return sentences({ joint: last, outcome, ones }, words, view === "panel");
 }
 
 /**
@@ -40,7 +46,7 @@ export function reportOf(scene, words) {
   if (isFirst(scene)) return whole ? [words.first, ...said] : [words.first];
   if (view === "pictures" && pictures.length) return [filled(words.seen, { label: last })];
   if (!said.length) return [words.no_report];
-  return whole ? said : said.slice(0, 1);
+  return whole ? said : said.slice(0, last !== null && known(scene.panel) ? 2 : 1);
 }
 
 /** Whether nothing was attempted. An example has no step, and a late report names no joint. */
@@ -74,7 +80,7 @@ let open = null; // as somebody set it; before that as the study has it, on ever
 export function historyOf(scene, words) {
   if (!scene.history.length) return null;
   const rows = [...scene.history].reverse().map((report) => {
-    const told = report.verbatim ? report.told : sentences({ ...report, joint: report.about }, words).join(" ");
+    const told = report.verbatim ? report.told : sentences({ ...report, joint: report.about }, words, scene.panel.view === "panel").join(" ");
     const said = [told || filled(words.joint, { label: report.joint }), report.remark].filter(Boolean).join(" ");
     return element("li", { value: report.step }, said);
   });

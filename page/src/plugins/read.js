@@ -3,7 +3,7 @@ import { ParameterType } from "jspsych";
 import { examplesOf } from "../box/example.js";
 import { SceneClock } from "../clock.js";
 import { meant } from "../choosing.js";
-import { element, heading, paragraphs } from "../element.js";
+import { element, heading, noticeOf, paragraphs } from "../element.js";
 import { filled } from "../words.js";
 
 const info = {
@@ -36,6 +36,7 @@ export class ReadPlugin {
       { class: "words", "data-solved": result },
       scene.kind === "page" && scene.of > 1 ? element("p", { class: "where" }, `${scene.number} / ${scene.of}`) : null,
       title,
+      ...noticeOf(scene),
       ...paragraphs(scene.paragraphs),
       ...(scene.kind === "page" ? examplesOf(scene, words.page) : []),
       ...(ends ? wayBack(scene, words) : []),
@@ -45,7 +46,6 @@ export class ReadPlugin {
     title.focus();
     onLoad();
     if (ends) return new Promise(() => {});
-    const last = scene.kind === "page" && scene.number === scene.of;
     return new Promise((resolve) => {
       const next = async (event) => {
         const rt = clock.now();
@@ -54,7 +54,7 @@ export class ReadPlugin {
         await act({ kind: "next" });
         resolve({ rt });
       };
-      const text = last ? words.page.begin : words.page.next;
+      const text = scene.begins ? words.page.begin : words.page.next;
       const button = element("button", { type: "button", class: "first", "data-act": "next", onclick: next }, text);
       article.append(element("div", { class: "acts" }, button));
     });

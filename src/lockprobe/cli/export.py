@@ -17,7 +17,7 @@ from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, wr
 from lockprobe.interfaces.export.traces import EPOCH, requests, write_traces
 from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
-from lockprobe.people.step_times import times_of_steps
+from lockprobe.people.step_times import seconds_of_trials, times_of_steps
 from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load, read_timings
@@ -118,10 +118,13 @@ def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
 
 
 def _rows(table: TableName, directory: Path) -> Rows:
-    """A table of the trials in a directory, with the response times of its participants."""
+    """A table of the trials in a directory, with the response times and durations of its participants."""
     trials, diaries = load(directory), read_diaries(directory)
-    times = times_of_steps(read_study(directory), trials, diaries, directory) if diaries else {}
-    return rows_of(table, trials, times)
+    if not diaries:
+        return rows_of(table, trials)
+    study = read_study(directory)
+    times = times_of_steps(study, trials, diaries, directory)
+    return rows_of(table, trials, times, seconds_of_trials(study, diaries))
 
 
 def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:

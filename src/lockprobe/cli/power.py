@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from lockprobe.cli import options
+from lockprobe.cli.power_people import power_people, refuse_other_options
 from lockprobe.cli.power_until import WHY_BLOCKS, power_until, stops
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
@@ -22,6 +23,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.simulation.audit.simulated_agents import WORLDS, P, World
 from lockprobe.simulation.power.flip_rates import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.simulation.power.flip_rates import power as measure_power
+from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
 from lockprobe.statistics.why.mechanism import MARGIN
 
 if TYPE_CHECKING:
@@ -37,6 +39,10 @@ _SUCCESS = (
 )
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
+_PEOPLE = "How many persons a study of people needs, within and between persons (with --success)."
+_BOXES = "With --people: boxes that a person plays under each condition (1)."
+_PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
+_EFFECT_SD = f"With --people: standard deviation of the effect between persons, in logits ({EFFECT_SD:g}, by eye)."
 _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
 
@@ -51,6 +57,10 @@ def power(
     harm: Annotated[float, typer.Option(help=_HARM)] = 1.0,
     trials: Annotated[str | None, typer.Option(help=_TRIALS)] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
+    people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
+    boxes: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
+    person_sd: Annotated[float | None, typer.Option(help=_PERSON_SD)] = None,
+    effect_sd: Annotated[float | None, typer.Option(help=_EFFECT_SD)] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help=options.STUDIES)] = 100,
     workers: options.Workers = None,
     json: options.AsJson = False,
@@ -64,6 +74,8 @@ def power(
     an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
     controls needs to name the reason for a change of success.
 
+    --people: how many persons a study of people needs, within and between persons.
+
     --until decided (or ±10): what a study that stops there is expected to play, beside the study of fixed size.
     """
     sizes, seed, rates = _whole_numbers("trials", trials), asked.get("seed", 1), asked.get("p")
@@ -71,6 +83,11 @@ def power(
     if what == "why" and (shared or rates or beside):
         raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
+    of_people = {"boxes": boxes, "person_sd": person_sd, "effect_sd": effect_sd}
+    if people or set(of_people.values()) != {None}:
+        refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)], harm)
+        power_people(shares, of_people, target, json=json)
+        return
     simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
     if stops(what, asked):
         if trap is not None or harm != 1.0:
@@ -195,6 +212,11 @@ def _print_verdicts(rates: Sequence[VerdictRates]) -> None:
         f"{100 * MARGIN:g} points, no change is right too. wrong: the verdict asserts something false.\n"
         "Arms share no luck here, as with a hosted model. A seeded agent's arms share luck and need fewer blocks."
     )
+
+
+def _given(**options: object) -> list[str]:
+    """The names of the options that were given."""
+    return [name for name, value in options.items() if value is not None]
 
 
 def _processes(workers: int | None) -> Processes:

@@ -202,6 +202,11 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
             "The shipped consent text names nobody as responsible. "
             "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
         )
+    if experiment.minutes is None:
+        found.append(
+            "The consent scene does not say how long the study takes. After a pilot, lockprobe status PILOT prints the "
+            "line for people.toml."
+        )
     if not (experiment.join_code or experiment.require_id):
         found.append(
             f"Anyone with the link can join, up to {experiment.joins_per_minute} people per minute from one IP address "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +18,9 @@ from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.people.diary import read_diaries
+from lockprobe.people.durations import Durations, durations_of
+from lockprobe.people.experiment import kept_experiment
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
@@ -80,6 +83,8 @@ def _status(directory: Path, *, json: bool) -> None:
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
     facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
     facts |= _in_progress(directory, index)
+    durations = durations_of(read_diaries(directory), kept_experiment(directory))
+    facts["durations"] = None if durations is None else asdict(durations)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
         lines = [
@@ -226,6 +231,9 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         who = f" by {facts['people']}" if facts["people"] else ""
         played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
         yield "people", f"{played}{extra if not facts['trials'] else ''} (lockprobe serve {directory})"
+    if isinstance(took := facts["durations"], dict):
+        found = Durations(**took)
+        yield "", f"{count(found.people, 'person', 'people')} finished; for people.toml: {found.setting}"
     if facts["forks"]:
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:

@@ -102,8 +102,8 @@ class Did(StrictModel):
         box: The box of a step or of the scene after a box, from 1; 0 is the practice box.
         step: The step, from 1.
         told: The report that the step produced; empty with pictures.
-        item: The number of a page or check, from 1; the name of a question.
-        right: Whether the answer to an attention check was right.
+        item: The number of a page, a check or a round of comprehension questions, from 1; the name of a question.
+        right: Whether the answer to an attention check was right, or all answers of a round.
         ended: How the trial ended with this step; None where it goes on.
         page: Version of the page, with the first step of a box; empty for the practice box.
     """
@@ -135,10 +135,14 @@ class Broken(StrictModel):
 
 
 class Released(StrictModel):
-    """The last line of a participant who was away too long: others may play the unfinished trials."""
+    """The last line of a participant who cannot go on: others may play the unfinished trials.
+
+    ``why``: ``late`` (was away too long) or ``screened`` (too many rounds of wrong answers about the instructions).
+    """
 
     kind: Literal["released"] = "released"
     at: Seconds
+    why: Literal["late", "screened"] = "late"
 
 
 Entry = Joined | Did | Broken | Released

@@ -24,18 +24,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.file_errors import check_visible, first_error
+from lockprobe.people.right_answers import Comprehension, OneRight, Options, SettingsPart, Text
 
 __all__ = [
     "EXPERIMENT",
     "SECRET",
     "AttentionCheck",
     "Experiment",
+    "Minutes",
     "Question",
     "experiment_from",
     "experiment_with",
@@ -47,50 +49,41 @@ EXPERIMENT = "experiment.json"
 """The file of these settings, next to the diaries."""
 
 SECRET = (
-    *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed") for what in ("url", "code")),
+    *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed", "screened") for what in ("url", "code")),
     "join_code",
 )
 """Settings that are not shared with data."""
 
 
-def _bare(text: str) -> str:
-    """Refuse surrounding space: it is invisible, and would make another option."""
-    if text != check_visible(text).strip():
-        raise ValueError(f"got {text!r}, expected words without space around them")
-    return text
-
-
-Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare)]
-Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
-Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
 Code = Annotated[str, Field(max_length=100), AfterValidator(check_visible)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class AttentionCheck(_Part):
+class AttentionCheck(OneRight):
     """A question with one right answer, which shows whether a participant reads.
 
     ``after`` is the box after which it is asked; 0 for after the instructions.
     """
 
     after: Annotated[int, Field(ge=0, le=1000)]
-    question: Text
-    options: Annotated[Options, Field(min_length=2)]
-    right: str
+
+
+class Minutes(SettingsPart):
+    """How long the study takes, as a pilot took it: the median, the shortest and the longest time, in minutes."""
+
+    median: Annotated[int, Field(ge=1, le=10_000)]
+    low: Annotated[int, Field(ge=1, le=10_000)]
+    high: Annotated[int, Field(ge=1, le=10_000)]
 
     @model_validator(mode="after")
-    def _right_is_an_option(self) -> Self:
-        if self.right not in self.options or len(set(self.options)) < len(self.options):
-            raise ValueError("options must be distinct, and right must be one of them")
+    def _in_order(self) -> Self:
+        if not self.low <= self.median <= self.high:
+            raise ValueError("expected low <= median <= high")
         return self
 
 
-class Question(_Part):
+class Question(SettingsPart):
     """A question at the end.
 
     Attributes:
@@ -122,7 +115,7 @@ class Question(_Part):
         return self
 
 
-class Experiment(_Part):
+class Experiment(SettingsPart):
     """How people take part.
 
     Attributes:
@@ -140,6 +133,9 @@ class Experiment(_Part):
         language: ``en``, another shipped language, or the path of a file with texts.
         recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
             person, who can take part only once. Empty for none.
+        minutes: How long it takes, which the consent scene says; None where no pilot was made.
+        comprehension: The questions on the instructions.
+        say_false: Whether the instructions say that reports can be wrong.
         completion_url: Where participants go at the end.
         completion_code: The code that they enter there.
         declined_url: Where people go who do not agree to take part.
@@ -149,10 +145,12 @@ class Experiment(_Part):
         failed_url: In place of ``completion_url`` after too many wrong answers to attention checks.
         failed_code: In place of ``completion_code``, likewise.
         failed_from: The number of wrong answers from which this applies.
+        screened_url: Where people go whose session the limit of ``comprehension`` ended.
+        screened_code: Their code.
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
         joins_per_minute: The most joins per minute from one address.
-        away_hours: Hours without an act after which a place is given to another person.
+        away_minutes: Minutes without an act after which a place is given to another person.
         checks: Attention checks.
         questions: Questions at the end.
     """
@@ -168,6 +166,9 @@ class Experiment(_Part):
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
+    minutes: Minutes | None = None
+    comprehension: Comprehension = Comprehension()
+    say_false: bool = False
     completion_url: Url = ""
     completion_code: Code = ""
     declined_url: Url = ""
@@ -177,10 +178,12 @@ class Experiment(_Part):
     failed_url: Url = ""
     failed_code: Code = ""
     failed_from: Annotated[int, Field(ge=1, le=1000)] = 1
+    screened_url: Url = ""
+    screened_code: Code = ""
     require_id: bool = False
     join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
     joins_per_minute: Annotated[int, Field(ge=1, le=100_000)] = 30
-    away_hours: Annotated[float, Field(gt=0, le=24 * 365)] = 24.0
+    away_minutes: Annotated[float, Field(gt=0, le=60 * 24 * 365)] = 1440.0
     checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
     questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()
 

@@ -1,7 +1,7 @@
 """How far one participant has come: the fold of a diary, for the server and for exports.
 
-A participant sees the consent scene, instructions, practice, checks, each box and the scene after it, questions, and
-the debriefing.
+A participant sees the consent scene, instructions, questions on them, practice, checks, each box and the scene after
+it, questions, and the debriefing.
 """
 
 from __future__ import annotations
@@ -12,11 +12,15 @@ from typing import Literal, NamedTuple
 
 from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Act, Agree
+from lockprobe.people.responses import Act, Agree, Answers
 from lockprobe.people.texts import Words
 from lockprobe.trial.record import Ending
 
-__all__ = ["Journey", "Station", "fingerprint", "stations"]
+__all__ = ["Journey", "Station", "asks_comprehension", "fingerprint", "stations"]
+
+
+_AS_LONG = {"box": 6}
+"""How many pages of text take as long as a scene of a kind, by eye; only the bar of progress uses it."""
 
 
 class Station(NamedTuple):
@@ -25,7 +29,7 @@ class Station(NamedTuple):
     ``item`` is the number of a page or check, from 1, or the name of a question. ``box`` counts from 1; 0 is practice.
     """
 
-    kind: Literal["page", "box", "over", "check", "ask", "debrief"]
+    kind: Literal["page", "comprehension", "box", "over", "check", "ask", "debrief"]
     item: str = ""
     box: int = 0
 
@@ -39,6 +43,8 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
                 yield Station("check", str(number))
 
     way = [Station("page", str(number)) for number in range(1, len(words.instructions) + 1)]
+    if asks_comprehension(experiment, words):
+        way += [Station("comprehension")]
     if experiment.practice:
         way += [Station("box"), Station("over")]
     way += checks(0)
@@ -46,6 +52,12 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
         way += [Station("box", box=box), Station("over", box=box), *checks(box)]
     way += [Station("ask", question.name) for question in experiment.questions]
     return (*way, Station("debrief"))
+
+
+def asks_comprehension(experiment: Experiment, words: Words) -> bool:
+    """Whether questions follow the instructions."""
+    asked = experiment.comprehension
+    return asked.ask and bool(asked.questions or words.comprehension.questions)
 
 
 def fingerprint(words: Words) -> str:
@@ -67,7 +79,9 @@ class Journey:
         at: When the last act was written, seconds since 1970.
         endings: How each finished box ended, by its number, without the practice box.
         practised: How the practice ended; None before.
-        released: Whether others may play the unfinished trials.
+        shut: Why the participant cannot go on and others may play the unfinished trials; empty otherwise.
+        rounds: How often the questions on the instructions were answered.
+        misread: The answers of the last round if one was wrong; None otherwise.
         checks: For each answered attention check, whether the answer was right.
         pages: Version of the page on which each box began, by the number of the box, where known.
     """
@@ -79,7 +93,9 @@ class Journey:
         self.at = joined.at
         self.endings: dict[int, Ending] = {}
         self.practised: Ending | None = None
-        self.released = False
+        self.shut: Literal["", "late", "screened"] = ""
+        self.rounds = 0
+        self.misread: Answers | None = None
         self.checks: list[bool] = []
         self.pages: dict[int, str] = {}
         self._way = way
@@ -117,6 +133,11 @@ class Journey:
         return self._shown
 
     @property
+    def released(self) -> bool:
+        """Whether others may play the unfinished trials."""
+        return bool(self.shut)
+
+    @property
     def boxes_done(self) -> bool:
         """Whether all boxes are over."""
         return len(self.endings) == len(self.joined.slots)
@@ -132,6 +153,12 @@ class Journey:
         return self.station.kind == "debrief"
 
     @property
+    def share(self) -> float:
+        """How much of the way lies behind the participant, [0, 1]."""
+        lengths = [_AS_LONG.get(station.kind, 1) for station in self._way[:-1]]
+        return sum(lengths[: self._place]) / max(1, sum(lengths))
+
+    @property
     def slots_kept(self) -> tuple[Slot, ...]:
         """The trials that nobody else can play: finished or still planned here, without broken ones."""
         return tuple(
@@ -144,15 +171,21 @@ class Journey:
         """Take in the next line of the diary."""
         assert not isinstance(line, Joined)
         if isinstance(line, Released):
-            self.released = True
+            self.shut = line.why
             return
         station = self._of(line)
         if isinstance(line, Did) and line.page:
             self.pages[station.box] = line.page
         self.turn, self.at = line.turn + 1, line.at
         self.last = line.act if isinstance(line, Did) else None
-        if isinstance(line, Did) and line.right is not None:
+        if isinstance(line, Did) and line.scene == "check" and line.right is not None:
             self.checks.append(line.right)
+        if isinstance(line, Did) and isinstance(line.act, Answers):
+            self.rounds += 1
+            self.misread = None if line.right else line.act
+            if not line.right:
+                self._place, self._shown = 0, line.at
+                return
         ending: Ending | None = "error" if isinstance(line, Broken) else line.ended
         if station.kind == "box" and ending is None:
             assert isinstance(line, Did)
@@ -176,4 +209,6 @@ class Journey:
     def _of(line: Did | Broken) -> Station:
         if isinstance(line, Broken):
             return Station("box", box=line.box)
+        if line.scene == "comprehension":
+            return Station("comprehension")
         return Station(line.scene, line.item, line.box or 0)  # type: ignore[arg-type] # as it was written

@@ -30,11 +30,12 @@ class ConditionProgress:
 class ParticipantProgress:
     """One participant. ``last_act`` is in seconds since 1970 (UTC).
 
-    ``late`` participants were away so long that others may play their unfinished trials.
+    ``late`` participants were away so long that others may play their unfinished trials. ``screened`` ones answered
+    questions on the instructions wrong too often.
     """
 
     identity: str
-    stage: Literal["under way", "finished", "late"]
+    stage: Literal["under way", "finished", "late", "screened"]
     boxes_done: int
     boxes: int
     broken: int
@@ -53,13 +54,17 @@ class PeopleProgress:
     finished: int
     withdrawn: int
     late: int
+    screened: int
     checks_right: int
     checks_wrong: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoxesAt:
-    """Boxes of one condition: assigned when people joined, and those of them that are not over."""
+    """Boxes of one condition: assigned when people joined, and those of them that are not over.
+
+    Boxes of people who were screened out before the first box are not counted.
+    """
 
     condition: str
     given: int
@@ -73,7 +78,7 @@ class Flow:
     Attributes:
         joined: Participants without those who withdrew.
         finished: Those of them with no open box.
-        left_open: Those with open boxes: they left, or still take part.
+        left_open: Those with open boxes: they left, were screened out, or still take part.
         withdrawn: Participants who withdrew; nothing else is known of them.
         checks: Attention checks answered.
         right: Those of them answered right.
@@ -119,6 +124,7 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
         finished=sum(person.stage == "finished" for person in people),
         withdrawn=gone,
         late=sum(person.stage == "late" for person in people),
+        screened=sum(person.stage == "screened" for person in people),
         checks_right=sum(person.checks_right for person in people),
         checks_wrong=sum(person.checks_wrong for person in people),
     )
@@ -132,6 +138,8 @@ def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
     given: Counter[str] = Counter()
     left: Counter[str] = Counter()
     for journey in journeys:
+        if journey.shut == "screened":
+            continue
         boxes = [slot.condition for slot in journey.joined.slots]
         given.update(boxes)
         left.update(condition for box, condition in enumerate(boxes, 1) if box not in journey.endings)
@@ -154,7 +162,7 @@ def _participant(journey: Journey) -> ParticipantProgress:
     right = sum(journey.checks)
     return ParticipantProgress(
         identity=journey.identity,
-        stage="late" if journey.released else "finished" if journey.finished else "under way",
+        stage=journey.shut or ("finished" if journey.finished else "under way"),
         boxes_done=len(journey.endings),
         boxes=len(journey.joined.slots),
         broken=sum(ending == "error" for ending in journey.endings.values()),

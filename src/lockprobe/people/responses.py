@@ -9,7 +9,7 @@ from pydantic import Field
 
 from lockprobe.people.scenes import LONGEST_ANSWER, Ask, StrictModel
 
-__all__ = ["Act", "Agree", "Answer", "Attempt", "Next", "fits"]
+__all__ = ["Act", "Agree", "Answer", "Answers", "Attempt", "Next", "fits"]
 
 Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Time on the page's monotonic clock (``performance.now``); each field says from when."""
@@ -64,7 +64,18 @@ class Answer(StrictModel):
     rt: Milliseconds
 
 
-Act = Annotated[Agree | Next | Attempt | Answer, Field(discriminator="kind")]
+class Answers(StrictModel):
+    """In ``ComprehensionQuestions``: an option for each question, in their order.
+
+    ``rt`` is the time from painting the scene to the answers, ms.
+    """
+
+    kind: Literal["answers"] = "answers"
+    answers: Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(max_length=20)]
+    rt: Milliseconds
+
+
+Act = Annotated[Agree | Next | Attempt | Answer | Answers, Field(discriminator="kind")]
 """One act in a scene."""
 
 _WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}

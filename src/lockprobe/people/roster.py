@@ -17,7 +17,7 @@ from lockprobe.plants.catalogue import resolve_plant
 
 __all__ = ["Roster"]
 
-_HOUR = 3600.0
+_MINUTE = 60.0
 
 _IDLE_SECONDS = 600.0
 """Seconds without an act after which a trial is dropped from memory; it is replayed when its participant returns."""
@@ -188,11 +188,11 @@ class Roster:
         journey = session.journey
         away = self._opened.clock() - journey.at
         unfinished = not (session.gone or journey.released or journey.boxes_done)
-        return unfinished and away > self._opened.experiment.away_hours * _HOUR
+        return unfinished and away > self._opened.experiment.away_minutes * _MINUTE
 
     def _late(self) -> list[Session]:
         """Late participants, longest away first."""
-        latest = self._opened.clock() - self._opened.experiment.away_hours * _HOUR
+        latest = self._opened.clock() - self._opened.experiment.away_minutes * _MINUTE
         away = takewhile(lambda session: session.journey.at < latest, self._unfinished.values())
         return [session for session in away if self._is_late(session)]
 

@@ -18,10 +18,12 @@ __all__ = [
     "BoxPanel",
     "Check",
     "Closed",
+    "ComprehensionQuestions",
     "Consent",
     "Debrief",
     "Example",
     "InstructionPage",
+    "OpenQuestion",
     "PastStep",
     "Scene",
     "StrictModel",
@@ -122,7 +124,11 @@ class Example(StrictModel):
 
 
 class InstructionPage(StrictModel):
-    """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant."""
+    """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant.
+
+    ``notice`` says why somebody is back here: answers about the instructions were wrong. ``begins`` is whether a box
+    comes next.
+    """
 
     kind: Literal["page"] = "page"
     title: str
@@ -130,6 +136,28 @@ class InstructionPage(StrictModel):
     number: int
     of: int
     examples: tuple[Example, ...] = ()
+    notice: tuple[str, ...] = ()
+    begins: bool = False
+
+
+class OpenQuestion(StrictModel):
+    """A question with options, without the right one."""
+
+    question: str
+    options: tuple[str, ...]
+
+
+class ComprehensionQuestions(StrictModel):
+    """Questions on the instructions, all on one page. Only the server knows the right options.
+
+    ``notice`` is what went wrong before, where there are no instructions to go back to.
+    """
+
+    kind: Literal["comprehension"] = "comprehension"
+    title: str
+    paragraphs: tuple[str, ...]
+    questions: tuple[OpenQuestion, ...]
+    notice: tuple[str, ...] = ()
 
 
 class Box(StrictModel):
@@ -164,7 +192,7 @@ class Box(StrictModel):
 
 
 class TrialOver(StrictModel):
-    """The end of a box. ``number`` is 0 for the practice box; ``of`` does not count the practice.
+    """The end of a box, the same for the practice box: its ``number`` is 0, and ``of`` does not count it.
 
     ``solved`` is None where the experimenter gives no feedback.
     """
@@ -218,11 +246,12 @@ class Closed(StrictModel):
     """The participant cannot go on.
 
     ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
-    another browser), or ``late`` (was away too long).
+    another browser), ``late`` (was away too long), or ``screened`` (too many rounds of wrong answers about the
+    instructions).
     """
 
     kind: Literal["closed"] = "closed"
-    why: Literal["declined", "withdrawn", "full", "taken", "late"]
+    why: Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
     title: str
     paragraphs: tuple[str, ...]
     completion_url: str = ""
@@ -230,5 +259,6 @@ class Closed(StrictModel):
 
 
 Scene = Annotated[
-    Consent | InstructionPage | Box | TrialOver | Check | Ask | Debrief | Closed, Field(discriminator="kind")
+    Consent | InstructionPage | ComprehensionQuestions | Box | TrialOver | Check | Ask | Debrief | Closed,
+    Field(discriminator="kind"),
 ]

@@ -30,9 +30,18 @@ from lockprobe.people.tokens import TOKENS, Tokens
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
 from lockprobe.studies.study import Study
 
-__all__ = ["PageReply", "ServerState"]
+__all__ = ["PageReply", "Progress", "ServerState"]
 
 _LEASE = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a participant is: the share of the study that is behind them, [0, 1], and ``done`` boxes of ``of``."""
+
+    share: float
+    done: int
+    of: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +54,7 @@ class PageReply:
         turn: The number of the scene, from 1.
         identity: The participant; None before consent.
         may_withdraw: Whether there are data to delete.
+        progress: How far the participant is; None for people who do not take part, or no longer.
     """
 
     token: str
@@ -53,6 +63,7 @@ class PageReply:
     scene: Scene
     identity: str | None
     may_withdraw: bool
+    progress: Progress | None = None
 
 
 class ServerState:
@@ -238,8 +249,15 @@ class ServerState:
 
     async def _reply(self, token: str, lease: str, session: Session) -> PageReply:
         scene, journey = await session.show(), session.journey
+        done, of = len(journey.closed_boxes), len(journey.joined.slots)
         return PageReply(
-            token=token, lease=lease, turn=journey.turn, scene=scene, identity=journey.identity, may_withdraw=True
+            token=token,
+            lease=lease,
+            turn=journey.turn,
+            scene=scene,
+            identity=journey.identity,
+            may_withdraw=True,
+            progress=None if journey.released else Progress(share=round(journey.share, 3), done=done, of=of),
         )
 
     def _proof(self, token: str | None, lease: str) -> tuple[str, str]:

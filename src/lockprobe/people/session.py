@@ -13,8 +13,9 @@ from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Entry, Release
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
-from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
+from lockprobe.people.responses import Act, Answer, Answers, Attempt, Next, fits
+from lockprobe.people.right_answers import missed
+from lockprobe.people.scenes import Ask, Check, ComprehensionQuestions, InstructionPage, Scene, TrialOver
 from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
@@ -105,10 +106,13 @@ class Session:
         if trial is not None:
             await self._attempt(trial, act)
             return
-        scene, right = self._text_scene(), None
+        scene, right, item = self._text_scene(), None, station.item
         match scene, act:
             case (InstructionPage(), Next()) | (TrialOver(), Next()):
                 pass
+            case (ComprehensionQuestions(), Answers()) if _chosen(scene, act):
+                right = not missed(self._opened.texts.comprehension(journey.joined), act.answers)
+                item = str(journey.rounds + 1)
             case (Check(), Answer()) if act.answer in scene.options:
                 right = act.answer == self._opened.experiment.checks[int(station.item) - 1].right
             case (Ask(), Answer()) if fits(scene, act):
@@ -117,7 +121,7 @@ class Session:
                 raise _impossible(scene.kind)
         box = station.box if station.kind == "over" else None
         now = self._opened.clock()
-        self._write(Did(at=now, turn=journey.turn, scene=scene.kind, act=act, box=box, item=station.item, right=right))
+        self._write(Did(at=now, turn=journey.turn, scene=scene.kind, act=act, box=box, item=item, right=right))
 
     def write_first(self) -> None:
         """Write the line ``joined``, the record of consent.
@@ -151,6 +155,8 @@ class Session:
         """The trial that waits for a joint; None where the scene is no box. Boxes that nobody can play are skipped."""
         self.used = self._opened.clock()
         self._record()
+        if self._is_screened_out():
+            self._write(Released(at=self._opened.clock(), why="screened"))
         while self.journey.station.kind == "box" and not self.journey.released:
             box = self.journey.station.box
             if self._is_played():
@@ -166,9 +172,14 @@ class Session:
             self._append(box, trial, began, now)
         return None
 
+    def _is_screened_out(self) -> bool:
+        """Whether the questions on the instructions were answered wrong as often as they may be."""
+        most, journey = self._opened.experiment.comprehension.rounds, self.journey
+        return most is not None and journey.misread is not None and journey.rounds >= most and not journey.released
+
     def _text_scene(self) -> Scene:
         texts = self._opened.texts
-        return texts.closed("late") if self.journey.released else texts.at(self.journey)
+        return texts.closed(self.journey.shut) if self.journey.shut else texts.at(self.journey)
 
     async def _attempt(self, trial: PausedTrial, act: Act) -> None:
         situation, journey = trial.situation, self.journey
@@ -292,6 +303,13 @@ class Session:
 
 def _impossible(kind: str) -> ActRefused:
     return ActRefused("impossible", f"nothing that can be done in a scene of kind {kind}")
+
+
+def _chosen(scene: ComprehensionQuestions, act: Answers) -> bool:
+    """Whether there is one of its options for each question."""
+    return len(act.answers) == len(scene.questions) and all(
+        answer in one.options for answer, one in zip(act.answers, scene.questions, strict=True)
+    )
 
 
 def _as_recorded(steps: Sequence[Did], trial: Trial, agent: str) -> bool:

@@ -11,7 +11,7 @@ from lockprobe.people.responses import Attempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["acts_of_steps", "key_of", "times_of_steps"]
+__all__ = ["acts_of_steps", "key_of", "seconds_of_trials", "times_of_steps"]
 
 
 def key_of(study: Study, diary: Diary, box: int | None) -> str:
@@ -50,6 +50,18 @@ def acts_of_steps(
                     found[key, step.step] = act
                     continue
                 raise BadFile(diary_path(directory, diary.identity), why)
+    return found
+
+
+def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
+    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
+    found = {}
+    for diary in diaries:
+        for box in range(1, len(diary.joined.slots) + 1):
+            steps = diary.attempts(box)
+            if steps and steps[-1].ended:
+                shown, last = diary.times(box)
+                found[key_of(study, diary, box)] = round(last - shown, 3)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Scenes made of texts: consent, instructions, checks, questions, debriefing."""
+"""Scenes made of texts: consent, instructions, questions on them, checks, questions at the end, debriefing."""
 
 from __future__ import annotations
 
@@ -9,15 +9,27 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.deception_check import can_be_false
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import Journey, Station
+from lockprobe.people.journey import Journey, Station, asks_comprehension
 from lockprobe.people.practice import ExamplePanels, true_modality
-from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver
+from lockprobe.people.right_answers import ComprehensionQuestion, missed
+from lockprobe.people.scenes import (
+    Ask,
+    Check,
+    Closed,
+    ComprehensionQuestions,
+    Consent,
+    Debrief,
+    Example,
+    InstructionPage,
+    OpenQuestion,
+    TrialOver,
+)
 from lockprobe.people.texts import Longer, Words, example_on, filled
 from lockprobe.studies.study import Study
 
 __all__ = ["TextScenes"]
 
-Why = Literal["declined", "withdrawn", "full", "taken", "late"]
+Why = Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
 
 
 class TextScenes:
@@ -37,6 +49,10 @@ class TextScenes:
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
         """The first scene; ``boxes`` is how many a participant would play."""
         title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
+        if minutes := self._experiment.minutes:
+            first, *others = (*paragraphs, "")
+            said = filled(self._words.consent.minutes, **minutes.model_dump())
+            paragraphs = tuple(filter(None, (first, said, *others)))
         return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
 
     def closed(self, why: Why) -> Closed:
@@ -44,23 +60,39 @@ class TextScenes:
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        url, code = self._back(why) if why in ("declined", "full") else ("", "")
+        url, code = self._back(why) if why in ("declined", "full", "screened") else ("", "")
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def _back(self, end: str) -> tuple[str, str]:
         """URL and code of the recruitment platform for one way to end."""
         return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
-    def at(self, journey: Journey) -> InstructionPage | TrialOver | Check | Ask | Debrief:
+    def at(self, journey: Journey) -> InstructionPage | ComprehensionQuestions | TrialOver | Check | Ask | Debrief:
         """The scene of a participant outside a box."""
         station, boxes = journey.station, len(journey.joined.slots)
         if station.kind == "page":
             number = int(station.item)
             text = self._words.instructions[number - 1]
-            asked = text.if_asked if self._asks else ()
-            title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
+            more = (*(text.if_false if self._experiment.say_false else ()), *((self._asks and text.if_asked) or ()))
+            title, paragraphs = self._filled(text, {"boxes": boxes}, more=more)
             of, examples = len(self._words.instructions), self._shown(number, journey.joined)
-            return InstructionPage(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
+            notice = self._notice(journey) if number == 1 else ()
+            return InstructionPage(
+                title=title,
+                paragraphs=paragraphs,
+                number=number,
+                of=of,
+                examples=examples,
+                notice=notice,
+                begins=number == of and not asks_comprehension(self._experiment, self._words),
+            )
+        if station.kind == "comprehension":
+            title, paragraphs = self._filled(self._words.comprehension, {"boxes": boxes})
+            questions = tuple(
+                OpenQuestion(question=one.question, options=one.options) for one in self.comprehension(journey.joined)
+            )
+            notice = () if self._words.instructions else self._notice(journey)
+            return ComprehensionQuestions(title=title, paragraphs=paragraphs, questions=questions, notice=notice)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":
@@ -75,23 +107,43 @@ class TextScenes:
         url, code = self._back("failed" if failed else "completion")
         return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
+    def comprehension(self, joined: Joined) -> tuple[ComprehensionQuestion, ...]:
+        """The questions on the instructions that a participant gets."""
+        here = {None, *(["false_reports"] if self._experiment.say_false else [])}
+        if all(joint.position is not None for shown in self._examples_of(joined) for joint in shown.before.joints):
+            here.add("positions")
+        questions = self._experiment.comprehension.questions or self._words.comprehension.questions
+        return tuple(one for one in questions if one.only in here)
+
+    def _notice(self, journey: Journey) -> tuple[str, ...]:
+        """Why somebody is back at the instructions; nothing where they are not."""
+        if journey.misread is None:
+            return ()
+        wrong = missed(self.comprehension(journey.joined), journey.misread.answers)
+        return (filled(self._words.comprehension.again, questions=" ".join(wrong)),)
+
+    def _examples_of(self, joined: Joined) -> tuple[ExamplePanels, ...]:
+        theirs = {self._modalities[slot.condition] for slot in joined.slots}
+        return tuple(shown for modality, shown in self._examples.items() if modality in theirs)
+
     def _shown(self, number: int, joined: Joined) -> tuple[Example, ...]:
         """The examples on a page of the instructions, in the modalities that the participant will see."""
         what = example_on(self._words, number)
-        theirs = {self._modalities[slot.condition] for slot in joined.slots}
-        found = [shown for modality, shown in self._examples.items() if modality in theirs]
+        found = self._examples_of(joined)
         if what == "box":
             return tuple(Example(panel=shown.before) for shown in found)
         return tuple(Example(panel=shown.after, ask=self._asks) for shown in found) if what == "step" else ()
 
     def _over(self, journey: Journey, station: Station) -> TrialOver:
-        """The scene after a box. It says whether the box was opened after the practice and with feedback."""
+        """The scene after a box, practice or not. It says whether the box was opened where the study does."""
         number, of, over = station.box, len(journey.joined.slots), self._words.over
         ending = journey.endings.get(number) if number else journey.practised
-        said = not number or self._experiment.feedback
-        solved = ending == "solved" if said and ending != "error" else None
+        solved = ending == "solved" if self._experiment.feedback and ending != "error" else None
         facts = {"number": number, "of": of, "boxes": of}
-        title, paragraphs = self._filled(over if number else self._words.practice_over, facts)
+        title, paragraphs = self._filled(over, facts)
+        if not number:
+            title, then = self._filled(self._words.practice_over, facts)
+            paragraphs = (*then, *paragraphs)
         if solved is not None:
             paragraphs = (filled(over.solved if solved else over.unsolved, **self._facts, **facts), *paragraphs)
         return TrialOver(practice=not number, number=number, of=of, solved=solved, title=title, paragraphs=paragraphs)

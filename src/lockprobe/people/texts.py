@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.people.file_errors import check_visible, first_error
+from lockprobe.people.right_answers import ComprehensionQuestion
+from lockprobe.people.right_answers import SettingsPart as _Part
 
 __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]
 
@@ -26,10 +28,6 @@ Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(check
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
 class Longer(_Part):
     """A title and what stands under it."""
 
@@ -41,16 +39,35 @@ class _Instruction(Longer):
     """A page of instructions.
 
     Attributes:
+        if_false: More paragraphs, where the study says beforehand that reports can be wrong.
         if_asked: More paragraphs, where the page asks after every step what the last action did.
         example: The example box: ``box`` before the first step, ``step`` after one with its report and the question, or
             ``none``. If left out, :func:`example_on` decides.
     """
 
+    if_false: Paragraphs = ()
     if_asked: Paragraphs | None = None
     example: Literal["box", "step", "none"] | None = None
 
 
+class _Comprehension(Longer):
+    """The page of questions on the instructions.
+
+    ``again`` is said at the top of the instructions after wrong answers, and names their ``{questions}``.
+    """
+
+    again: Text
+    questions: Annotated[tuple[ComprehensionQuestion, ...], Field(max_length=20)] = ()
+
+    @model_validator(mode="after")
+    def _one_is_always_asked(self) -> Self:
+        if self.questions and all(one.only for one in self.questions):
+            raise ValueError("expected a question without only")
+        return self
+
+
 class _Consent(Longer):
+    minutes: Text
     agree: Text
     decline: Text
 
@@ -73,6 +90,7 @@ class _Closed(_Part):
     full: Longer
     taken: Longer
     late: Longer
+    screened: Longer
 
 
 class _OfThePage(_Part):
@@ -95,6 +113,7 @@ class _OfThePage(_Part):
     first: Text
     moved: Text
     blocked: Text
+    now: Text
     positions: Text
     none: Text
     no_report: Text
@@ -117,6 +136,8 @@ class _OfThePage(_Part):
     incomplete: Text
     reload: Text
     required: Text
+    all_required: Text
+    progress: Text
     code: Text | None = None
     wrong_code: Text | None = None
     attempted: Text | None = None
@@ -146,6 +167,7 @@ class Words(_Part):
     title: Text
     consent: _Consent
     instructions: Annotated[tuple[_Instruction, ...], Field(max_length=20)] = ()
+    comprehension: _Comprehension
     practice_over: Longer
     over: _Over
     debrief: _Debrief

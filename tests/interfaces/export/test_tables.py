@@ -9,7 +9,9 @@ from taking_part import take_part
 
 from lockprobe.interfaces.export import tidy_rows, trial_rows
 from lockprobe.interfaces.export.tables import PeopleRecords, tables_of
+from lockprobe.people.diary import Diary, Did, Released, read_diaries, write_diaries
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.responses import Answers
 from lockprobe.people.withdrawal import note_withdrawal
 from lockprobe.studies.records.journal import Journal
 
@@ -183,3 +185,29 @@ def test_participants_have_how_long_they_took_for_all_and_for_each_box(directory
     assert len(each) == 2
     assert all(seconds > 0 for seconds in each)
     assert sum(each) <= max(at) - min(at) <= row["seconds"]
+    mine = [row for row in found["trials"].rows if row["participant"] == ANN]
+    assert [round(one["trial_seconds"], 1) for one in sorted(mine, key=lambda one: one["position"])] == each
+
+
+def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screened_out_is_marked(directory):
+    take_part(directory, STUDY, BOB, [(0.4, 1, 1)])
+    (bob,) = read_diaries(directory)
+    joined = bob.joined.model_copy(update={"identity": ANN})
+    rounds = [
+        Did(
+            at=joined.at + n,
+            turn=n + 1,
+            scene="comprehension",
+            act=Answers(answers=("a",), rt=9.5),
+            item=str(n),
+            right=False,
+        )
+        for n in (1, 2)
+    ]
+    write_diaries(directory, [Diary(joined, (*rounds, Released(at=joined.at + 3, why="screened")))])
+    found = tables(directory)
+    row, other = sorted(found["participants"].rows, key=lambda row: row["participant"])
+    assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)
+    assert (row["comprehension_rounds"], row["screened"], row["released"], row["finished"]) == (2, 1, 0, 0)
+    mine = [act for act in found["acts"].rows if act["participant"] == ANN]
+    assert [(act["scene"], act["rt_ms"]) for act in mine] == [("comprehension", 9.5)] * 2

@@ -127,7 +127,7 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                     await check_example(page, read_words(shown["language"]), look.turn == 3)
 
             seen = await every_scene(tab, url, study, WHOLE, tmp_path, inspect)
-            assert set(seen) == {"consent", "page", "box", "over", "check", "ask", "debrief"}
+            assert set(seen) == {"consent", "page", "comprehension", "box", "over", "check", "ask", "debrief"}
             assert told == []
 
     run(on_a_phone())
@@ -174,13 +174,24 @@ class Keyboard:
         """Do what has to be done in a scene."""
         if look.asks:
             await self.enter("[data-claim=blocked]")
-        if look.options:
+        if look.scene == "comprehension":
+            for one in read_words("en").comprehension.questions:
+                field = self.page.locator("fieldset", has_text=one.question)
+                if not await field.count():
+                    continue
+                number = await field.get_attribute("data-question")
+                await self.tab_to(f"fieldset[data-question='{number}'] input")
+                await asyncio.sleep(0.22)  # the same key within 0.2 s is taken for one that bounced
+                await self.press("Space")
+                for _ in range(one.options.index(one.right)):
+                    await self.press("ArrowDown")
+        elif look.options:
             await self.tab_to("input")
             await self.press("ArrowDown")
         if look.written:
             await self.tab_to("textarea")
             await self.page.keyboard.type("by trying")
-        acts = {"consent": "agree", "check": "answer", "ask": "answer"}
+        acts = {"consent": "agree", "comprehension": "answers", "check": "answer", "ask": "answer"}
         await self.enter(
             "button[data-joint=B]" if look.scene == "box" else f"[data-act={acts.get(look.scene, 'next')}]"
         )

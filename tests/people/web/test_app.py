@@ -98,7 +98,7 @@ def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_p
 
     first, again = asyncio.run(visit())
     opened = first.json()
-    assert set(opened) == {"lease", "turn", "scene", "withdraw", "participant", "words"}
+    assert set(opened) == {"lease", "turn", "scene", "withdraw", "participant", "progress", "words"}
     assert set(opened["words"]) == {"language", "direction", "title", "consent", "debrief", "page"}
     assert opened["words"]["page"] == read_words("en").page.model_dump()
     assert (opened["scene"]["kind"], opened["participant"], opened["withdraw"]) == ("consent", None, False)

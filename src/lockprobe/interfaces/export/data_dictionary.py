@@ -147,9 +147,19 @@ COLUMN: Mapping[str, Column] = {
     "left_in_box": _count("The first unfinished box, at which the participant left. Empty if all are finished."),
     "left_after_step": _count("Steps taken in that box. Empty if all are finished.", 0),
     "released": _mark("whether the participant was away so long that the remaining boxes were given to others."),
+    "comprehension_rounds": _count(
+        "Rounds in which the questions on the instructions were answered; 1 is right at first. Empty if none was.", 1
+    ),
+    "screened": _mark("whether the limit of rounds ended the session, without a box."),
     "checks_right": _count("Attention checks answered correctly.", 0),
     "checks_wrong": _count("Attention checks answered incorrectly.", 0),
     "seconds": Column(f"Time from consent to the participant's last act, by {SERVER}.", "s", 0, kind="number"),
+    "trial_seconds": Column(
+        f"Time that a person took for the box, from when it was shown to its last step, by {SERVER}. Empty for others.",
+        "s",
+        0,
+        kind="number",
+    ),
     "box_seconds": Column(
         "Seconds that each box took in order, from when it was shown to its last step, separated by semicolons; empty "
         "where no step was taken."

@@ -14,6 +14,7 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
 from lockprobe.interfaces.export.tidy import (
+    NO_SECONDS,
     NO_TIMES,
     TidyCell,
     Times,
@@ -54,10 +55,15 @@ class Rows:
     rows: Iterable[Mapping[str, TidyCell]]
 
 
-def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:
-    """Trials as a table with one row per step or per trial; ``times`` are people's response times, for steps."""
+def rows_of(
+    name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES, seconds: Mapping[str, float] = NO_SECONDS
+) -> Rows:
+    """Trials as a table with one row per step or per trial.
+
+    ``times`` are people's response times, for steps, and ``seconds`` how long their boxes took, for trials.
+    """
     if name == "trials":
-        return Rows("One row per trial.", trial_columns(trials), trial_rows(trials))
+        return Rows("One row per trial.", trial_columns(trials, seconds), trial_rows(trials, seconds))
     return Rows("One row per step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
 
 

@@ -12,10 +12,11 @@ from lockprobe.foundation.terminal_text import readable
 from lockprobe.interfaces.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.interfaces.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
+from lockprobe.people.durations import has_finished, seconds_of
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
-from lockprobe.people.responses import Answer, Attempt
-from lockprobe.people.step_times import acts_of_steps, key_of
+from lockprobe.people.responses import Answer, Answers, Attempt
+from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
 from lockprobe.people.withdrawal import withdrawing
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load
@@ -97,11 +98,12 @@ def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) ->
     trials = {trial.key: trial for trial in records.trials}
     acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
     platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
-    of_trials = ("participant", *trial_columns(records.trials), "position", "view")
+    seconds = seconds_of_trials(records.study, records.diaries)
+    of_trials = ("participant", *trial_columns(records.trials, seconds), "position", "view")
     participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
     made: Mapping[str, Callable[[], Table]] = {
         "steps": lambda: _table("steps", _step_columns(records), _steps(records, acts)),
-        "trials": lambda: _table("trials", of_trials, _trials(records)),
+        "trials": lambda: _table("trials", of_trials, _trials(records, seconds)),
         "participants": lambda: _table(
             "participants", participants, (_participant(kept, records.experiment) for kept in records.diaries)
         ),
@@ -133,6 +135,8 @@ _PARTICIPANT = (
     "left_in_box",
     "left_after_step",
     "released",
+    "comprehension_rounds",
+    "screened",
     "checks_right",
     "checks_wrong",
     "seconds",
@@ -186,8 +190,8 @@ def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Itera
             }
 
 
-def _trials(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
-    for trial, row in zip(records.trials, trial_rows(records.trials), strict=True):
+def _trials(records: PeopleRecords, seconds: Mapping[str, float]) -> Iterator[dict[str, TidyCell]]:
+    for trial, row in zip(records.trials, trial_rows(records.trials, seconds), strict=True):
         more = {"position": _fact(trial, "position"), "view": _fact(trial, "view")}
         yield {"participant": _identity(trial), **row, **more}
 
@@ -204,7 +208,7 @@ def _fact(trial: Trial, name: str) -> TidyCell:
 def _times(did: Did) -> dict[str, TidyCell]:
     act = did.act
     times: dict[str, TidyCell] = {"at": did.at}
-    if isinstance(act, Attempt | Answer):
+    if isinstance(act, Attempt | Answer | Answers):
         times["rt_ms"] = act.rt
     if isinstance(act, Attempt) and act.claimed_rt is not None:
         times["claimed_rt_ms"] = act.claimed_rt
@@ -216,7 +220,6 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
     journey = Journey.of(kept)
     endings, checks = journey.endings, journey.checks
     language, _, texts = joined.words.partition(" ")
-    answered = {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
     row: dict[str, TidyCell] = {
         "participant": joined.identity,
         "language": language,
@@ -224,13 +227,15 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "boxes_assigned": len(boxes),
         "boxes_finished": sum(endings.get(box) in ("solved", "budget") for box in boxes),
         "boxes_broken": sum(endings.get(box) == "error" for box in boxes),
-        "released": int(journey.released),
+        "released": int(journey.shut == "late"),
+        "comprehension_rounds": journey.rounds or "",
+        "screened": int(journey.shut == "screened"),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
-        "seconds": round(max(line.at for line in (joined, *kept.lines)) - joined.at, 3),
+        "seconds": round(seconds_of(kept), 3),
         "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
-        "finished": int(journey.boxes_done and _asked(kept, experiment) <= answered),
+        "finished": int(has_finished(kept, experiment)),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -245,15 +250,6 @@ def _seconds(kept: Diary, box: int) -> str:
         return ""
     shown, last = kept.times(box)
     return f"{last - shown:.1f}"
-
-
-def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
-    """The checks and questions for a participant, if the settings are stored."""
-    if experiment is None:
-        return set()
-    boxes = len(kept.joined.slots)
-    checks = {("check", str(number)) for number, check in enumerate(experiment.checks, 1) if check.after <= boxes}
-    return checks | {("ask", question.name) for question in experiment.questions}
 
 
 def _device(kept: Diary) -> dict[str, TidyCell]:

@@ -15,6 +15,7 @@ from lockprobe.trial.source import CAMERA, VERDICT
 
 __all__ = [
     "COLUMNS",
+    "NO_SECONDS",
     "NO_TIMES",
     "TRIAL_COLUMNS",
     "TidyCell",
@@ -65,6 +66,9 @@ Times = Mapping[tuple[str, int], float]
 
 NO_TIMES: Times = MappingProxyType({})
 """Empty response times."""
+
+NO_SECONDS: Mapping[str, float] = MappingProxyType({})
+"""No durations of trials, by key."""
 
 
 def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
@@ -156,17 +160,21 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
     return (*COLUMNS, *(name for name, something in says.items() if something))
 
 
-def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and the condition if it has a name."""
-    return (*TRIAL_COLUMNS, *(("condition",) if _has_others_than_flips(trials) else ()))
+def trial_columns(trials: Sequence[Trial], seconds: Mapping[str, float] = NO_SECONDS) -> tuple[str, ...]:
+    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, the condition if it has a name, durations."""
+    named = ("condition",) if _has_others_than_flips(trials) else ()
+    return (*TRIAL_COLUMNS, *named, *(("trial_seconds",) if seconds else ()))
 
 
-def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
+def trial_rows(
+    trials: Trial | Iterable[Trial], seconds: Mapping[str, float] = NO_SECONDS
+) -> Iterator[dict[str, TidyCell]]:
     """One row per trial, including trials that broke before their first step.
 
     ``solved`` is 1 or 0, and empty if the trial ended as an error, which is not a failure to solve.
     ``misinterpretations`` counts the claims that contradict the report. In studies of conditions other than flip
-    rates the last column is ``condition``, and ``p`` is empty unless only flips acted.
+    rates there is a column ``condition``, and ``p`` is empty unless only flips acted. ``trial_seconds`` is how long
+    each box took, by key, where people played (``seconds``).
 
     >>> import lockprobe
     >>> (row,) = trial_rows([lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)])
@@ -192,4 +200,5 @@ def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]
             "loop_coverage": float(loops.share[place]) if trial.steps else "",
             "error": trial.error.boundary if trial.error else "",
             **({"condition": trial.condition} if named else {}),
+            **({"trial_seconds": seconds.get(trial.key, "")} if seconds else {}),
         }

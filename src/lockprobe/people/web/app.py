@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from http import HTTPStatus
 from typing import Annotated
 
@@ -175,6 +176,7 @@ class _ParticipantApi:
                 "scene": scene,
                 "withdraw": shown.may_withdraw,
                 "participant": shown.identity,
+                "progress": None if shown.progress is None else asdict(shown.progress),
                 **more,
             }
         )

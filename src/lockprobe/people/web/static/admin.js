@@ -98,6 +98,7 @@ function showTotals(progress) {
     ["Joined", progress.joined],
     ["Finished", progress.finished],
     ["Away too long", progress.late],
+    ["Screened out", progress.screened],
     ["Withdrawn", progress.withdrawn],
     ["Checks right", checks ? `${progress.checks_right}/${checks}` : "–"],
   ];

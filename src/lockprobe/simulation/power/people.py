@@ -1,0 +1,188 @@
+"""How many persons a study of people needs, within and between persons.
+
+The model: a person opens a box under condition c with the logit a_c + u + v_c. u is the person's skill, normal with
+standard deviation ``person_sd``. v_c is how much the person differs from others in the effect of c, normal with
+standard deviation ``effect_sd``, and 0 under the control. a_c is such that the mean over persons is the stated share.
+Boxes of a person are independent given u and v. Learning from box to box is not in it.
+
+The tests: a t test on persons' differences in the share that they opened (within), and Welch's t test on persons'
+shares (between), two-sided, each condition against the control, with Bonferroni's correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.foundation.errors import BadValue
+
+__all__ = [
+    "EFFECT_SD",
+    "FEWEST",
+    "PERSON_SD",
+    "Design",
+    "People",
+    "PeopleNeeded",
+    "needed_by_spread",
+    "people_needed",
+    "power_of",
+]
+
+Design = Literal["within", "between"]
+
+PERSON_SD = 1.0
+"""The default standard deviation of skill, in logits, chosen by eye: at a mean of one half, the middle two thirds of
+persons open 29 to 71 % of their boxes."""
+
+EFFECT_SD = 0.5
+"""The default standard deviation of effects between persons, in logits, chosen by eye: half of that of skill."""
+
+FEWEST = 10
+"""The fewest persons in a group that are reported: with fewer, a t test on shares of a few boxes is not reliable."""
+
+_MOST = 1_000_000
+_POINTS = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class People:
+    """The persons of a study and what each plays.
+
+    Attributes:
+        success: Share of boxes opened under each condition, the control first.
+        boxes: Boxes that a person plays under each condition (within). Between, a person plays as many boxes in all,
+            under one condition.
+        person_sd: Standard deviation of skill between persons, in logits.
+        effect_sd: Standard deviation of effects between persons, in logits.
+    """
+
+    success: tuple[float, ...]
+    boxes: int = 1
+    person_sd: float = PERSON_SD
+    effect_sd: float = EFFECT_SD
+
+    def __post_init__(self) -> None:
+        if len(self.success) < 2 or not all(0 < share < 1 for share in self.success):
+            raise BadValue("success", self.success, "two or more shares between 0 and 1, the control first")
+        if self.boxes < 1:
+            raise BadValue("boxes", self.boxes, "1 or more")
+        for name in ("person_sd", "effect_sd"):
+            if not 0 <= getattr(self, name) <= 10:
+                raise BadValue(name, getattr(self, name), "a standard deviation in logits, 0 to 10")
+
+    @property
+    def boxes_in_all(self) -> int:
+        """Boxes of one person."""
+        return self.boxes * len(self.success)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PeopleNeeded:
+    """The persons that a design needs in all, for all its comparisons; ``per_condition`` of them see a condition."""
+
+    design: Design
+    people: int
+    per_condition: int
+
+
+def people_needed(model: People, design: Design, target: float = 0.8, alpha: float = 0.05) -> PeopleNeeded | None:
+    """The fewest persons with which each comparison with the control has the power ``target``.
+
+    None where more than a million would be needed, as where a condition has the success of the control.
+    """
+    if not 0 < target < 1:
+        raise BadValue("target", target, "a power between 0 and 1")
+    low, high = FEWEST, FEWEST
+    while power_of(model, design, high, alpha) < target:
+        low, high = high, 2 * high
+        if high > _MOST:
+            return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if power_of(model, design, middle, alpha) >= target else (middle, high)
+    group = low if power_of(model, design, low, alpha) >= target else high
+    groups = len(model.success) if design == "between" else 1
+    return PeopleNeeded(design=design, people=group * groups, per_condition=group)
+
+
+def power_of(model: People, design: Design, group: int, alpha: float = 0.05) -> float:
+    """The least power of the comparisons with the control, with ``group`` persons under each condition."""
+    level, both = alpha / (len(model.success) - 1), _both(model)
+    found = []
+    for share in model.success[1:]:
+        if design == "within":
+            spread = sqrt(_difference_variance(model, share))
+            error, freedom = spread / sqrt(group), group - 1.0
+        else:
+            variances = (_mean_variance(model, model.success[0], model.person_sd), _mean_variance(model, share, both))
+            parts = [variance / group for variance in variances]
+            error = sqrt(sum(parts))
+            freedom = sum(parts) ** 2 / sum(part**2 / (group - 1) for part in parts)
+        found.append(_t_power((share - model.success[0]) / error, freedom, level))
+    return min(found)
+
+
+def _t_power(noncentrality: float, freedom: float, alpha: float) -> float:
+    from scipy import stats
+
+    edge = stats.t.ppf(1 - alpha / 2, freedom)
+    return float(stats.nct.sf(edge, freedom, noncentrality) + stats.nct.cdf(-edge, freedom, noncentrality))
+
+
+def _difference_variance(model: People, share: float) -> float:
+    """The variance over persons of the difference between the shares that they open, box luck included."""
+    u, w = _normal(model.person_sd)
+    v, x = _normal(model.effect_sd)
+    control = _chance(_intercept(model.success[0], model.person_sd) + u)
+    treated = _chance(_intercept(share, _both(model)) + u[:, None] + v)
+    weights = w[:, None] * x
+    difference = treated - control[:, None]
+    mean = float((weights * difference).sum())
+    between = float((weights * (difference - mean) ** 2).sum())
+    luck = float((weights * treated * (1 - treated)).sum()) + float((w * control * (1 - control)).sum())
+    return between + luck / model.boxes
+
+
+def _mean_variance(model: People, share: float, deviation: float) -> float:
+    """The variance over persons of the share that they open under one condition, box luck included."""
+    u, w = _normal(deviation)
+    chances = _chance(_intercept(share, deviation) + u)
+    between = float((w * (chances - share) ** 2).sum())
+    return between + float((w * chances * (1 - chances)).sum()) / model.boxes_in_all
+
+
+def _both(model: People) -> float:
+    return sqrt(model.person_sd**2 + model.effect_sd**2)
+
+
+def _intercept(share: float, deviation: float) -> float:
+    """The logit whose mean over persons is a share."""
+    from scipy.optimize import brentq
+
+    u, w = _normal(deviation)
+    return float(brentq(lambda a: float((w * _chance(a + u)).sum()) - share, -200.0, 200.0))
+
+
+def _chance(logit: np.ndarray) -> np.ndarray:
+    """The probability of a logit, also of a large one."""
+    return 0.5 * (1 + np.tanh(logit / 2))
+
+
+def _normal(deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points and weights that integrate over a normal distribution."""
+    points, weights = np.polynomial.hermite_e.hermegauss(_POINTS)
+    return deviation * points, weights / weights.sum()
+
+
+def needed_by_spread(
+    model: People, design: Design, target: float, factors: Sequence[float]
+) -> list[PeopleNeeded | None]:
+    """The same where both standard deviations are multiplied by a factor: what the assumption decides."""
+    spreads = [
+        replace(model, person_sd=model.person_sd * factor, effect_sd=model.effect_sd * factor) for factor in factors
+    ]
+    return [people_needed(one, design, target) for one in spreads]

@@ -1,0 +1,43 @@
+"""``lockprobe power --people``."""
+
+import json
+
+import pytest
+
+from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_needed
+
+
+def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprobe):
+    _, said, _ = lockprobe("power", "--people", "--success", "0.4,0.6")
+    model = People(success=(0.4, 0.6))
+    for design in ("within", "between"):
+        line = next(line for line in said.splitlines() if line.startswith(f"{design} persons"))
+        assert str(people_needed(model, design).people) in line.split()
+    assert "chosen by eye" in " ".join(said.split())
+    assert f"SD {PERSON_SD:g} and {EFFECT_SD:g}" in said
+
+
+def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
+    asked = ("--success", "0.4,0.6,0.5", "--boxes", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9)
+    found = json.loads(lockprobe("power", "--people", *asked, "--json")[1])
+    model = People(success=(0.4, 0.6, 0.5), boxes=2, person_sd=1.5, effect_sd=0.2)
+    assert (found["boxes"], found["person_sd"], found["effect_sd"], found["target"]) == (2, 1.5, 0.2, 0.9)
+    rows = [row for row in found["designs"] if row["person_sd"] == 1.5]
+    assert [row["people"] for row in rows] == [people_needed(model, one, 0.9).people for one in ("within", "between")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--people",), "--success: got None"),
+        (("--people", "--success", "0.4"), "two or more shares"),
+        (("why", "--people", "--success", "0.4,0.6"), "--people cannot be combined with why"),
+        (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--harm", "0.5"), "--p, --harm"),
+        (("--boxes", "2"), "they need --people"),
+    ],
+)
+def test_a_mistake_is_one_line(lockprobe, arguments, said):
+    code, out, err = lockprobe("power", *arguments)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1

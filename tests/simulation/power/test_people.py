@@ -1,0 +1,101 @@
+"""Persons that a study needs: the formula is held against a simulation of the same model."""
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.special import expit
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.simulation.power.people import (
+    FEWEST,
+    People,
+    needed_by_spread,
+    people_needed,
+    power_of,
+)
+from lockprobe.simulation.power.people import _intercept as intercept
+
+STUDIES = 4000
+
+
+def simulated(model, design, group, studies=STUDIES, seed=1):
+    """The share of simulated studies in which the test of the first condition against the control is significant."""
+    rng, (control, treated) = np.random.default_rng(seed), model.success
+    both = np.hypot(model.person_sd, model.effect_sd)
+    low, high = intercept(control, model.person_sd), intercept(treated, both)
+    u = rng.normal(0, model.person_sd, (studies, group))
+    v = rng.normal(0, model.effect_sd, (studies, group))
+    if design == "within":
+        before = rng.binomial(model.boxes, expit(low + u)) / model.boxes
+        after = rng.binomial(model.boxes, expit(high + u + v)) / model.boxes
+        with np.errstate(invalid="ignore", divide="ignore"):
+            p = stats.ttest_rel(after, before, axis=1).pvalue
+    else:
+        other = rng.normal(0, model.person_sd, (studies, group))
+        before = rng.binomial(model.boxes_in_all, expit(low + u)) / model.boxes_in_all
+        after = rng.binomial(model.boxes_in_all, expit(high + other + v)) / model.boxes_in_all
+        p = stats.ttest_ind(after, before, axis=1, equal_var=False).pvalue
+    return float(np.mean(np.nan_to_num(p, nan=1.0) < 0.05))
+
+
+MODELS = [
+    People(success=(0.4, 0.6)),
+    People(success=(0.5, 0.7), boxes=4, person_sd=1.5, effect_sd=1.0),
+    People(success=(0.8, 0.65), boxes=2, person_sd=0.5, effect_sd=0.0),
+    People(success=(0.3, 0.45), boxes=3, person_sd=2.0, effect_sd=0.5),
+]
+
+
+@pytest.mark.parametrize("design", ["within", "between"])
+@pytest.mark.parametrize("model", MODELS)
+def test_the_power_is_that_of_simulated_studies(model, design):
+    needed = people_needed(model, design)
+    found = simulated(model, design, needed.per_condition)
+    assert found == pytest.approx(0.8, abs=4 * np.sqrt(0.8 * 0.2 / STUDIES) + 0.015)
+    assert power_of(model, design, needed.per_condition) >= 0.8 > power_of(model, design, needed.per_condition - 1)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.9])
+@pytest.mark.parametrize("deviation", [0.0, 1.0, 3.0])
+def test_the_mean_over_persons_is_the_share_that_was_stated(share, deviation):
+    people = np.random.default_rng(2).normal(0, 1, 400_000)
+    assert expit(intercept(share, deviation) + deviation * people).mean() == pytest.approx(share, abs=0.003)
+
+
+def test_without_an_effect_the_test_rejects_as_often_as_it_may():
+    model = People(success=(0.5, 0.5))
+    assert power_of(model, "within", 200) == pytest.approx(0.05)
+    assert simulated(model, "within", 200) == pytest.approx(0.05, abs=0.015)
+    assert people_needed(model, "between") is None
+
+
+def test_more_boxes_and_fewer_differences_between_persons_need_fewer_persons():
+    model = People(success=(0.4, 0.6))
+    more = People(success=(0.4, 0.6), boxes=4)
+    assert people_needed(more, "within").people < people_needed(model, "within").people
+    counts = [one.people for one in needed_by_spread(model, "between", 0.8, (0.5, 1.0, 1.5))]
+    assert counts == sorted(counts)
+    assert people_needed(model, "between").people > people_needed(model, "within").people
+
+
+def test_several_conditions_are_corrected_and_the_hardest_comparison_decides():
+    two, three = People(success=(0.4, 0.6)), People(success=(0.4, 0.6, 0.9))
+    assert people_needed(three, "within").people > people_needed(two, "within").people
+    between = people_needed(three, "between")
+    assert between.people == 3 * between.per_condition
+
+
+def test_a_huge_effect_needs_no_fewer_than_the_test_can_bear():
+    assert people_needed(People(success=(0.05, 0.95)), "within").people == FEWEST
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"success": (0.4,)}, "success"), ({"success": (0.0, 0.5)}, "success"), ({"boxes": 0}, "boxes"),
+        ({"person_sd": -1.0}, "person_sd"), ({"effect_sd": 11.0}, "effect_sd"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_model_is_refused(wrong, said):
+    with pytest.raises(BadValue, match=said):
+        People(**{"success": (0.4, 0.6), **wrong})
