@@ -20,12 +20,15 @@ def sentences(text):
 
 
 class _Captions(HTMLParser):
-    """Captions of figures, and all paragraphs outside tables: pairs of what is shown and how it was computed."""
+    """Captions of figures, and all paragraphs outside tables: pairs of what is shown and how it was computed.
+
+    A paragraph that begins with an agent and a colon says what was found of it, and is no caption.
+    """
 
     def __init__(self, page):
         super().__init__()
         self.found, self._open = [], []
-        self.feed(page)
+        self.feed(re.sub(r"<p><code>[^<]*(?:<wbr>[^<]*)*</code>: .*?</p>", "", page))
 
     def handle_starttag(self, tag, attrs):
         if tag in ("br", "img", "meta", "wbr"):

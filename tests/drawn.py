@@ -61,6 +61,16 @@ def bars(axes, *, across=False):
     return found
 
 
+def texts(axes):
+    """Every text on axes that is to be read."""
+    found = [*axes.texts, axes._left_title]
+    for axis in (axes.xaxis, axes.yaxis) if axes.axison else ():
+        low, high = sorted(axis.get_view_interval())
+        ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+        found += [axis.label, *(tick.label1 for tick in ticks)]
+    return found
+
+
 def course(agent, modality=STATES, *, found=None, cells=(), **player):
     """An agent over flip rates, without numbers unless cells are given."""
     player = Player(agent=agent, modality=modality, **{"subject": True, **player})

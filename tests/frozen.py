@@ -34,7 +34,7 @@ FROZEN = Path(__file__).parent / "golden" / "reports"
 READER = "cognitive:perseverant"
 SMALL: Mapping[str, Any] = {"agent": [READER, "random"], "trials": 8, "repetitions": 2, "seed": 5}
 
-PAGES = ("report", "claims", "why", "forks")
+PAGES = ("report", "details", "claims", "why", "forks")
 
 
 def flip_study(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:

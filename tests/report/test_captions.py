@@ -61,7 +61,8 @@ def test_squares_are_named_only_with_interactions(tmp_path):
 
 def test_no_interval_of_people_is_called_a_plain_wilson_interval(tmp_path):
     planned = study("flips", agent=["participant"], p=[0, 0.3], trials=6, repetitions=2)
-    page = page_of("report", found_in(tmp_path, planned, played_by_people(planned, 2)))
+    found = found_in(tmp_path, planned, played_by_people(planned, 2))
+    page = page_of("report", found) + page_of("details", found)
     said = {one.partition(".")[0] for one in page.split("Intervals are ")[1:]}
     assert said
     assert not any("Wilson" in one for one in said if "each person has one box" not in one)

@@ -61,7 +61,11 @@ def test_every_figure_stands_on_its_page_and_among_the_files(reported):
     shown = {one.name for one in figures_of(parts_of(found, "report")) if one.applies(found)}
     assert {*REAL} < shown
     assert shown <= {path.stem for path in (directory / "figures").iterdir()}
-    assert page.count("<figure") == len(shown) + 2  # and the first screen, with the box
+    details = (directory / "details.html").read_text()
+    assert page.count("<figure") + details.count("<figure") == len(shown) + 2  # and the first screen, with the box
+    in_details = {one.name for one in figures_of(parts_of(found, "details")) if one.applies(found)}
+    assert in_details < shown
+    assert details.count("<figure") == len(in_details)
 
 
 def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(reported):
@@ -96,8 +100,9 @@ def test_a_part_of_a_study_says_so(reported, tmp_path):
 
 
 def test_captions_are_short(reported):
-    _, page, found = reported
-    assert too_long(page, [one.text for one in found.findings]) == []
+    directory, page, found = reported
+    for one in (page, (directory / "details.html").read_text()):
+        assert too_long(one, [one.text for one in found.findings]) == []
 
 
 @dataclass(frozen=True, kw_only=True)

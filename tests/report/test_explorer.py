@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
+from frozen import page_text
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
@@ -134,7 +135,8 @@ def test_the_report_of_the_first_command_shows_at_most_900_words_before_the_firs
     renamed = [replace(trial, agent="llm:local") for trial in novice]  # as many trials as a model has
     model = [replace(trial, key=str(trial.name)) for trial in renamed]
     directory = write_study(tmp_path / "out", first, [*trials, *model])
-    write_report(directory)
+    page = write_report(directory).read_text("utf-8")
+    assert len(" ".join(page_text(page)).split()) <= 5_000  # when all of it is unfolded
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         tab = chromium.new_page()
@@ -194,11 +196,21 @@ def test_what_agents_say_stays_text_in_the_explorer(page):
 @needs_a_browser
 def test_question_p_and_conclusion_of_every_test_are_in_view_on_a_phone(page):
     page.evaluate("document.getElementById('hypothesis_tests').open = true")
-    rows = page.locator("#hypothesis_tests tr.best")
+    answers = page.locator("#hypothesis_tests td")
+    assert answers.count() > 3
+    assert all(in_view(answer) for answer in answers.all())
+    details = page.context.browser.new_page(viewport={"width": 390, "height": 844})
+    details.goto(page.url.partition("#")[0].replace("report.html", "details.html"))
+    rows = details.locator("#hypothesis_tests tr.best")
     assert rows.count() > 3
     for row in rows.all():
         assert row.bounding_box()["height"] < 300
-        for part in (".asks", ".p", ".concluded"):
-            box = row.locator(part).bounding_box()
-            assert box["width"] > 0
-            assert 0 <= box["x"] < box["x"] + box["width"] <= 390
+        assert all(in_view(row.locator(part)) for part in (".asks", ".p", ".concluded"))
+    assert details.evaluate("document.documentElement.scrollWidth") <= 390
+    details.close()
+
+
+def in_view(part):
+    """Whether all of a part is within a phone."""
+    box = part.bounding_box()
+    return box["width"] > 0 and 0 <= box["x"] < box["x"] + box["width"] <= 390

@@ -46,6 +46,13 @@ def test_every_judgement_rests_on_numbers_that_are_there(name):
 
 
 @pytest.mark.parametrize("name", STUDIES)
+def test_a_report_has_at_most_5_000_words_when_all_is_unfolded(name):
+    pages = "\n".join(kept(name)[1]).split("== ")
+    (report,) = [page for page in pages if page.startswith("report\n")]
+    assert len(report.split()) <= 5_000
+
+
+@pytest.mark.parametrize("name", STUDIES)
 def test_every_unit_is_one_of_the_list(name):
     units = {one[1] for line in kept(name)[0] if (one := re.search(r"(?:\t|, )unit=(.*?)(?:, \w[\w.]*=|\t)", line))}
     assert {"steps", "trials"} <= units

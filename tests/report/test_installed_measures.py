@@ -55,12 +55,12 @@ def test_a_report_shows_them(tmp_path, monkeypatch):
     path = write_study(tmp_path / "study", STUDY)
     write_report(path)
     assert results(path).measures == []
-    without = (path / "report.html").read_text("utf-8")
+    without = (path / "details.html").read_text("utf-8")
     assert not (path / "tables" / "measures.csv").exists()
     strangers.install(tmp_path, monkeypatch, points=POINTS)
     write_report(path)
     assert len(results(path).measures) == 6
-    page = (path / "report.html").read_text("utf-8")
+    page = (path / "details.html").read_text("utf-8")
     assert "Whether it was solved in five steps" in page
     assert "Whether it was solved in five steps" not in without
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
 from captions import captions, too_long
+from page_parts import part
 
 from lockprobe.report.write import write_report
 
@@ -59,7 +60,7 @@ def words(page):
     return unescape(re.sub(r"<(?!/?[iI]>)[^>]*>", "\n", page))
 
 
-@pytest.mark.parametrize("name", ["report", "claims", "audit"])
+@pytest.mark.parametrize("name", ["report", "details", "claims", "audit"])
 def test_a_flip_rate_is_written_out_and_the_p_of_a_p_value_is_a_capital(directory, name):
     page = words((directory / f"{name}.html").read_text("utf-8"))
     page = page.replace("lip rate <i>p</i>", "lip rate").replace("p-value", "")
@@ -73,24 +74,27 @@ def test_every_p_value_of_a_sentence_is_a_capital(directory):
 
 
 def test_a_test_that_does_not_reject_says_not_detected_and_no_number_has_a_star(directory):
-    page = (directory / "report.html").read_text("utf-8")
-    tests = page.partition('id="hypothesis_tests"')[2].partition('<details class="section"')[0]
-    cells = re.findall(r"<td[^>]*>(.*?)</td>", tests)
+    page, details = ((directory / f"{name}.html").read_text("utf-8") for name in ("report", "details"))
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", part(details, "hypothesis_tests"))
     says = [re.sub("<[^>]*>", "", cell.partition("<br>")[0]) for cell in cells[5::6]]
     assert set(says) <= {"yes", "not valid (rejects)", "not detected", "\N{EN DASH}"}
     assert ("not detected" in says) == bool(says)
-    assert not re.search(r"\d ?\*", words(page))
+    overview = re.findall(r"<td(?! class=\"who\")[^>]*>(.*?)</td>", part(page, "hypothesis_tests"))
+    concluded = [re.sub(r" \([^()]*\)", "", cell) for cell in overview]
+    assert set(concluded) <= {"detected", "not detected", "\N{EN DASH}"}
+    assert ("not detected" in concluded) == ("not detected" in says)
+    assert not re.search(r"\d ?\*", words(page) + words(details))
 
 
-@pytest.mark.parametrize("name", ["report", "claims", "audit"])
+@pytest.mark.parametrize("name", ["report", "details", "claims", "audit"])
 def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_computed(directory, name):
     page = (directory / f"{name}.html").read_text("utf-8")
     results = json.loads((directory / "results.json").read_text("utf-8"))
     assert too_long(page, results) == []
     found = captions(page, results)
-    assert len(found) > {"report": 20, "claims": 2, "audit": 2}[name]
+    assert len(found) > {"report": 20, "details": 10, "claims": 2, "audit": 2}[name]
     assert any(computed for _, computed in found)
-    assert name == "claims" or "How is this computed?" in page
+    assert name in {"details", "claims"} or "How is this computed?" in page
 
 
 def test_a_caption_with_a_third_sentence_or_with_semicolons_in_its_place_is_found():

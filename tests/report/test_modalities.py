@@ -46,7 +46,8 @@ def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(report):
     assert "10 of 10 trials (100 %) with RGB, 80 % by step 7" in said
     assert "The higher the fidelity, the later or more rarely it solves the box (log-rank" in said
     text = unescape(page.replace("<i>P</i>", "P"))
-    assert said in text
+    test = re.search(r" \(log-rank [^()]*\)", said)[0]
+    assert f"<summary>{said.replace(test, '')}</summary>{test[2:-1]}<" in text
     assert found.answer in text
     assert found.answer.startswith("The higher the fidelity of what viewer sees, the later or more rarely it solves")
     (verdicts,) = found.said("findings", "verdicts")
@@ -96,7 +97,7 @@ def test_the_report_says_whether_the_panel_was_dealt(tmp_path, layout, beginning
     (said,) = found.said("findings", "panel")
     assert said.startswith(beginning)
     (summary,) = re.findall(r'<div class="finding">(.*?)</div>', page, re.DOTALL)
-    assert f"<p>{said}</p>" in summary
+    assert f"<li>{said}</li>" in summary
 
 
 def test_without_pictures_nothing_is_said_of_the_panel(tmp_path):

@@ -115,9 +115,11 @@ def test_page_tables_and_figures_hold_all_that_flips_alone_have(alone, tmp_path)
     for folder in ("tables", "figures"):
         before, now = ({path.name for path in (one / folder).iterdir()} for one in (alone, beside))
         assert before < now
-    before, now = ((one / "report.html").read_text() for one in (alone, beside))
+    pages = [{name: (one / f"{name}.html").read_text() for name in ("report", "details")} for one in (alone, beside)]
+    assert all("All conditions</" in one["details"] for one in pages)
+    before, now = (one["report"] for one in pages)
     for heading in ("Agents compared", "Success and false reports", "Speed", "Optimal actions", "Action loops",
-                    "Effect of one false report", "Hypothesis tests", "Misinterpretations", "All conditions"):  # fmt: skip
+                    "Effect of one false report", "Hypothesis tests", "Misinterpretations"):  # fmt: skip
         assert f"{heading}</" in before, heading
         assert f"{heading}</" in now, heading
     assert "Every condition against the control</" in now

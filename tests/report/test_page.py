@@ -22,7 +22,7 @@ from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
-ALWAYS = ("report", "claims", "audit")
+ALWAYS = ("report", "details", "claims", "audit")
 """Pages that every report has."""
 
 
@@ -52,10 +52,10 @@ def test_the_pages_load_nothing_and_run_nothing(found, name):
     text = page_of(name, found, {figure.name: picture for of in own_sections() for figure in of.figures})
     page = Page(text)
     links = {load for load in page.loads if not load.startswith("data:image/")}
-    assert {link for link in links if not link.startswith("#")} <= {f"{name}.html" for name in ALWAYS}
+    assert {link.partition("#")[0] for link in links} <= {"", *(f"{name}.html" for name in ALWAYS)}
     assert not {"link", "iframe", "object", "svg"} & set(page.tags)
     assert page.tags.count("script") == (2 if name == "report" else 0)  # the trials as JSON, and our own program
-    assert set(re.findall(r"https?://[^\"]*", text)) <= {"http://www.w3.org/2000/svg"}
+    assert set(re.findall(r"https?://[\w./]*", text)) <= {"http://www.w3.org/2000/svg"}
     policy = re.search(r'Security-Policy" content="([^"]*)"', text)[1]
     assert "default-src 'none'" in policy
     hashes = re.findall(r"script-src '(sha256-[^']*)'", policy)
@@ -64,10 +64,11 @@ def test_the_pages_load_nothing_and_run_nothing(found, name):
 
 
 def test_links_within_the_page_lead_somewhere(found):
-    text = page_of("report", found)
-    inside = [load[1:] for load in Page(text).loads if load.startswith("#")]
-    assert inside
-    assert all(f'id="{place}"' in text for place in inside)
+    for name in ("report", "details"):
+        text = page_of(name, found)
+        inside = [load[1:] for load in Page(text).loads if load.startswith("#")]
+        assert inside
+        assert all(f'id="{place}"' in text for place in inside)
 
 
 def test_equal_records_give_equal_results_and_pages(tmp_path):
@@ -88,15 +89,18 @@ def test_what_models_say_is_escaped(tmp_path):
     assert page.tags.count("script") == 2
     assert page.tags.count("b") == 3  # the three numbers
     assert not [load for load in page.loads if "evil" in load]
-    assert "script" not in Page(page_of("claims", found)).tags
-    assert "&lt;script&gt;" in text
+    for name in ("details", "claims"):
+        other = Page(page_of(name, found))
+        assert not {"script", "b", "img"} & {*other.tags}
+        assert not [load for load in other.loads if "evil" in load]
+    assert "&lt;script&gt;" in page_of("details", found)
 
 
 def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
     name = "llm:evil/\u202ea\u2066b\nc\x1bd"
     trials = [make_trial(SOLUTION, p=p, hypothesis=name, agent=name, facts={"model": name}) for p in (0.0, 0.3)]
     found = found_in(tmp_path, small_study([name], (0.0, 0.3), 1, 1), trials)
-    for page in ("report", "claims"):
+    for page in ("report", "details", "claims"):
         text = page_of(page, found)
         assert "llm:evil/?a?b c?d" in text
         assert all(line.isprintable() for line in text.split("\n"))

@@ -103,8 +103,8 @@ def _own(text: str) -> Any:
 def parts_of(found: Results, page: str) -> list[Part]:
     """The parts of a page, each named after its section; ``details`` has the details of the report's parts, and own."""
     shown = [(one.page, part) for one in all_sections() if one.page in (page, _of(page)) for part in _shown(one, found)]
-    own = [part if of == page else _details(part) for of, part in shown]
-    return [part for part in own if part.blocks]
+    own = [(of, part if of == page else _details(part)) for of, part in shown]
+    return [part for of, part in own if of == page or part.blocks]
 
 
 def _of(page: str) -> str:

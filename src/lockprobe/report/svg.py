@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from urllib.parse import quote
 
-__all__ = ["Image", "compact_svg", "dark", "image", "with_dark_colours"]
+__all__ = ["Image", "Piece", "compact_svg", "dark", "image", "with_dark_colours"]
 
 _GREY = 0.12
 """Saturation up to which a colour is a grey."""

@@ -8,7 +8,7 @@ from itertools import combinations
 import matplotlib as mpl
 import numpy as np
 import pytest
-from drawn import pictures
+from drawn import pictures, texts
 from PIL import Image
 
 from lockprobe.report.figures import files, render, sheet
@@ -23,18 +23,8 @@ CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "peopl
 def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []
-    for legend in figure.legends:
-        found += legend.get_texts()
-    for axes in figure.axes:
-        if not axes.get_visible():
-            continue
-        found += [*axes.texts, axes._left_title]
-        if not axes.axison:
-            continue
-        for axis in (axes.xaxis, axes.yaxis):
-            low, high = sorted(axis.get_view_interval())
-            ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
-            found += [axis.label, *(tick.label1 for tick in ticks)]
+    found += [text for legend in figure.legends for text in legend.get_texts()]
+    found += [text for axes in figure.axes if axes.get_visible() for text in texts(axes)]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 
 
@@ -44,14 +34,14 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
         if name == "box":  # which is the same in all of them, and drawn by hand
             continue
         figure.draw_without_rendering()
-        texts = written(figure)
-        assert texts
-        for text, place in texts:
+        found = written(figure)
+        assert found
+        for text, place in found:
             assert text.get_fontsize() >= 9, (name, text)
             assert not re.search(r"\bp\b|(?<!\$)\bP\b", text.get_text().replace("$p$", "")), (name, text)
             beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
             assert max(beyond) <= 1, (name, text)
-        for (one, first), (other, second) in combinations(texts, 2):
+        for (one, first), (other, second) in combinations(found, 2):
             apart = min(first.x1, second.x1) - max(first.x0, second.x0)
             above = min(first.y1, second.y1) - max(first.y0, second.y0)
             assert apart <= 1.5 or above <= 1.5, (name, one, other)

@@ -14,7 +14,7 @@ def stars(figure):
 
 def test_success_over_flip_rates_stands_beside_chance_and_the_paper(studies):
     figure = draw_overview(studies["three"])
-    assert names(figure).count("chance") == 1
+    assert names(figure).count("random agents, exact") == 1
     assert "llm:local" in names(figure)
     assert len(stars(figure)[0].get_xdata()) == 2
     assert "flip rate" in figure.axes[0].get_xlabel()

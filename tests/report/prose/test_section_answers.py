@@ -46,7 +46,7 @@ def test_tests_are_counted_for_each_agent():
     said = section_answers(summary)["hypothesis_tests"]
     assert len(done[0]) == len(done[1])
     n = len(done[0])
-    assert said == f"Main tests (bold) that reject: {sum(done[0])}/{n} for llm:a, {sum(done[1])}/{n} for llm:b."
+    assert said == f"Recommended tests that reject: {sum(done[0])}/{n} for llm:a, {sum(done[1])}/{n} for llm:b."
     assert sum(done[0]) > sum(done[1])
 
 

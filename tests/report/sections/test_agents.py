@@ -34,9 +34,9 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     tidied = found.where("tidied_replies")
     assert [(row.of, row.count) for row in tidied] == [("", 1), ("a code fence", 1), ("text around the object", 1)]
     assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
-    page = page_of("report", found)
-    assert "They were tidied, and count as all others do." in page
-    assert "a code fence 1, text around the object 1" in page
+    details, page = page_of("details", found), page_of("report", found)
+    assert "They were tidied, and count as all others do." in details
+    assert "a code fence 1, text around the object 1" in details
     assert "refused: I cannot help." in page
     assert "1 trials; excluded from all other numbers." in page
 
@@ -65,14 +65,14 @@ def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
     found = found_in(tmp_path, replace(small_study(["llm:a"], (0.0,), 1, 10), max_steps=1), trials)
     said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
     assert found.facts_about("llm:a") == said
-    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of("report", found)
+    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of("details", found)
 
 
 @pytest.mark.parametrize("plant", ["symbolic", clumsy.CLUMSY])
 def test_what_the_plant_says_of_itself_and_the_interlock_are_shown(tmp_path, plant):
     allow(clumsy.CLUMSY)
     found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 1), plant=plant))
-    page = page_of("report", found)
+    page = page_of("details", found)
     assert found.fact(f"plant {plant}", "misses") == ("" if plant == "symbolic" else "1")
     assert ("<summary>Plant</summary>" in page) == (plant != "symbolic")
     assert "All agents follow fixed rules without settings." in page

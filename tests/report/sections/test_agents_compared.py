@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from captions import too_long
+from page_parts import part
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.formatting import NONE
@@ -189,16 +190,16 @@ def test_two_that_play_alike_at_every_p_have_one_row(tmp_path):
 
 
 def test_the_page_shows_models_side_by_side(found):
-    page = page_of("report", found, {"side-by-side": {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}})
+    drawn = {"side-by-side": {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}}
+    page, details = (page_of(name, found, drawn) for name in ("report", "details"))
     assert "Models compared" in page
-    assert "No difference in success" in page
-    assert "False reports affect the two differently" in page
+    assert "No difference in success" in part(details, "agents_compared")
+    assert "False reports affect the two differently" in part(details, "agents_compared")
     assert "US$ 2 per million input tokens, 0.1 cached, 10 output, as of 2026-01-02 (acme.test/prices)." in page
     assert "<code>llm:acme/two</code>: no price is known" in page
     assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
-    assert (
-        too_long(page[page.index('id="agents_compared"') :].split('<details class="section"')[0], found.plain()) == []
-    )
+    for one in (page, details):
+        assert too_long(part(one, "agents_compared"), found.plain()) == []
 
 
 def test_one_agent_has_nobody_beside_it(tmp_path):
@@ -209,7 +210,8 @@ def test_one_agent_has_nobody_beside_it(tmp_path):
 
 
 def test_one_model_is_held_against_the_baselines(tmp_path):
-    page = page_of("report", results(tmp_path, "llm:acme/one", "random"))
+    found = results(tmp_path, "llm:acme/one", "random")
+    page = page_of("report", found)
     assert ">Baselines<" in page
     assert "Models compared" not in page
-    assert "llm:acme/one solves the box more often than random" in page
+    assert "llm:acme/one solves the box more often than random" in part(page_of("details", found), "agents_compared")

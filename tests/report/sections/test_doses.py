@@ -6,6 +6,7 @@ import pytest
 from builders import write_study
 from captions import too_long
 from drawn import bars
+from page_parts import part
 
 from lockprobe.report.figures.loops import loops_by_dose
 from lockprobe.report.figures.success_by_flip_rate import success_by_dose
@@ -24,11 +25,9 @@ def found_in(directory, **asked):
     return results_of(study_numbers(open_study(write_study(directory / "study", study("flips", **asked)))))
 
 
-def section(found, name="doses"):
-    page = page_of("report", found, {"series-1-success": {"svg": b"<svg/>"}, "series-1-loops": {"svg": b"<svg/>"}})
-    return unescape(
-        page.partition(f'<details class="section" id="{name}">')[2].partition('<details class="section"')[0]
-    )
+def section(found, page="report"):
+    drawn = {"series-1-success": {"svg": b"<svg/>"}, "series-1-loops": {"svg": b"<svg/>"}}
+    return unescape(part(page_of(page, found, drawn), "doses"))
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +80,7 @@ def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
         shown = [axes for axes in draw(lab, place).axes if axes.get_visible()]
         for axes, course in zip(shown, lab.courses(lab.design.axes[place]), strict=True):
             assert [bar[:2] for bar in bars(axes)] == [(cell.dose, cell.value(quantity)) for cell in course.cells]
-    assert section(lab).count("<figure") == 2
+    assert [section(lab, page).count("<figure") for page in ("report", "details")] == [1, 1]
 
 
 def test_rows_at_a_dose_hold_all_doses_of_the_condition_and_its_modality(tmp_path):
@@ -144,7 +143,7 @@ def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):
     (axis,) = found.design.axes
     assert axis.key == "tremble p, with history?last=50"
     assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]
-    assert "No test" in section(found)
+    assert "No test" in section(found, "details")
 
 
 def test_an_option_of_agents_is_a_dose(tmp_path):
@@ -159,5 +158,6 @@ def test_an_option_of_agents_is_a_dose(tmp_path):
     assert "Stay</h2>" in section(found)
 
 
-def test_captions_are_short(lab):
-    assert too_long(page_of("report", lab), lab.plain()) == []
+@pytest.mark.parametrize("page", ["report", "details"])
+def test_captions_are_short(lab, page):
+    assert too_long(page_of(page, lab), lab.plain()) == []

@@ -1,6 +1,10 @@
 """What was found, in sentences: of all agents first where there are many, and of plant and panel."""
 
+import re
+from html import unescape
+
 from builders import SOLUTION, make_trial, modality_study, small_study, study_of, write_study
+from page_parts import part
 
 from lockprobe.boxes.families import box
 from lockprobe.report.opened import open_study
@@ -15,13 +19,31 @@ def found_in(directory, planned, trials=None):
     return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
 
 
-def part_of(found, name="findings"):
-    """A part of the page, with P values in plain letters."""
-    return page_of("report", found).partition(f'id="{name}"')[2].partition("</details>\n<details class")[0]
+def part_of(found, name="findings", page="report"):
+    """A part of a page."""
+    return part(page_of(page, found), name)
 
 
 def plain(page):
-    return page.replace("<i>P</i>", "P").replace("&#39;", "'")
+    """A part with P values in plain letters."""
+    return unescape(page.replace("<i>P</i>", "P"))
+
+
+def lines(found):
+    """What the lines of the findings say, and the test behind each."""
+    items = re.findall(r"<li>(.*?)</li>", plain(part_of(found)))
+    parted = [re.fullmatch(r"(?:<details><summary>)?(.*?)(?:</summary>(.*)</details>)?", item) for item in items]
+    return [(one[1], one[2] or "") for one in parted]
+
+
+def words(sentence):
+    """The words of a sentence, in the order of the alphabet: a line has those of the test last."""
+    return sorted(re.findall(r"[^\s().,;]+", sentence))
+
+
+def written(found):
+    """The words of each line with its test."""
+    return [words(f"{said} {test}") for said, test in lines(found)]
 
 
 def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
@@ -44,28 +66,41 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
         f"Success compared with flip rate 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
         "(Bonferroni)."
     )
-    part = plain(part_of(found))
-    places = [part.index(one) for one in (said, "Agent by agent", *found.said("findings", "finding"))]
-    assert places == sorted(places)
+    assert courses in plain(part_of(found))
+    assert not any(words(one) in written(found) for one in found.said("findings", "finding"))
+    assert '<a href="details.html#findings">Agent by agent</a>' in part_of(found)
+    details = plain(part_of(found, page="details"))
+    assert "<h3>Agent by agent</h3>" in details
+    assert all(one in details for one in found.said("findings", "finding"))
 
 
 def test_every_sentence_stands_on_the_page_and_belongs_to_its_agent(tmp_path):
     found = found_in(tmp_path, small_study(("human-inspired", "cognitive:careful"), (0.0, 0.3, 0.6)))
-    part = plain(part_of(found))
-    assert all(said in part for said in found.said("findings"))
+    assert all(words(said) in written(found) for said in found.said("findings"))
     assert [one.agent for one in found.findings if one.kind == "finding" and one.section == "findings"] == [
         "cognitive:careful"
     ]
-    assert "Flip rate <i>p</i>" in part
+    assert "Flip rate <i>p</i>" in part_of(found)
+
+
+def test_the_test_of_a_finding_stands_behind_its_sentence(tmp_path):
+    found = found_in(tmp_path, small_study(("cognitive:perseverant",), (0.0, 0.4), 2, 10))
+    tested = [(said, test) for said, test in lines(found) if test]
+    assert tested
+    for said, test in tested:
+        assert re.search(r"\bP [=<] ", test)
+        assert not re.search(r"\bP [=<] ", said)
+        assert said.endswith(".")
 
 
 def test_a_sweep_alone_has_its_finding_first_and_what_baselines_solved_after_it(tmp_path):
     agents = ["cognitive:perseverant", "random"]
     small = {"agent": agents, "trials": 4, "repetitions": 1, "p": [0]}
-    part = plain(part_of(found := found_in(tmp_path, study("flips", **small, sweep="tremble?p=0.1,0.3,0.6"))))
+    found = found_in(tmp_path, study("flips", **small, sweep="tremble?p=0.1,0.3,0.6"))
     ((finding,), (baselines,)) = found.said("doses", "finding"), found.said("findings", "baselines")
-    assert f'<p class="first">{finding}' in part
-    assert part.index(finding) < part.index(baselines)
+    first, *others = written(found)
+    assert first == words(finding)
+    assert words(baselines) in others
 
 
 def test_an_action_loop_is_defined_where_it_is_first_named(tmp_path):
@@ -89,9 +124,9 @@ def test_what_is_said_of_plant_and_panel_judges_nobody(tmp_path, modal):
     parts = [found.one("wrong_verdicts", of=of) for of in ("blocked for moved", "moved for blocked")]
     assert wrong.count == sum(row.count for row in parts)
     assert found.one("undecided_verdicts").count == 0
-    part = plain(part_of(found))
-    assert f"was wrong at {wrong.count} of {wrong.n} attempts" in part
-    assert part.index(found.said("findings", "modalities")[0]) < part.index("Modality by modality")
+    assert f"was wrong at {wrong.count} of {wrong.n} attempts" in plain(part_of(found))
+    assert written(found)[0] == words(found.said("findings", "modalities")[0])
+    assert "Agent by agent</a>" in part_of(found)
 
 
 def test_conditions_that_changed_nothing_are_named(tmp_path):
@@ -99,7 +134,7 @@ def test_conditions_that_changed_nothing_are_named(tmp_path):
     found = found_in(tmp_path, planned)
     (said,) = found.said("findings", "conditions")
     assert said.startswith("history?last=50 changed nothing")
-    assert f'<p class="first">{said}</p>' in part_of(found)
+    assert f"<li>{said}</li>" in part_of(found)
 
 
 def test_the_verdict_of_a_study_of_controls_comes_first(tmp_path):

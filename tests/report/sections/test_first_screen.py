@@ -2,6 +2,8 @@
 
 import re
 from dataclasses import replace
+from html import unescape
+from urllib.parse import unquote
 
 import pytest
 from builders import SOLUTION, make_trial, modality_study, play_study, small_study, study_of, write_study
@@ -10,12 +12,12 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import percent, share
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
-from lockprobe.report.rendering import image
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut
 from lockprobe.report.sections.first_screen import SECTIONS, without_answer
 from lockprobe.report.sections.key_numbers import condition_numbers
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.statistics.conditions.effects import effects
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import make_trial as trial_of
@@ -97,8 +99,10 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
 def test_a_narrow_screen_shows_the_figure_of_a_column(models):
     drawn = {name: {"svg": f"<svg>{name}</svg>".encode()} for name in ("overview", "overview-column")}
     page = page_of("report", models, drawn).partition('<div class="screen">')[2]
-    wide, narrow = (image(forms["svg"])["source"] for forms in drawn.values())
-    assert f'<source media="(max-width: 40rem)" srcset="{narrow}"><img src="{wide}"' in page
+    wide, narrow = (image(forms["svg"]).panels[0].source for forms in drawn.values())
+    found = re.search(r'<source media="\(max-width: 40rem\)" srcset="([^"]*)"><img src="([^"]*)"', page)
+    assert [unquote(unescape(one)) for one in found.groups()] == [unquote(narrow), unquote(wide)]
+    assert not re.search(r"\s", found[1])  # where a space would end the address
 
 
 def test_quantities_that_the_sentences_rest_on_exist(models):

@@ -4,6 +4,7 @@ import re
 
 import pytest
 from builders import small_study, write_study
+from page_parts import part
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
@@ -63,11 +64,11 @@ def test_every_effect_is_in_the_table_or_among_those_that_are_not_estimated(tmp_
     found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned))))
     estimated, missing = found.where(EFFECT), [fact for fact in found.facts if "one false report" in fact.about]
     assert len(estimated) + len(missing) == 28
-    table, part = tables_of(found)["lies"], page_of("report", found).partition('id="one_false_report"')[2]
-    assert len(table) == 1 + len(estimated)
-    assert found.said("one_false_report", "effect")[0][:60] in part
-    assert "Effects that are not estimated for <code>cognitive:<wbr>perseverant</code>" in part
-    assert "Fewer than 15 trials hold the outcome, or miss it: " in part
+    assert len(tables_of(found)["lies"]) == 1 + len(estimated)
+    page, details = (part(page_of(name, found), "one_false_report") for name in ("report", "details"))
+    assert found.said("one_false_report", "effect")[0][:60] in page
+    assert "Effects that are not estimated for <code>cognitive:<wbr>perseverant</code>" in details
+    assert "Fewer than 15 trials hold the outcome, or miss it: " in details
 
 
 def test_agents_are_called_with_their_modality_and_a_table_without_rows_is_left_out(tmp_path):

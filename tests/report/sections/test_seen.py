@@ -27,11 +27,11 @@ def test_pictures_of_each_modality_are_shown_with_what_was_told(found, picture_n
 def test_without_their_files_the_page_says_why_there_are_none(found):
     page = page_of("report", found)
     assert "No pictures are shown: the files, or the package pillow, are missing." in page
-    assert "With pictures, “told” is what they show." in page
+    assert "With pictures, “told” is what they show." in page_of("details", found)
 
 
 def test_nothing_is_said_where_no_agent_saw_pictures(tmp_path):
     path = write_study(tmp_path / "study", small_study(["random"], (0.0,), 1, 2))
-    page = page_of("report", results_of(study_numbers(open_study(path))))
-    assert '<details class="section" id="seen">' not in page
-    assert "With pictures" not in page
+    found = results_of(study_numbers(open_study(path)))
+    assert '<details class="section" id="seen">' not in page_of("report", found)
+    assert "With pictures" not in page_of("details", found)

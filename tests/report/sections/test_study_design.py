@@ -60,11 +60,11 @@ def test_people_are_counted_apart(tmp_path):
     found = found_in(tmp_path, planned, trials)
     part = part_of(found, "design")
     assert "8 trials of 1 agent and people." in part
-    page = page_of("report", found)
+    page, details = page_of("report", found), page_of("details", found)
     assert "<dt>Subjects</dt><dd>people</dd>" in part
-    assert "<h3><code>people</code></h3>" in page
+    assert "<h3><code>people</code></h3>" in details
     assert "Effects that are not estimated for <code>people</code>" in page
-    assert "<code>participant</code>:" not in page
+    assert "<code>participant</code>:" not in page + details
     assert "8 of 8 finished; of these, people: 4 of 4" in part
     assert "People practise before their first box" in part_of(found, "limits")
 
@@ -76,7 +76,7 @@ def test_conditions_have_limits_of_their_own(tmp_path):
     assert "<dt>Conditions</dt><dd><code>truth</code>, <code>nudge</code></dd>" in part_of(other, "design")
     shown = "A difference between conditions shows the effect of an intervention"
     assert (shown in flips, shown in part_of(other, "limits")) == (False, True)
-    pairs = "and comparisons of agents for the number of pairs"
+    pairs = "pairs of agents, each for the number of agents"
     assert (pairs in flips, "People practise" in flips) == (True, False)
 
 

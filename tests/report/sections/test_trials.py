@@ -35,7 +35,7 @@ def test_a_solved_a_looping_and_a_misread_trial_are_shown_each_once(tmp_path):
     assert [(step.claimed, step.misinterpreted) for step in misread[:4]] == [
         ("moved", True), ("moved", True), ("blocked", False), (None, False),
     ]  # fmt: skip
-    page = page_of("report", found)
+    page = page_of("details", found)
     assert "moved (misread)" in page
     assert "Equal letters in the column “loop”" in page
 
@@ -52,13 +52,13 @@ def test_one_trial_is_shown_of_each_of_the_first_other_conditions(tmp_path):
 
 
 def test_without_any_such_trial_the_page_says_so(tmp_path):
-    page = page_of("report", found_in(tmp_path, small_study(["random"], (0.0,), 1, 2), []))
+    page = page_of("details", found_in(tmp_path, small_study(["random"], (0.0,), 1, 2), []))
     assert "No trial of the first agent was solved, looped or misread." in page
 
 
 def test_what_an_agent_said_is_text_and_shortened(tmp_path):
     trial = make_trial(SOLUTION, agent="llm:a", hypothesis="<b>bold</b> " + "and " * 100)
-    page = page_of("report", found_in(tmp_path, small_study(["llm:a"], (0.0,), 1, 1), [trial]))
+    page = page_of("details", found_in(tmp_path, small_study(["llm:a"], (0.0,), 1, 1), [trial]))
     assert "&lt;b&gt;bold&lt;/b&gt; and" in page
     assert "and " * 60 not in page
 

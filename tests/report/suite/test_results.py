@@ -72,7 +72,7 @@ def test_the_file_holds_every_number_and_the_page_shows_it(played):
     for cell in {cell for table in (score_table(found), level_table(found)) for row in table for cell in row}:
         assert cell in text
     assert "<script" not in page
-    assert page.count("<img") == 1
+    assert page.count("<figure") == 1
 
 
 def test_a_part_of_a_suite_says_so(tmp_path):

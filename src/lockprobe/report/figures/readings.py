@@ -60,7 +60,7 @@ def _panels(found: Results) -> list[_Panel]:
     own: dict[tuple[str, str], list[tuple[str, Style, Course]]] = {}
     for i, (axis, options) in enumerate(found.readings):
         marker, dash = _LOOKS[i % len(_LOOKS)]
-        style, white = Style(colour=INK, marker=marker, dash=dash), 0.6 * i / len(_LOOKS)
+        style, white = Style(colour=INK, marker=marker, dash=dash), 0.6 * (i % len(_LOOKS)) / len(_LOOKS)
         for course in found.courses(axis):
             if len(course.played) > 1 and not course.blind:
                 own.setdefault((course.agent, course.modality), []).append(

@@ -61,7 +61,7 @@ _LARGEST = 2**28
 _DRAWN = re.compile(rb"<dc:title>(Matplotlib v[\w.]+)")
 """What drew a figure, in its SVG."""
 
-_EMBEDDED = re.compile(rb"data:image/svg\+xml;base64,[A-Za-z0-9+/=]+")
+_EMBEDDED = re.compile(rb"data:image/svg\+xml,[^\"]*")
 """A figure in a page."""
 
 
