@@ -24,7 +24,9 @@ FIRST_PAUSE = 60.0
 
 
 class LiveReport:
-    """Passes events on to another observer, and writes the report in a process of low priority.
+    """Passes events on to another observer, and writes the report in a process of its own.
+
+    All but the first report are written with low priority.
 
     The first report starts when a slow agent begins, or a minute later if nothing has been played yet. The pauses after
     it double. At most one process writes. Its output is discarded: the run writes the last report itself. Without a
@@ -101,6 +103,7 @@ class LiveReport:
             )
             if self._pause == FIRST_PAUSE:
                 self._first = self._writing
-            os.setpriority(os.PRIO_PROCESS, self._writing.pid, 10)
+            else:
+                os.setpriority(os.PRIO_PROCESS, self._writing.pid, 10)
         self._next = time.monotonic() + self._pause
         self._pause *= 2
