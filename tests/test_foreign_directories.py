@@ -70,6 +70,7 @@ TAKING: dict[str, list[list[str]]] = {
     "measures": [["measures", "DIR"], ["measures", "DIR", "--json"]],
     "box show": [["box", "show", "FILE"]],
     "box solve": [["box", "solve", "FILE"]],
+    "box check": [["box", "check", "FILE"]],
 }
 """Command -> command lines, with DIR and OTHER for directories and FILE for a study file."""
 

@@ -153,7 +153,10 @@ def test_lists():
         (["loops", "none.txt"], "none.txt: cannot be read (No such file or directory)"),
         (["models", "pull", "gpt"], "no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b"),
         (["fly"], "No such command 'fly'."),
-        (["box", "chain-4"], "No such command 'chain-4' of lockprobe box; there are list, show, solve, generate"),
+        (
+            ["box", "chain-4"],
+            "No such command 'chain-4' of lockprobe box; there are list, show, solve, check, generate",
+        ),
     ],
 )
 def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, line):

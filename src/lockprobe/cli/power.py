@@ -39,7 +39,7 @@ _SUCCESS = (
 )
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
-_PEOPLE = "How many persons a study of people needs, within and between persons (with --success)."
+_PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
 _BOXES = "With --people: boxes that a person plays under each condition (1)."
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
 _EFFECT_SD = f"With --people: standard deviation of the effect between persons, in logits ({EFFECT_SD:g}, by eye)."

@@ -53,7 +53,8 @@ PLACEHOLDERS = {
 
 _STUDY = "The study: a name, a file, or the directory of a study that people join."
 _PEOPLE = (
-    "Settings for people (--write-people writes an example), or their number, or both; the number sets the trials."
+    "A study of people (a file of settings, of which --write-people writes an example; their number, which sets the "
+    "trials; or both)."
 )
 _TEXTS = "The texts of the page: a shipped language, or a file (--write-texts writes an example)."
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."

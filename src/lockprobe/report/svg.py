@@ -125,7 +125,7 @@ def dark(colour: str) -> str:
     """A colour on a dark page: greys are turned round, pale grounds become dark, and lines light enough to be seen.
 
     >>> dark("#ffffff"), dark("#000000"), dark("#0072b2")
-    ('#1a1a1a', '#ededed', '#3db6ff')
+    ('#191919', '#ededed', '#3db9ff')
     """
     hue, light, full = colorsys.rgb_to_hls(*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)))
     if full < _GREY or light in (0.0, 1.0):
