@@ -155,7 +155,7 @@ def test_lists():
         (["fly"], "No such command 'fly'."),
         (
             ["box", "chain-4"],
-            "No such command 'chain-4' of lockprobe box; there are list, show, solve, check, generate",
+            "No such command 'chain-4' of lockprobe box; there are check, list, show, solve, generate",
         ),
     ],
 )

@@ -407,10 +407,14 @@ def _show(found: Results) -> Iterator[Part]:
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
     screen = found.facts_about(_ABOUT)
     numbers = takewhile(bool, (found.facts_about(f"{_ABOUT} {i}") for i in count(1)))
+    cards = cards_of(numbers)
+    named = {*found.subjects, *(str(card["agent"]) for card in cards)}
+    baselines = [agent for agent in found.study.get("agents", ()) if agent not in named]
     values = {
+        "baselines": listed(baselines, named=4) if baselines else "",
         "said": dict.fromkeys(_SAID, "") | said,
         "screen": {"more": ""} | screen,
-        "cards": cards_of(numbers),
+        "cards": cards,
         "figures": [one for of in all_sections() for one in of.figures if one.name == screen.get("figure")],
         "box": _BOX,
     }
