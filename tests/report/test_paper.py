@@ -51,6 +51,25 @@ def test_the_table_has_six_columns_and_the_numbers_of_the_rows(found):
     assert r"a\_50\%" in rows[0][0]
 
 
+def test_every_change_of_the_table_is_from_the_control_whatever_else_is_compared(tmp_path):
+    conditions = ["flip?p=0.6&others=kept", "drop?p=1"]
+    planned = study("flips", agent=("human-inspired", "round-robin"), p=(0, 0.6), condition=conditions, trials=8)
+    found = results(write_study(tmp_path / "study", planned))
+    against = {row.control for row in found.where("success_difference", agent="human-inspired", of="", versus="")}
+    assert len(against) > 1
+    shares = {}
+    for line in table_tex(found).splitlines():
+        if not line.startswith("{}"):
+            continue
+        agent, at, _, solved, _, change, *_ = map(str.strip, re.split(r"(?<!\\)&", line.removeprefix("{}")))
+        shares[agent or next(reversed(shares))[0], at] = float(solved)
+        agent, _ = next(reversed(shares))
+        if change:
+            truth = next(share for (of, _), share in shares.items() if of == agent)
+            assert float(change.strip("$")) == pytest.approx(float(solved) - truth, abs=1)
+    assert len(shares) == 8
+
+
 def test_every_number_of_the_methods_is_in_the_results(found):
     """But those of the article's conventions: 95 % intervals and the level of 0.05."""
     known = json.dumps(found.plain()) + str(len(found.study["agents"])) + str(len(found.design.conditions))

@@ -112,14 +112,10 @@ def _share(row: Estimate) -> str:
 
 
 def _change(found: Results, cell: Cell) -> str:
-    """The change from the control, its interval and its P value; empty for the control."""
-    rows = [
-        row
-        for row in found.where("success_difference", agent=cell.agent, condition=cell.condition, of="", versus="")
-        if row.modality in ("", cell.modality)
-    ]
-    for row in rows:
-        if row.value is not None:
+    """The change from the control, its interval and its P value; empty for the control, and where none was tested."""
+    for row in found.against_control():
+        ours = (row.agent, row.condition) == (cell.agent, cell.condition) and row.modality in ("", cell.modality)
+        if ours and row.value is not None:
             return f"${100 * row.value:+.0f}$ & {_interval(row, '+')} & {tex_text(p_cell(row.p_value))}"
     return " & & "
 
@@ -184,7 +180,7 @@ def _left_out(found: Results) -> str:
 def _tested(found: Results) -> str:
     if found.progress.every_look:
         return "Intervals and P values hold at every look at the growing data."
-    rows = [row for row in found.where("success_difference", of="", versus="") if row.p_value is not None]
+    rows = [row for row in found.against_control() if row.p_value is not None]
     tests = list(dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test))
     most = max((row.corrected_for for row in rows), default=1)
     corrected = f", corrected for at most {most} comparisons of a family" if most > 1 else ""

@@ -34,7 +34,7 @@ def test_every_effect_is_told_and_the_control_stands_beside():
     assert "solved the box more often under nudge (+40 points" in more
     assert "solved the box less often under warn (\N{MINUS SIGN}40 points" in less
     assert share.endswith("solved 20 of 40 trials (50 %) under truth.")
-    assert hidden.startswith("No difference from truth was detected under nudge + warn (")
+    assert hidden.startswith("No difference from truth was detected for random under nudge + warn (")
     assert "corrected for comparing 3 conditions with truth" in corrected
 
 

@@ -67,7 +67,7 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
         "(Bonferroni)."
     )
     assert courses in plain(part_of(found))
-    assert not any(words(one) in written(found) for one in found.said("findings", "finding"))
+    assert all(words(one) in written(found) for one in found.said("findings", "finding"))
     assert '<a href="details.html#findings">Agent by agent</a>' in part_of(found)
     details = plain(part_of(found, page="details"))
     assert "<h3>Agent by agent</h3>" in details

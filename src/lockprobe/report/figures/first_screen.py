@@ -34,6 +34,9 @@ _MOST = 8
 _NAME = 24
 """Characters of a name at the right edge."""
 
+_SHORT = 15
+"""Characters of a name before the name of a kind of false reports."""
+
 _IN_COLUMN = 26
 """Characters of a name and its modality in a column."""
 
@@ -83,7 +86,9 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
         labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
     for course, style, words in _other_readings(found, shown):
         by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
-        labels.append((course.played[-1].value("success") or 0.0, f"the same: {words}", style.colour))
+        labels.append(
+            (course.played[-1].value("success") or 0.0, f"{agent_label(course, _SHORT)}: {words}", style.colour)
+        )
     share_axis(axes, "trials solved")
     p_axis(axes, cells)
     if chance := _chance(found):

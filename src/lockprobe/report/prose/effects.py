@@ -38,7 +38,7 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
     said.append(f"{name} solved {of_trials(share)} under {found.control}.")
     if hidden := [one for one in found.effects if not one.detectable]:
         said.append(
-            f"No difference from {found.control} was detected under {_listed(hidden)}. "
+            f"No difference from {found.control} was detected for {name} under {_listed(hidden)}. "
             "This does not show that there is no effect."
         )
     many = [f"comparing {len(found.effects)} conditions with {found.control}"] * (len(found.effects) > 1)

@@ -119,10 +119,11 @@ def _show(found: Results) -> Iterator[Part]:
         " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
         for row in found.where("false_report_effect", of="total")
     ]
-    number = len(whys) + sum(one.section == "findings" for one in found.findings)
-    said = f"{number} sentence{'s' * (number != 1)}: what was detected, what was not, and how sure that is."
     lines = [*(_of_flips(found) or ["No trial has been played yet."] * _unplayed(found)), *_beside_flips(found)]
-    shown: list[Block] = [Template("findings", {"why": whys, "lines": list(map(_parted, dict.fromkeys(lines)))})]
+    lines = list(dict.fromkeys(lines))
+    number = (len(whys) + len(lines)) * any(one.section == "findings" for one in found.findings)
+    said = f"{number} finding{'s' * (number != 1)}: what was detected, what was not, and how sure that is."
+    shown: list[Block] = [Template("findings", {"why": whys, "lines": list(map(_parted, lines))})]
     if len(found.said("findings", "finding")) > _MANY or found.said("findings", "modalities"):
         shown.append(Detail("Agent by agent", [Text(one) for one in _by_agent(found)]))
     yield Part("Findings", said * bool(number), [*shown, *_words(found)])
@@ -133,13 +134,14 @@ def _unplayed(found: Results) -> bool:
 
 
 def _of_flips(found: Results) -> list[str]:
-    """What is said of flip rates and modalities; of many agents, what is said of all of them alone."""
+    """What is said of flip rates and modalities; of many agents, what is said of all of them first, and their effects."""
     of = partial(found.said, "findings")
     modalities, courses = of("modalities"), of("courses")
     whole = len(found.subjects) > _MANY and bool(courses)
-    agents = [] if whole or modalities else list(_by_agent(found))
+    agents = [] if modalities else of("finding") if whole else list(_by_agent(found))
     last = [*of("ranking"), *(of("baselines") if of("finding") else [])]
-    return [*modalities, *agents, *of("verdicts"), *courses, *last]
+    first, then = (courses, []) if whole else ([], courses)
+    return [*modalities, *first, *agents, *of("verdicts"), *then, *last]
 
 
 def _by_agent(found: Results) -> Iterator[str]:

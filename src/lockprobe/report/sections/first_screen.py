@@ -379,7 +379,10 @@ def _caption(found: Results) -> Caption:
     return Caption(
         "Grey: between random agents with/without immediate repeats."
         f"{' Stars: another model and box.' if stars else ''}",
-        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs." if found.several_p else "",
+        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs."
+        f"{' Dotted: other kinds of false reports.' * (len(found.readings) > 1)}"
+        if found.several_p
+        else "",
     )
 
 

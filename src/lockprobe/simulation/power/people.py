@@ -67,7 +67,7 @@ class People:
 
     def __post_init__(self) -> None:
         if len(self.success) < 2 or not all(0 < share < 1 for share in self.success):
-            raise BadValue("success", self.success, "two or more shares between 0 and 1, the control first")
+            raise BadValue("success", self.success, "two or more shares above 0 and below 1, the control first")
         if self.boxes < 1:
             raise BadValue("boxes", self.boxes, "1 or more")
         for name in ("person_sd", "effect_sd"):
