@@ -134,7 +134,7 @@ def _unplayed(found: Results) -> bool:
 
 
 def _of_flips(found: Results) -> list[str]:
-    """What is said of flip rates and modalities; of many agents, what is said of all of them first, and their effects."""
+    """What is said of flip rates and modalities; of many agents, what is said of all, and the effect on each."""
     of = partial(found.said, "findings")
     modalities, courses = of("modalities"), of("courses")
     whole = len(found.subjects) > _MANY and bool(courses)
