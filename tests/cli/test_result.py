@@ -4,6 +4,7 @@ import json
 import shlex
 
 import pytest
+from placeholders import undrawn
 from typed import typed
 
 from lockprobe.cli.progress import Plain
@@ -12,6 +13,13 @@ from lockprobe.report.rows import Results
 
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 60,
          "--repetitions", 1)  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def placeholders():
+    """Figures take seconds, and none is looked at here."""
+    with undrawn():
+        yield
 
 
 @pytest.fixture(scope="module")

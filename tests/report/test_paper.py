@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 from builders import write_study
+from placeholders import undrawn
 from typed import typed
 
 from lockprobe.report.paper import methods_tex, paper_files, table_tex, write_paper
@@ -96,6 +97,14 @@ def test_fonts_are_in_the_pictures_and_equal_results_give_equal_files(found):
     assert [round(float(one) / 72, 1) for one in sizes] == [3.5, 6.9]  # inches
 
 
+@pytest.fixture
+def placeholders():
+    """Figures of the page take seconds, and none is looked at."""
+    with undrawn():
+        yield
+
+
+@pytest.mark.usefixtures("placeholders")
 def test_the_command_writes_it_beside_the_report_and_verify_says_nothing_of_it(directory):
     done = typed("report", directory, "--paper", "--json")
     assert json.loads(done.stdout)["paper"] == str(directory / "paper")
