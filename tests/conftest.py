@@ -71,6 +71,7 @@ SLOW = {
     "test_every_decision_is_what_the_model_itself_replied": (),
     "test_every_number_of_an_answer_was_printed_before": (),
     "test_every_scene_on_a_phone_and_read_aloud": ("words, German", "panel", "eight joints", "pictures"),
+    "test_the_command_writes_it_beside_the_report_and_verify_says_nothing_of_it": (),
     "test_the_first_study": (),
     "test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports": (),
     "test_every_text_is_large_enough_inside_and_touches_no_other": ("strategies", "hostile names", "thirty p"),
