@@ -12,8 +12,10 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import percent, share
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
+from lockprobe.report.report_files import drawn_figure
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut
+from lockprobe.report.sections import own_sections
 from lockprobe.report.sections.first_screen import SECTIONS, without_answer
 from lockprobe.report.sections.key_numbers import condition_numbers
 from lockprobe.report.study_numbers import study_numbers
@@ -103,6 +105,22 @@ def test_a_narrow_screen_shows_the_figure_of_a_column(models):
     found = re.search(r'<source media="\(max-width: 40rem\)" srcset="([^"]*)"><img src="([^"]*)"', page)
     assert [unquote(unescape(one)) for one in found.groups()] == [unquote(narrow), unquote(wide)]
     assert not re.search(r"\s", found[1])  # where a space would end the address
+
+
+def test_a_figure_of_several_panels_is_there_with_all_of_them(tmp_path):
+    agents = ("cognitive:perseverant", "cognitive:careful")
+    found = found_in(tmp_path, study("flips", agent=agents, p=(0,), condition=("nudge", "tremble?p=0.2"), trials=8))
+    assert found.fact("first screen", "figure") == "effects"
+    (effects_drawn,) = (one for of in own_sections() for one in of.figures if one.name == "effects")
+    forms = drawn_figure(found, effects_drawn)
+    panels = image(forms["svg"]).panels
+    assert len(panels) == len(agents)
+    top = (
+        page_of("report", found, {"effects": forms}).partition('<div class="screen">')[2].partition('class="facts"')[0]
+    )
+    assert [unquote(unescape(one)) for one in re.findall(r'<img src="([^"]*)"', top)] == [
+        unquote(one.source) for one in panels
+    ]
 
 
 def test_quantities_that_the_sentences_rest_on_exist(models):
