@@ -235,3 +235,15 @@ def test_each_colour_is_a_variable_with_a_value_for_each_kind_of_page():
     night = f"@media (prefers-color-scheme:dark){{:root{{--0:{dark('#ffffff')};--1:{dark('#0072b2')};}}}}"
     assert night.encode() in svg
     assert with_dark_colours(b"<svg/>") == b"<svg/>"
+
+
+@pytest.mark.parametrize("panels", [1, 2])
+def test_a_figure_with_text_on_coloured_cells_keeps_its_colours_on_white(panels):
+    def cell(axes, share):
+        axes.imshow([[share]], cmap="Blues", vmin=0, vmax=1)
+        axes.text(0, 0, f"{share}", color=INK)
+
+    kept, turned = (image(render(sheet([0.2, 0.5][:panels], cell, cells=cells), "svg")) for cells in (True, False))
+    assert all(one.white and "var(--" not in unquote(one.source) for one in kept.panels)
+    assert not any(one.white for one in turned.panels)
+    assert all("var(--" in unquote(one.source) for one in turned.panels)

@@ -31,10 +31,11 @@ _PIXELS = 96 / 72
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A part of a figure, or all of it: a picture as a data URI, and its width in pixels."""
+    """A part of a figure, or all of it: a picture as a data URI, its width in pixels, and whether it stays on white."""
 
     source: str
     width: int
+    white: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +50,14 @@ def image(svg: bytes) -> Image:
     """A figure of Matplotlib for a page; one whose panels are not named is one picture."""
     places = _places(svg)
     if sum(name.startswith("panel") for name in places) < 2:
-        return Image((_piece(re.sub(_GROUND, b"", svg)),))
+        return Image((_piece(re.sub(_GROUND, b"", svg), white=_KEPT in svg),))
     cut = dict(_cut(svg, places))
     panels = tuple(piece for name, piece in cut.items() if name.startswith("panel"))
     return Image(panels, tuple(piece for name, piece in cut.items() if not name.startswith("panel")))
 
+
+_KEPT = b"<rdf:li>cells</rdf:li>"
+"""What the SVG of a figure says whose colours stay as they are."""
 
 _GROUND = re.compile(rb'^  <g id="patch_1">.*?^  </g>\n', re.DOTALL | re.MULTILINE)
 """The white behind a figure."""
@@ -84,14 +88,16 @@ def _cut(svg: bytes, places: Mapping[str, tuple[float, float, float, float]]) ->
         used = [known[one] for one in dict.fromkeys(_USED.findall(body)) if one in known]
         size = f' width="{width:.2f}pt" height="{height:.2f}pt" viewBox="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
         style = b"<style>*{stroke-linejoin: round; stroke-linecap: butt}</style>"
-        yield name, _piece(b"".join((head, size.encode(), b">", style, b"<defs>", *used, b"</defs>", body, b"</svg>")))
+        whole = b"".join((head, size.encode(), b">", style, b"<defs>", *used, b"</defs>", body, b"</svg>"))
+        yield name, _piece(whole, white=_KEPT in svg)
 
 
-def _piece(svg: bytes) -> Piece:
+def _piece(svg: bytes, *, white: bool) -> Piece:
     wide = re.search(rb'width="([\d.]+)pt"', svg)
-    text = with_dark_colours(compact_svg(svg)).decode()
+    small = compact_svg(svg)
+    text = (small if white else with_dark_colours(small)).decode()
     source = "data:image/svg+xml," + quote(text.replace('"', "'"), safe=" !$&'()*+,-./:;=?@_~|{}[]^`\\")
-    return Piece(source, round(float(wide[1]) * _PIXELS) if wide else 0)
+    return Piece(source, round(float(wide[1]) * _PIXELS) if wide else 0, white)
 
 
 def compact_svg(svg: bytes) -> bytes:

@@ -21,13 +21,16 @@ from matplotlib.transforms import Bbox
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
-__all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
+__all__ = ["CELLS", "COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
 
 COLUMN = 3.5
 """Width of a panel in inches."""
 
 HEIGHT = 2.9
 """Height of a panel in inches."""
+
+CELLS = "cells"
+"""Keyword of a picture whose colours a dark page keeps."""
 
 _CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
@@ -53,6 +56,8 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
     own: dict[str, Any] = {"metadata": {"Date": None}}
     if form == "svg" and (places := _places(figure)):
         own["metadata"]["Description"] = json.dumps(places)
+        if figure.get_label() == CELLS:
+            own["metadata"]["Keywords"] = [CELLS]
     if form == "png":
         own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
     figure.savefig(out, format=form, dpi=_DPI, **own)
@@ -110,6 +115,7 @@ def sheet(
     note: str = "",
     columns: int = 2,
     width: float = COLUMN,
+    cells: bool = False,
 ) -> Figure | None:
     """A picture of panels beside and below each other, with one legend for all; None if there is nothing to show.
 
@@ -120,6 +126,7 @@ def sheet(
         note: A text below all.
         columns: Panels beside each other, at most.
         width: Of a panel, in inches.
+        cells: Whether text stands on coloured cells, so that the colours of a page must not change them.
     """
     if not shown:
         return None
@@ -128,6 +135,7 @@ def sheet(
     ratios *= bands * len(draws) // len(ratios)
     layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
     figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
+    figure.set_label(CELLS if cells else "")
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
     grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
     for i in range(columns * bands):

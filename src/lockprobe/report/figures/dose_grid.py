@@ -43,7 +43,7 @@ def dose_grid(found: Results, axis: str) -> Figure | None:
     players = list(dict.fromkeys((row.agent, row.modality) for row in found.where("success_in_grid", axis=axis)))
     lines = 3 if len(columns) <= _WHOLE else 2 if len(columns) <= _SHORT else 1
     height = _AROUND + len(rows) * _LINE * (lines + 0.9)
-    return sheet(players, partial(_draw, found, axis, rows, columns), heights=[height])
+    return sheet(players, partial(_draw, found, axis, rows, columns), heights=[height], cells=True)
 
 
 def cell_lines(cell: Estimate, columns: int) -> list[str]:

@@ -57,7 +57,9 @@ def why(found: Results) -> Figure | None:
     asked = found.where("false_report_effect", of="total")
     most = max((len(_differences(found, total)) for total in asked), default=0)
     heights = [_GRID, _AROUND + _ROW * most]
-    return sheet(asked, partial(_draw_arms, found), partial(_draw_differences, found), heights=heights, width=_WIDTH)
+    return sheet(
+        asked, partial(_draw_arms, found), partial(_draw_differences, found), heights=heights, width=_WIDTH, cells=True
+    )
 
 
 def _differences(found: Results, total: Estimate) -> list[Estimate]:
