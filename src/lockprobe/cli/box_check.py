@@ -19,6 +19,7 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
+from lockprobe.cli.tally import count
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
@@ -113,7 +114,7 @@ def _sizes(box: Lockbox) -> dict[str, object]:
 def _head(name: str, box: Lockbox) -> str:
     return (
         f"{name}: can be played. {len(box.joints)} joints, target {box.target}, optimum {optimum(box)} steps, "
-        f"{_counted(len(space_of(box).reachable), 'configuration')} before {box.target} moves"
+        f"{count(len(space_of(box).reachable), 'configuration')} before {box.target} moves"
     )
 
 
@@ -125,7 +126,7 @@ def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
     strange = sum(push.moved is None for push in pushes)
     mend = [f"{name} {why}, and no rule can say that: change the model" for name, why in left.items()]
     if strange:
-        mend.append(f"no rule can describe {_counted(strange, 'push', 'pushes')}: change the model")
+        mend.append(f"no rule can describe {count(strange, 'push', 'pushes')}: change the model")
     fault = fault_of(right) if changed else None
     return _Advice(
         lines={name: rule_line(name, right.interlock[name]) for name in changed},
@@ -139,11 +140,11 @@ def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
     tried = len({push.configuration for push in seen.pushes})
     yield _head(name, box)
     yield (
-        f"{seen.model}: {_counted(len(seen.pushes), 'push', 'pushes')} in {_counted(tried, 'configuration')}, "
+        f"{seen.model}: {count(len(seen.pushes), 'push', 'pushes')} in {count(tried, 'configuration')}, "
         + (f"{len(wrong)} not as the rules say" if wrong else "all as the rules say")
     )
     if missing := _not_reached(box, seen):
-        yield f"not compared: {_counted(len(missing), 'configuration')} of the rules, which the model did not reach"
+        yield f"not compared: {count(len(missing), 'configuration')} of the rules, which the model did not reach"
     yield ""
     yield from _table(box, seen.pushes)
     if wrong:
@@ -226,7 +227,3 @@ def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
         "view": seen.view,
         "renderer": seen.renderer,
     }
-
-
-def _counted(number: int, one: str, more: str = "") -> str:
-    return f"{number} {one if number == 1 else more or one + 's'}"
