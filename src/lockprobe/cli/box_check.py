@@ -19,8 +19,8 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
-from lockprobe.cli.tally import count
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.terminal_text import printable

@@ -21,9 +21,8 @@ from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
-from lockprobe.cli.tally import count
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
-from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.foundation.formatting import count, p_cell, percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.prose.branch import found_said, size_said, value_said
 from lockprobe.report.prose.robot import broken_said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lockprobe.cli.tally import count
+from lockprobe.foundation.formatting import count
 from lockprobe.report.prose.stopping import decided_said, progress_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study

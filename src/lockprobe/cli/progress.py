@@ -12,8 +12,9 @@ from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.result import result_lines
 from lockprobe.cli.server_marks import ServerMarks
-from lockprobe.cli.tally import Tally, count
+from lockprobe.cli.tally import Tally
 from lockprobe.foundation.errors import BudgetReached, UserMistake
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant

@@ -16,7 +16,8 @@ from lockprobe.cli import options
 from lockprobe.cli.decisions import decision_facts, decision_lines
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
-from lockprobe.cli.tally import count, in_boundaries
+from lockprobe.cli.tally import in_boundaries
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.durations import Durations, durations_of

@@ -8,12 +8,13 @@ from collections.abc import Mapping
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import spent_in_words
+from lockprobe.foundation.formatting import count
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["Tally", "count", "in_boundaries"]
+__all__ = ["Tally", "in_boundaries"]
 
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
@@ -121,8 +122,3 @@ def in_boundaries(errors: Mapping[str, int]) -> str:
     if not (number := sum(errors.values())):
         return ""
     return f"{count(number, 'error')}: {', '.join(f'{name} {errors[name]}' for name in sorted(errors))}"
-
-
-def count(number: int, one: str, several: str | None = None) -> str:
-    """A number of things: ``1 trial``, ``2 trials``, ``3 replies``."""
-    return f"{number} {one if number == 1 else several or f'{one}s'}"

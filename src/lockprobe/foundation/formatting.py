@@ -1,4 +1,4 @@
-"""Formats numbers for readers: per cent, points, P values, intervals, minus signs, lists and tables."""
+"""Formats numbers for readers: per cent, points, P values, intervals, minus signs, counts, lists and tables."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ __all__ = [
     "capital",
     "change",
     "corrected",
+    "count",
     "first_three",
     "interval",
     "listed",
@@ -170,6 +171,15 @@ def first_three(parts: Iterable[str], between: str = ", ") -> str:
     """
     first, more = (every := [*parts])[:3], len(every) - 3
     return between.join(first) + (f" and {more} more" if more > 0 else "")
+
+
+def count(number: int, one: str, several: str | None = None) -> str:
+    """A number of things, in words.
+
+    >>> count(1, "trial"), count(2, "trial"), count(3, "reply", "replies")
+    ('1 trial', '2 trials', '3 replies')
+    """
+    return f"{number} {one if number == 1 else several or f'{one}s'}"
 
 
 def listed(names: Sequence[str], last: str = "and", named: int | None = None) -> str:
