@@ -19,6 +19,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut, Results
 from lockprobe.report.sections import own_sections
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
@@ -48,7 +49,7 @@ class Page(HTMLParser):
 
 @pytest.mark.parametrize("name", ALWAYS)
 def test_the_pages_load_nothing_and_run_nothing(found, name):
-    picture = {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
+    picture = image(b"<svg />")
     text = page_of(name, found, {figure.name: picture for of in own_sections() for figure in of.figures})
     page = Page(text)
     links = {load for load in page.loads if not load.startswith("data:image/")}

@@ -15,6 +15,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
+from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 from lockprobe.statistics.rationality import JUDGED
 from lockprobe.trial.trial_json import trial_to_json
@@ -97,7 +98,7 @@ def test_every_number_of_a_page_is_in_the_results(twice, name):
 
 def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
     found = Results.model_validate_json((reported / "results.json").read_bytes())
-    drawn = {path.stem: {"svg": path.read_bytes()} for path in (reported / "figures").glob("*.svg")}
+    drawn = {path.stem: image(path.read_bytes()) for path in (reported / "figures").glob("*.svg")}
     opened = open_study(reported)
     trials = explorer_data(opened.trials, opened.settings["box"])
     for name in ("report", "claims", "audit"):

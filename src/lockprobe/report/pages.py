@@ -19,7 +19,7 @@ from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
-from lockprobe.report.svg import Image, image
+from lockprobe.report.svg import Image
 
 __all__ = [
     "PAGES",
@@ -32,8 +32,8 @@ __all__ = [
     "tables_of",
 ]
 
-Pictures = Mapping[str, Mapping[str, bytes]]
-"""Figure -> form (png, svg) -> the file."""
+Pictures = Mapping[str, Image]
+"""Figure -> how pages embed it."""
 
 PAGES = ("claims", "audit", "why", "forks", "details", "report")
 """The pages that a report can have, the report last."""
@@ -63,7 +63,7 @@ class Page:
 
     def image(self, figure: str) -> Image | None:
         """The figure of this name, as pages embed it; None if it was not drawn."""
-        return image(self.drawn[figure]["svg"]) if figure in self.drawn else None
+        return self.drawn.get(figure)
 
     def caption(self, figure: Figure) -> Caption:
         """Its caption."""

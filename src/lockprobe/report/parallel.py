@@ -35,13 +35,18 @@ _Done = TypeVar("_Done")
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Without the collector of cyclic garbage, which would look through all trials again and again and find little."""
+    """Without the collector of cyclic garbage, which would look through all trials again and again and find little.
+
+    What was made within it then counts as old, so that the next look at what is young does not begin with all of it.
+    """
     before = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if before:
+            gc.freeze()
+            gc.unfreeze()
             gc.enable()
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -18,13 +18,14 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.pages import PAGES, Pictures, figures_of, page_of, parts_of, tables_of
+from lockprobe.report.pages import PAGES, figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.section import Caption, Figure
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import Image, image
 
 __all__ = ["File", "drawn_figure", "made_figure", "report_files", "results_text"]
 
@@ -32,6 +33,14 @@ File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
 _FORMS = ("png", "svg")
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawn:
+    """A figure: its files by form, and how pages embed it."""
+
+    files: Mapping[str, bytes]
+    image: Image
 
 
 def report_files(
@@ -72,7 +81,7 @@ def report_files(
     yield from files
 
 
-def _drawn(found: Results, each: Each) -> Pictures:
+def _drawn(found: Results, each: Each) -> dict[str, _Drawn]:
     """The figures that pages show, in all their forms; those that cannot be drawn are left out."""
     asked: dict[str, tuple[Figure, str]] = {}
     parts = [(one.source, figures_of([one])) for page in PAGES for one in parts_of(found, page)]
@@ -83,7 +92,7 @@ def _drawn(found: Results, each: Each) -> Pictures:
                 if figure.name not in asked and section(f"Figure {figure.name}", applies, bool):
                     asked[figure.name] = _alone(figure), source
     done = each(partial(_draw, found), asked.values())
-    return {name: forms for name, forms in zip(asked, done, strict=True) if forms is not None}
+    return {name: drawn for name, drawn in zip(asked, done, strict=True) if drawn is not None}
 
 
 def _alone(figure: Figure) -> Figure:
@@ -95,12 +104,17 @@ def _whatever(found: Results) -> bool:
     return True
 
 
-def _draw(found: Results, asked: tuple[Figure, str]) -> dict[str, bytes] | None:
-    """A figure of a package in all its forms; None if there is nothing to draw, or it cannot be drawn."""
+def _draw(found: Results, asked: tuple[Figure, str]) -> _Drawn | None:
+    """A figure of a package; None if there is nothing to draw, or it cannot be drawn."""
     figure, source = asked
     read = found if source else found.own
+
+    def draw() -> _Drawn | None:
+        forms = drawn_figure(read, figure)
+        return None if forms is None else _Drawn(forms, image(forms["svg"]))
+
     with of_package(source):
-        return section(f"Figure {figure.name}", partial(drawn_figure, read, figure), lambda: None)
+        return section(f"Figure {figure.name}", draw, lambda: None)
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
@@ -119,20 +133,21 @@ def made_figure(found: Results, figure: Figure) -> Any:
     return getattr(import_module(module), function)(found, *figure.arguments)
 
 
-def _files(found: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
+def _files(found: Results, drawn: Mapping[str, _Drawn], photographs: Mapping[str, str], trials: str) -> Iterator[File]:
     yield "results.json", results_text(found)
     for name, table in tables_of(found).items():
         for form, write in (("csv", as_csv), ("tex", as_tex)):
             yield f"tables/{name}.{form}", write(table) if table else None
-    for name, forms in drawn.items():
-        for form, picture in forms.items():
+    for name, figure in drawn.items():
+        for form, picture in figure.files.items():
             yield f"figures/{name}.{form}", picture
     for name in {one.name for of in all_sections() for one in of.figures} - drawn.keys():
         for form in _FORMS:
             yield f"figures/{name}.{form}", None
+    images = {name: figure.image for name, figure in drawn.items()}
     for page in PAGES:
         shown = page in _ALWAYS or parts_of(found, page)
-        yield f"{page}.html", page_of(page, found, drawn, photographs, trials) if shown else None
+        yield f"{page}.html", page_of(page, found, images, photographs, trials) if shown else None
 
 
 _ALWAYS = ("claims", "audit", "report")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import LEVEL, Proportion, proportion, wilson
 
 __all__ = [
@@ -180,20 +181,18 @@ def clustered_difference(
     freedom = min(len(np.unique(people)), len(np.unique(lucks))) - 2
     if freedom < 1:
         return ClusteredDifference(value=value, low=-1.0, high=1.0, interval_p=1.0)
-    from scipy.stats import t
-
     alike = np.ones(len(group))
     for side in (0, 1):
         alike[group == side] = alike_weights(people[group == side])
     weights = [np.ones(len(group)), alike][: 1 + bool(np.ptp(alike) > _TIE)]
     middles, errors = np.array([_smoothed(events, group, weight, people, lucks) for weight in weights]).T
-    half = float(t.isf((1 - LEVEL) / choices / 2, freedom)) * errors
+    half = -student_quantile((1 - LEVEL) / choices / 2, freedom) * errors
     agree = len(set(np.sign(middles))) == 1
     return ClusteredDifference(
         value=value,
         low=max(-1.0, float(np.min(middles - half))),
         high=min(1.0, float(np.max(middles + half))),
-        interval_p=min(1.0, float(np.max(2 * t.sf(np.abs(middles) / errors, freedom)))) if agree else 1.0,
+        interval_p=min(1.0, float(np.max(student_tails(middles / errors, freedom)))) if agree else 1.0,
     )
 
 
@@ -271,11 +270,9 @@ def _effective(
         share = count / n if n else math.nan
     if k < 2:
         return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)
-    from scipy.stats import t
-
     binomial = share * (1 - share) / n
     effect = max(least, variance / binomial) if binomial else least
-    low, high = wilson(share, n, float(t.ppf((1 + LEVEL) / 2, k - 1)), design_effect=effect)
+    low, high = wilson(share, n, student_quantile((1 + LEVEL) / 2, k - 1), design_effect=effect)
     low, high = low if count else 0.0, high if count < n else 1.0  # a share may be 1 but for rounding
     return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=effect, low=low, high=high)
 

@@ -18,6 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.rationality import judge, prior_for
 from lockprobe.trial.record import Trial
@@ -290,16 +291,14 @@ def excursion(
     if (found := _least_squares(design, y, cluster)) is None:
         return without("a covariate varies in one block alone")
     effect, error = found
-    from scipy.stats import t
-
-    reach = float(t.ppf(1 - ALPHA / 2 / agents, freedom))
+    reach = student_quantile(1 - ALPHA / 2 / agents, freedom)
     return Excursion(
         outcome=outcome,
         among=among,
         effect=effect,
         low=max(-1.0, effect - reach * error),
         high=min(1.0, effect + reach * error),
-        p_value=min(1.0, agents * float(2 * t.sf(abs(effect) / error, freedom))) if error else 1.0,
+        p_value=min(1.0, agents * student_tails(effect / error, freedom)) if error else 1.0,
         standard_error=error,
         points=len(y),
         clusters=clusters,

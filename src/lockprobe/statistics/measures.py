@@ -22,6 +22,7 @@ from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_func
 from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.statistics.behaviour import has_loop, loop_coverage, redundant_share
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, two_way_variance
+from lockprobe.statistics.distributions import student_quantile
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import LEVEL, proportion
 from lockprobe.trial.record import Trial
@@ -258,11 +259,9 @@ def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[
     clusters = min(len(np.unique(luck)), len(np.unique(player)))
     if clusters < 2 or np.ptp(values) == 0:
         return mean, None, None
-    from scipy.stats import t
-
     second = np.arange(len(values)) if np.array_equal(luck, player) else player
     error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
-    half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
+    half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
     return mean, mean - half, mean + half
 
 

@@ -13,6 +13,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lockprobe.statistics.distributions import normal_quantile
+
 __all__ = ["FEW", "equivalence", "score", "score_interval"]
 
 FEW = 5
@@ -55,9 +57,8 @@ def score_interval(only_first: int, only_second: int, pairs: int, level: float) 
     [-0.176, 0.176]
     """
     from scipy.optimize import brentq
-    from scipy.stats import norm
 
-    z, value, end = float(norm.isf((1 - level) / 2)), (only_second - only_first) / pairs, 1 - 1e-9
+    z, value, end = -normal_quantile((1 - level) / 2), (only_second - only_first) / pairs, 1 - 1e-9
 
     def above(change: float, by: float) -> float:
         return float(score(only_first, only_second, pairs, change)) - by
@@ -82,12 +83,11 @@ def equivalence(only_first: int, only_second: int, pairs: int, margin: float) ->
 @lru_cache(maxsize=4096)
 def _at_most(only_first: int, only_second: int, pairs: int, margin: float) -> float:
     """P value of the test that the difference is the margin or more, against less."""
-    from scipy.special import gammaln, xlogy
-    from scipy.stats import norm
+    from scipy.special import gammaln, ndtr, xlogy
 
     found = float(score(only_first, only_second, pairs, margin))
     if pairs > MOST_EXACT:
-        return float(norm.cdf(found))
+        return float(ndtr(found))
     first, second = _tables(pairs)
     as_far = score(first, second, pairs, margin) <= found + _TIE
     first, second = first[as_far], second[as_far]

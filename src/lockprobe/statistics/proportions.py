@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import binomial_interval, fisher_exact, normal_quantile, sign_test
 from lockprobe.statistics.paired_proportions import FEW, score, score_interval
 
 __all__ = [
@@ -135,11 +136,8 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     if method == "wilson":
         low, high = wilson(count / n, n, NormalDist().inv_cdf((1 + level) / 2))
         return Proportion(count=count, n=n, value=count / n, low=low, high=high)
-    from scipy.stats import binomtest
-
-    interval = binomtest(count, n).proportion_ci(confidence_level=level, method=method)
-    low, high = max(0.0, float(interval.low)), min(1.0, float(interval.high))
-    return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
+    low, high = binomial_interval(count, n, level)
+    return Proportion(count=count, n=n, value=count / n, low=low, high=high)
 
 
 def wilson(share: float, n: float, z: float = Z, *, design_effect: float = 1.0) -> tuple[float, float]:
@@ -167,18 +165,16 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     """
     if first.n == 0 or second.n == 0:
         return None
-    from scipy.stats import fisher_exact
-
     value = second.value - first.value
     first, second = proportion(first.count, first.n), proportion(second.count, second.n)
     down = math.hypot(second.value - second.low, first.high - first.value)
     up = math.hypot(second.high - second.value, first.value - first.low)
-    table = np.array([[second.count, second.n - second.count], [first.count, first.n - first.count]])
+    table = [[second.count, second.n - second.count], [first.count, first.n - first.count]]
     return Difference(
         value=value,
         low=max(-1.0, value - down),
         high=min(1.0, value + up),
-        p_value=float(fisher_exact(table).pvalue),
+        p_value=fisher_exact(table),
     )
 
 
@@ -222,10 +218,8 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
         second: The same for the other condition.
         choices: Number of conditions that the second was chosen from; the interval has the level 1 - 0.05 / choices.
     """
-    from scipy.stats import binomtest, norm
-
     one, two = int(np.sum(first & ~second)), int(np.sum(second & ~first))
-    (middle, error), z = _agresti_min(one, two, len(first)), float(norm.isf((1 - LEVEL) / choices / 2))
+    (middle, error), z = _agresti_min(one, two, len(first)), -normal_quantile((1 - LEVEL) / choices / 2)
     low, high = max(-1.0, middle - z * error), min(1.0, middle + z * error)
     if len(first) and one + two <= FEW:
         ends = score_interval(one, two, len(first), 1 - (1 - LEVEL) / choices)
@@ -237,7 +231,7 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
         value=(two - one) / len(first) if len(first) else math.nan,
         low=low,
         high=high,
-        p_value=float(binomtest(one, one + two).pvalue) if one + two else 1.0,
+        p_value=sign_test(one, two),
     )
 
 

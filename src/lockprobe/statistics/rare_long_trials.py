@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import LEVEL
 
 __all__ = ["BLOCKS", "RareBlock", "rare_block"]
@@ -46,17 +47,13 @@ class RareBlock:
             share: Size of a rare block, (0, 1], as a share of the sample; by default that of one of equal blocks.
             level: Confidence level, (0, 1).
         """
-        from scipy.stats import t
-
-        quantile, share = float(t.ppf((1 + level) / 2, clusters - 1)), share or 1 / clusters
+        quantile, share = student_quantile((1 + level) / 2, clusters - 1), share or 1 / clusters
         return value - quantile * _wider(se, share * self.below), value + quantile * _wider(se, share * self.above)
 
     def p_value(self, value: float, se: float, clusters: int, *, share: float | None = None) -> float:
         """That the difference is 0, two-sided; below 0.05 if the interval at 95 % excludes 0."""
-        from scipy.stats import t
-
         error = _wider(se, (share or 1 / clusters) * (self.below if value > 0 else self.above))
-        return float(2 * t.sf(abs(value) / error, clusters - 1))
+        return float(student_tails(value / error, clusters - 1))
 
 
 def _wider(se: float, one: float) -> float:

@@ -147,8 +147,8 @@ def against_rules(trial: Trial, box: Lockbox) -> list[Judged]:
     judged = []
     for step, after in zip_longest(trial.steps, trial.steps[1:]):
         place = trial.joints.index(step.joint)
-        other = after is not None and any(
-            before != now for at, (before, now) in enumerate(zip(step.state, after.state, strict=True)) if at != place
+        other = after is not None and (
+            step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
         )
         free = box.may_move(tuple(step.state[at] == "1" for at in order), box.names.index(step.joint))
         judged.append(Judged(free, step.moved, other))

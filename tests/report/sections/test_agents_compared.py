@@ -17,6 +17,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate
 from lockprobe.report.sections import agents_compared, leaderboard
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.statistics.loops import habit_baseline
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import STATES
@@ -190,7 +191,7 @@ def test_two_that_play_alike_at_every_p_have_one_row(tmp_path):
 
 
 def test_the_page_shows_models_side_by_side(found):
-    drawn = {"side-by-side": {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}}
+    drawn = {"side-by-side": image(b"<svg />")}
     page, details = (page_of(name, found, drawn) for name in ("report", "details"))
     assert "Models compared" in page
     assert "No difference in success" in part(details, "agents_compared")

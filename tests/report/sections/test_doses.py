@@ -14,6 +14,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.studies.options.studyfile import study
 
 READER = "cognitive:perseverant"
@@ -26,7 +27,7 @@ def found_in(directory, **asked):
 
 
 def section(found, page="report"):
-    drawn = {"series-1-success": {"svg": b"<svg/>"}, "series-1-loops": {"svg": b"<svg/>"}}
+    drawn = {"series-1-success": image(b"<svg />"), "series-1-loops": image(b"<svg />")}
     return unescape(part(page_of(page, found, drawn), "doses"))
 
 

@@ -99,9 +99,9 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
 
 
 def test_a_narrow_screen_shows_the_figure_of_a_column(models):
-    drawn = {name: {"svg": f"<svg>{name}</svg>".encode()} for name in ("overview", "overview-column")}
+    drawn = {name: image(f"<svg>{name}</svg>".encode()) for name in ("overview", "overview-column")}
     page = page_of("report", models, drawn).partition('<div class="screen">')[2]
-    wide, narrow = (image(forms["svg"]).panels[0].source for forms in drawn.values())
+    wide, narrow = (one.panels[0].source for one in drawn.values())
     found = re.search(r'<source media="\(max-width: 40rem\)" srcset="([^"]*)"><img src="([^"]*)"', page)
     assert [unquote(unescape(one)) for one in found.groups()] == [unquote(narrow), unquote(wide)]
     assert not re.search(r"\s", found[1])  # where a space would end the address
@@ -116,7 +116,9 @@ def test_a_figure_of_several_panels_is_there_with_all_of_them(tmp_path):
     panels = image(forms["svg"]).panels
     assert len(panels) == len(agents)
     top = (
-        page_of("report", found, {"effects": forms}).partition('<div class="screen">')[2].partition('class="facts"')[0]
+        page_of("report", found, {"effects": image(forms["svg"])})
+        .partition('<div class="screen">')[2]
+        .partition('class="facts"')[0]
     )
     assert [unquote(unescape(one)) for one in re.findall(r'<img src="([^"]*)"', top)] == [
         unquote(one.source) for one in panels

@@ -13,11 +13,12 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.trial.record import TrialError
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
 RATES = (0.0, 0.2, 0.4, 0.6)
-DRAWN = {name: {"svg": b"<svg/>"} for name in ("fig4", "fig4-corrected", "courses")}
+DRAWN = {name: image(b"<svg />") for name in ("fig4", "fig4-corrected", "courses")}
 
 
 def numbers_in(directory, planned, trials=None):

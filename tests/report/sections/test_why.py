@@ -11,6 +11,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.svg import image
 from lockprobe.statistics.why.arms import ARMS, PARTS, PLANNED
 from lockprobe.statistics.why.mechanism import CONTRASTS
 from lockprobe.studies.options.studyfile import study
@@ -64,7 +65,7 @@ def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
 
 def test_the_page_begins_with_the_verdicts_and_what_they_assume(told):
     _, found = told
-    page, said = unescape(page_of("why", found, {"why": {"svg": b"<svg/>"}})), found.said("why", "verdict")
+    page, said = unescape(page_of("why", found, {"why": image(b"<svg />")})), found.said("why", "verdict")
     assert len(said) == len(AGENTS)
     (assumed,) = found.said("why", "assumption")
     assert max(map(page.index, said)) < page.index(assumed) < page.index("<figure")

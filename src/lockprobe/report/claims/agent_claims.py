@@ -30,6 +30,7 @@ from lockprobe.report.claims.claim_tests import (
 )
 from lockprobe.report.format import share_cell
 from lockprobe.statistics.conditions.condition import ConditionSummary
+from lockprobe.statistics.distributions import welch_test
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.inference.ushape import Line
@@ -274,10 +275,7 @@ def misread_measure(measure: str, said: Misinterpretations, modality: str) -> Cl
         return _none(said, paper)
     if sd is None or measure == "hallucination":
         return _hallucinated(said)
-    from scipy.stats import ttest_ind_from_stats
-
-    found = ttest_ind_from_stats(paper.mean, paper.sd, paper.trials, mean, sd, said.trials, equal_var=False)
-    p_value = float(found.pvalue) if math.isfinite(found.pvalue) else None
+    p_value = welch_test((paper.mean, paper.sd, paper.trials), (mean, sd, said.trials))
     affected = f"{said.total} in all, in {said.affected} of {said.trials} trials"
     here = f"{percent(mean, 1)} ± {percent(sd, 1)}, {affected}"
     return here, verdict_of(p_value), "Welch, on the rates per trial", p_value

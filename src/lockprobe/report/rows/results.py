@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
+from operator import attrgetter
 from typing import Any, Literal
 
 from pydantic import Field
 
 from lockprobe.foundation.errors import LockprobeError, Missing
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
 from lockprobe.report.rows.part import Part
@@ -88,11 +90,9 @@ class Results(Part):
         return found
 
     @cached_property
-    def _of_agents(self) -> Mapping[tuple[str, str], Sequence[Estimate]]:
-        found = defaultdict(list)
-        for row in self.rows:
-            found[row.quantity, row.agent].append(row)
-        return found
+    def _selected(self) -> dict[tuple[str, ...], Mapping[Any, Sequence[Estimate]]]:
+        """A quantity and the names of columns -> values of these columns -> rows; filled as rows are asked for."""
+        return {}
 
     @cached_property
     def _curves(self) -> Mapping[str, Sequence[Curve]]:
@@ -112,12 +112,14 @@ class Results(Part):
                 f"no column is called {', '.join(sorted(unknown))}; columns: {', '.join(IDENTITY)}, family, …"
             )
         rows = self._rows.get(quantity, ()) if quantity else self.rows
-        if quantity and "agent" in columns:
-            rows = self._of_agents.get((quantity, columns["agent"]), ())
-        found = [*rows]
-        for name, value in columns.items():
-            found = [row for row in found if getattr(row, name) == value]
-        return found
+        if not columns:
+            return [*rows]
+        asked = quantity, *columns
+        if asked not in self._selected:
+            of = attrgetter(*columns)
+            self._selected[asked] = grouped(rows, of)
+        value, *others = columns.values()
+        return [*self._selected[asked].get((value, *others) if others else value, ())]
 
     def get(self, quantity: str, **columns: str) -> Estimate | None:
         """The one row of a quantity that has these values and ``of=""`` unless given; None if there is none.

@@ -138,9 +138,9 @@ def standard_error(rejected: int, studies: int) -> float:
 
 def within_error(rejected: int, studies: int) -> bool:
     """Whether this number of rejections or more has a binomial probability above 0.001 at a rate of 0.05."""
-    from scipy.stats import binom
+    from scipy.special import bdtrc
 
-    return bool(binom.sf(rejected - 1, studies, ALPHA) > 0.001)
+    return rejected < 1 or bool(bdtrc(rejected - 1, studies, ALPHA) > 0.001)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,6 +24,7 @@ from lockprobe.statistics.agent_comparison.paired import (
     sign_flip,
 )
 from lockprobe.statistics.clustered import alike_weights, two_way_variance
+from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.proportions import ALPHA, LEVEL
 from lockprobe.statistics.rare_long_trials import RareBlock
 
@@ -136,10 +137,8 @@ def _clustered_mean(
 
 def _student(value: float, se: float, clusters: int, level: float) -> tuple[float, float, float]:
     """Both ends of Student's interval, and its P value."""
-    from scipy.stats import t
-
     half = half_width(se, clusters, level)
-    return value - half, value + half, 2 * float(t.sf(abs(value) / se, clusters - 1))
+    return value - half, value + half, float(student_tails(value / se, clusters - 1))
 
 
 def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, rare: RareBlock | None = None) -> BlockMean:

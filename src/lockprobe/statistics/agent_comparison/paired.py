@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import student_quantile
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.paired_proportions import FEW, score_interval
 from lockprobe.statistics.proportions import ALPHA, LEVEL
@@ -210,9 +211,7 @@ def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:
 
 def half_width(se: float, clusters: int, level: float = LEVEL) -> float:
     """Half the width of Student's interval for a standard error from at least two clusters; level in (0, 1)."""
-    from scipy.stats import t
-
-    return float(t.ppf((1 + level) / 2, clusters - 1)) * se
+    return student_quantile((1 + level) / 2, clusters - 1) * se
 
 
 def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.distributions import student_quantile
 from lockprobe.statistics.proportions import LEVEL
 
 __all__ = ["HALF", "Share", "Verdict", "share_of"]
@@ -65,11 +66,9 @@ def share_of(first: Array, second: Array, level: float = LEVEL) -> Share:
         second: The other difference of each block.
         level: Confidence level, (0, 1).
     """
-    from scipy.stats import t
-
     n, a, b = len(first), float(first.mean()), float(second.mean())
     away, beyond = first - a, second - b
-    k = float(t.ppf((1 + level) / 2, n - 1)) ** 2 / (n * (n - 1))
+    k = student_quantile((1 + level) / 2, n - 1) ** 2 / (n * (n - 1))
     more = float(np.mean(second**2))
     value = a / b if b else math.nan
     # b² r² - 2abr + a² <= k (S_aa + more - 2 r S_ab + r² S_bb)

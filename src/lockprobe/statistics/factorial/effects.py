@@ -14,6 +14,7 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.factorial.design import Factorial
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.misinterpretation import claims
@@ -143,17 +144,15 @@ def _of_measure(
     values: Array, signs: Array, factors: Sequence[str], measure: str
 ) -> tuple[list[FactorEffect], float | None]:
     """The effects of all factors on a measure, and the share of variance that is left."""
-    from scipy.stats import t
-
     contrasts = np.stack([_contrast(values, column) for column in signs.T], axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
     n = len(kept)
     if n < 2:
         return [], None
     mean, error = kept.mean(axis=0), kept.std(axis=0, ddof=1) / math.sqrt(n)
-    half = float(t.ppf(1 - ALPHA / len(factors) / 2, n - 1)) * error
+    half = student_quantile(1 - ALPHA / len(factors) / 2, n - 1) * error
     known = np.divide(np.abs(mean), error, out=np.full_like(mean, np.nan), where=error > 0)
-    raw = [None if math.isnan(one) else float(2 * t.sf(one, n - 1)) for one in known]
+    raw = [None if math.isnan(one) else student_tails(one, n - 1) for one in known]
     shares, rest = _variance(values, signs)
     ends = _shares_interval(values, signs, measure) if n >= _FEWEST else None
     corrected = iter(holm([one for one in raw if one is not None]))

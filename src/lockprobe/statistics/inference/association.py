@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.outcomes import Point
 
 __all__ = ["LENGTH_CAVEAT", "Correlation", "correlation", "pearson"]
@@ -54,10 +55,8 @@ def pearson(points: Sequence[Point]) -> Correlation:
     r = float(_pearson(pairs[None])[0]) if len(pairs) >= 3 else math.nan
     if not math.isfinite(r):
         return Correlation(r=None, n=len(points))
-    from scipy.stats import t as student
-
     free = len(pairs) - 2
-    p_value = float(2 * student.sf(abs(r) * math.sqrt(free / (1 - r * r)), free)) if abs(r) < 1 else 0.0
+    p_value = student_tails(r * math.sqrt(free / (1 - r * r)), free) if abs(r) < 1 else 0.0
     slope, intercept = np.polyfit(pairs[:, 0], pairs[:, 1], 1).tolist()
     return Correlation(r=r, n=len(points), p_value=p_value, slope=slope, intercept=intercept)
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import chi_squared_tail, student_tails
 from lockprobe.statistics.proportions import ALPHA
 
 __all__ = ["Excess", "excess", "grid", "odds_excess", "stratum_totals"]
@@ -45,14 +46,12 @@ class Excess:
 
         None with six clusters or fewer: the statistic never exceeds their number, so the test could never reject.
         """
-        from scipy.stats import t
-
         variance = float(self.covariance[0, 0])
-        if self.clusters < 2 or 2 * t.sf(self.clusters**0.5, self.clusters - 1) >= ALPHA:
+        if self.clusters < 2 or student_tails(self.clusters**0.5, self.clusters - 1) >= ALPHA:
             return None
         if variance == 0:
             return 1.0
-        return float(2 * t.sf(abs(float(self.total[0])) / variance**0.5, self.clusters - 1))
+        return float(student_tails(float(self.total[0]) / variance**0.5, self.clusters - 1))
 
     @property
     def direction(self) -> int:
@@ -62,14 +61,12 @@ class Excess:
     @property
     def p_value(self) -> float | None:
         """Two-sided chi-squared score test; 1 if all trials are alike; None with too few clusters ever to reject."""
-        from scipy.stats import chi2
-
         columns = int(np.linalg.matrix_rank(self.covariance, hermitian=True))
-        if chi2.sf(self.clusters, max(1, columns)) >= ALPHA:
+        if chi_squared_tail(self.clusters, max(1, columns)) >= ALPHA:
             return None
         if columns == 0:
             return 1.0
-        return float(chi2.sf(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total, columns))
+        return chi_squared_tail(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total, columns)
 
 
 def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import fisher_exact
 from lockprobe.statistics.inference.common_odds import common_odds
 from lockprobe.statistics.inference.excess import Excess, grid, odds_excess, stratum_totals
 from lockprobe.statistics.outcomes import Outcomes
@@ -123,14 +124,12 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     Success ends a trial before it can loop, so this test finds loops harmful even if they are not. It is shown for
     comparison with :func:`loop_hazard`; it is not evidence.
     """
-    from scipy.stats import fisher_exact
-
     looped, solved = outcomes.looped, outcomes.solved
     a, b = int(np.sum(looped & solved)), int(np.sum(looped & ~solved))
     c, d = int(np.sum(~looped & solved)), int(np.sum(~looped & ~solved))
     return NaiveAssociation(
         odds_ratio=a * d / (b * c) if b * c else None,
-        p_value=float(fisher_exact(np.array([[a, b], [c, d]])).pvalue) if len(outcomes) else None,
+        p_value=fisher_exact([[a, b], [c, d]]) if len(outcomes) else None,
     )
 
 

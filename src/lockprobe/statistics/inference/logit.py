@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import log_binomial
+
 __all__ = ["Counts", "LogitFit", "counts", "logit_fit"]
 
 Array = NDArray[np.float64]
@@ -77,13 +79,12 @@ def logit_fit(design: Array, counted: Counts) -> LogitFit | None:
     if _separated(basis, counted):
         return None
     from scipy.special import xlogy
-    from scipy.stats import binom
 
     best, failed = _maximum(basis, counted), counted.n - counted.solved
     root = np.linalg.solve(scale, _root_covariance(basis @ best, basis, counted))
     least = -xlogy(counted.solved, counted.solved / counted.n) - xlogy(failed, failed / counted.n)
     deviance = max(0.0, 2 * float(np.sum(_losses(basis @ best, counted) - least)))
-    saturated = float(np.sum(binom.logpmf(counted.solved, counted.n, counted.solved / counted.n)))
+    saturated = float(np.sum(log_binomial(counted.solved, counted.n, counted.solved / counted.n)))
     return LogitFit(
         coefficients=np.linalg.solve(scale, best),
         covariance=root @ root.T,

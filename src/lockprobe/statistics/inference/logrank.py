@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import chi_squared_tail
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.loops.incidence import Incidence, incidence
 from lockprobe.statistics.outcomes import Outcomes
@@ -127,8 +128,6 @@ def independent_logrank(
     Returns:
         None if at no step some but not all trials at risk had the event, with trials of both groups at risk.
     """
-    from scipy.stats import chi2
-
     running, event = grid(last, happened)
     n, events = running.sum(axis=0), event.sum(axis=0)
     share = running[second].sum(axis=0) / np.maximum(n, 1.0)
@@ -136,7 +135,7 @@ def independent_logrank(
     beyond = float(np.sum(weight * (event[second].sum(axis=0) - events * share)))
     spread = share * (1 - share) * events * (n - events) / np.maximum(n - 1, 1.0)
     variance = float(np.sum(weight**2 * spread))
-    return float(chi2.sf(beyond**2 / variance, 1)) if variance > 0 else None
+    return chi_squared_tail(beyond**2 / variance, 1) if variance > 0 else None
 
 
 def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> LogRanks:

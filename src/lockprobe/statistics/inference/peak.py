@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import normal_quantile, student_quantile
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.resample import RESAMPLES, drawn_shares
 
@@ -87,9 +88,9 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
 
 def _wider(clusters: int, strata: int) -> float:
     """How much too narrow resamples of few clusters are: their variance, and Student's quantile over the normal one."""
-    from scipy.stats import norm, t
-
-    return float(np.sqrt(clusters / (clusters - strata)) * t.ppf(0.975, clusters - strata) / norm.ppf(0.975))
+    return float(
+        np.sqrt(clusters / (clusters - strata)) * student_quantile(0.975, clusters - strata) / normal_quantile(0.975)
+    )
 
 
 def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str, wider: float) -> Peak:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import chi_squared_tail
 from lockprobe.statistics.inference.logit import Counts, LogitFit, counts, logit_fit
 from lockprobe.statistics.proportions import Z
 
@@ -106,8 +107,6 @@ def _why_not_fitted(counted: Counts, order: int) -> str:
 
 
 def _order(n: int, fits: list[LogitFit], order: int) -> BinomialOrder:
-    from scipy.stats import chi2
-
     fit, k = fits[order], order + 1
     gain = 2 * (fit.log_likelihood - fits[order - 1].log_likelihood) if order else None
     aic = 2 * k - 2 * fit.log_likelihood
@@ -118,7 +117,7 @@ def _order(n: int, fits: list[LogitFit], order: int) -> BinomialOrder:
         aic=aic,
         aicc=aic + 2 * k * (k + 1) / (n - k - 1),
         deviance=fit.deviance,
-        p_value=None if gain is None else float(chi2.sf(max(0.0, gain), 1)),
+        p_value=None if gain is None else chi_squared_tail(max(0.0, gain), 1),
     )
 
 

@@ -24,6 +24,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.inference.logit import Counts, LogitFit, counts, logit_fit
 from lockprobe.statistics.outcomes import Outcomes
@@ -223,8 +224,6 @@ def _score(counted: Counts) -> float:
 
 def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]) -> float:
     """The two-sided P value of a slope's score where trials come in clusters."""
-    from scipy.stats import t
-
     order = np.lexsort((solved, p, cluster))  # so that sums do not hang on the order of trials
     centred, rest = (p - p.mean())[order], (solved - solved.mean())[order]
     sums = np.bincount(np.unique(cluster[order], return_inverse=True)[1], weights=centred * rest)
@@ -232,7 +231,7 @@ def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]
     if k < 3 or not independent:
         return 1.0
     variance = max(independent, k / (k - 2) * float(np.sum(sums**2)))
-    return float(2 * t.sf(abs(float(np.sum(sums))) / math.sqrt(variance), k - 2))
+    return float(student_tails(float(np.sum(sums)) / math.sqrt(variance), k - 2))
 
 
 def _line(counted: Counts, clustered_p: float | None) -> Line:

@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import BadValue
 if TYPE_CHECKING:
     from lockprobe.trial.record import Trial
 
-__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "refuse_nan", "symbols"]
+__all__ = ["Codes", "Letters", "Symbol", "actions_of", "letters", "numbered", "refuse_nan", "symbols"]
 
 Symbol = Literal["action", "action-outcome", "state-action"]
 """What has to come back for a trial to loop.
@@ -64,10 +64,18 @@ def refuse_nan(actions: Collection[Hashable] | NDArray[Any]) -> None:
         raise BadValue("sequence", "NaN", expected)
 
 
-def letters(sequence: Sequence[Hashable] | NDArray[Any]) -> str:
+class Letters(str):
+    """A trial as :func:`letters` writes it, which is written no second time."""
+
+    __slots__ = ()
+
+
+def letters(sequence: Sequence[Hashable] | NDArray[Any]) -> Letters:
     """The trial as a string of one letter per action, whose searches run in C."""
+    if isinstance(sequence, Letters):
+        return sequence
     names: dict[Hashable, str] = {}
-    text = "".join([names.setdefault(action, chr(len(names))) for action in actions_of(sequence)])
+    text = Letters("".join([names.setdefault(action, chr(len(names))) for action in actions_of(sequence)]))
     refuse_nan(names)
     return text
 

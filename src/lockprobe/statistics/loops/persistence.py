@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.statistics.distributions import student_test
 from lockprobe.statistics.excursion import continuation
 from lockprobe.statistics.outcomes import ended, onset
 from lockprobe.trial.record import Trial
@@ -154,6 +155,4 @@ def _p_value(beyond: NDArray[np.float64]) -> float | None:
         return None
     if np.ptp(beyond) < 1e-9:
         return 1.0 if abs(beyond[0]) < 1e-9 else 2.0 ** (1 - len(beyond))
-    from scipy.stats import ttest_1samp
-
-    return float(ttest_1samp(beyond, 0.0).pvalue)
+    return student_test(beyond)

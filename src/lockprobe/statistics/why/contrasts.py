@@ -13,6 +13,7 @@ import numpy as np
 
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, sheets
 from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.distributions import normal_quantile
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
@@ -182,10 +183,8 @@ def _needed(differences: Array, effect: float, agents: int) -> int:
 
     The standard error is that after one more differing pair (Agresti and Min 2005).
     """
-    from scipy.stats import norm
-
     kept = differences[~np.isnan(differences)]
     n, mean = len(kept), float(kept.mean())
     error = math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n)
-    reach = float(norm.ppf(1 - ALPHA / 2 / agents) + norm.ppf(_POWER))
+    reach = normal_quantile(1 - ALPHA / 2 / agents) + normal_quantile(_POWER)
     return math.ceil(n * (reach * error / effect) ** 2)

@@ -74,12 +74,12 @@ def autocorrelation(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> 
 def determinism(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
     """The share of recurrences (pairs of steps with the same action) on diagonals of two or more, [0, 1]."""
     text = letters(actions)
-    points = on_diagonals = 0
+    points = alone = 0
     for lag in range(1, len(text)):
         diagonal = bytes(map(eq, text, text[lag:]))
-        points += sum(diagonal)
-        on_diagonals += sum(len(run) for run in diagonal.split(b"\0") if len(run) >= 2)
-    return on_diagonals / points if points else 0.0
+        points += diagonal.count(1)
+        alone += (b"\0" + diagonal.replace(b"\0", b"\0\0") + b"\0").count(b"\0\1\0")
+    return (points - alone) / points if points else 0.0
 
 
 def phrase_length(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:

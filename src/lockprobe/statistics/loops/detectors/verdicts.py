@@ -7,12 +7,13 @@ length. Rules keep the thresholds of their frameworks.
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from math import ceil
 from statistics import fmean
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.loops.alphabet import Letters, letters
 from lockprobe.statistics.loops.detectors.catalogue import DETECTORS, Detector
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
@@ -43,15 +44,23 @@ def threshold(detector: Detector, length: int, actions: int = 4) -> float:
         raise BadValue("actions", actions, "at least 2")
     if not 0 <= length <= LONGEST:
         raise BadValue("length of the trial", length, f"0 to {LONGEST} steps")
+    scores = sorted(detector.score(trial, ()) for trial in _random_trials(length, actions))
+    return scores[ceil((1 - FALSE_POSITIVES) * CALIBRATION) - 1]
+
+
+@lru_cache(maxsize=32)
+def _random_trials(length: int, actions: int) -> list[Letters]:
+    """Trials without immediate repeats on which all scores of this length are calibrated."""
     rng = generator(0, "detectors", length, actions)
     trials = rng.integers(1, actions, (CALIBRATION, length)).cumsum(axis=1) % actions
-    scores = sorted(detector.score(trial, ()) for trial in trials.tolist())
-    return scores[ceil((1 - FALSE_POSITIVES) * CALIBRATION) - 1]
+    return [letters(trial) for trial in trials.tolist()]
 
 
 def score(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool]) -> float:
     """A detector's score of a trial. Rules look at all of it, scores at its first 100 steps."""
-    return detector.score(actions, moved) if detector.rule else detector.score(actions[:LONGEST], moved[:LONGEST])
+    if detector.rule or len(actions) <= LONGEST:
+        return detector.score(actions, moved)
+    return detector.score(actions[:LONGEST], moved[:LONGEST])
 
 
 def flags(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool], *, joints: int = 4) -> bool:
@@ -68,13 +77,13 @@ def flags(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool]
 
 def share_flagged(trials: Sequence[Trial], detectors: Sequence[Detector] = DETECTORS) -> dict[str, float]:
     """The share of trials that each detector flags, by its name; empty without trials. Error trials are left out."""
-    counted = ended(trials)
+    counted = [
+        (letters(trial.actions), [bool(step.told_moved) for step in trial.steps], len(trial.joints))
+        for trial in ended(trials)
+    ]
     if not counted:
         return {}
     return {
-        detector.name: fmean(
-            flags(detector, trial.actions, [bool(step.told_moved) for step in trial.steps], joints=len(trial.joints))
-            for trial in counted
-        )
+        detector.name: fmean(flags(detector, actions, moved, joints=joints) for actions, moved, joints in counted)
         for detector in detectors
     }

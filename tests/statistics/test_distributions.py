@@ -1,0 +1,86 @@
+"""Quantiles, tails and exact tests are those of ``scipy.stats``."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from lockprobe.statistics import distributions
+
+SHARES = st.floats(0.001, 0.999)
+FREEDOM = st.integers(1, 500)
+COUNTS = st.integers(0, 60)
+
+
+@given(SHARES, FREEDOM, st.floats(-30, 30))
+def test_students_distribution(share: float, freedom: int, value: float) -> None:
+    assert distributions.student_quantile(share, freedom) == pytest.approx(stats.t.ppf(share, freedom), rel=1e-12)
+    assert distributions.student_tails(value, freedom) == pytest.approx(2 * stats.t.sf(abs(value), freedom), rel=1e-12)
+
+
+def test_student_tails_of_an_array() -> None:
+    found = distributions.student_tails(np.array([-1.0, 0.0, 2.0]), 5)
+    np.testing.assert_allclose(found, 2 * stats.t.sf([1.0, 0.0, 2.0], 5))
+
+
+@given(st.lists(st.integers(-20, 20), min_size=2, max_size=30).filter(lambda one: len(set(one)) > 1))
+def test_students_test(values: list[int]) -> None:
+    sample = np.array(values, dtype=float)
+    assert distributions.student_test(sample) == pytest.approx(stats.ttest_1samp(sample, 0.0).pvalue, rel=1e-9)
+
+
+def test_students_test_of_equal_values_is_not_known() -> None:
+    assert np.isnan(distributions.student_test(np.ones(5)))
+    assert np.isnan(distributions.student_test(np.ones(1)))
+
+
+SAMPLE = st.tuples(st.floats(-1, 1), st.floats(0.01, 2), st.integers(2, 40))
+
+
+@given(SAMPLE, SAMPLE)
+def test_welchs_test(first: tuple[float, float, int], second: tuple[float, float, int]) -> None:
+    expected = stats.ttest_ind_from_stats(*first, *second, equal_var=False).pvalue
+    assert distributions.welch_test(first, second) == pytest.approx(expected, rel=1e-9)
+
+
+def test_welchs_test_of_samples_without_spread_is_not_known() -> None:
+    assert distributions.welch_test((0.1, 0.0, 5), (0.2, 0.0, 5)) is None
+
+
+@given(SHARES, st.floats(0, 200), FREEDOM)
+def test_normal_and_chi_squared(share: float, value: float, freedom: int) -> None:
+    assert distributions.normal_quantile(share) == pytest.approx(stats.norm.ppf(share), rel=1e-12, abs=1e-15)
+    assert distributions.chi_squared_tail(value, freedom) == pytest.approx(stats.chi2.sf(value, freedom), rel=1e-10)
+
+
+@given(COUNTS, COUNTS, SHARES)
+def test_binomial(count: int, more: int, share: float) -> None:
+    n = count + more
+    assert distributions.log_binomial(count, n, share) == pytest.approx(stats.binom.logpmf(count, n, share), abs=1e-9)
+    assert distributions.sign_test(count, more) == pytest.approx(stats.binomtest(count, n).pvalue if n else 1.0)
+    if n:
+        expected = stats.binomtest(count, n).proportion_ci(share, method="exact")
+        assert distributions.binomial_interval(count, n, share) == pytest.approx(tuple(expected), abs=1e-9)
+
+
+@given(COUNTS, COUNTS, COUNTS, COUNTS)
+def test_fishers_exact_test(a: int, b: int, c: int, d: int) -> None:
+    table = [[a, b], [c, d]]
+    assert distributions.fisher_exact(table) == pytest.approx(stats.fisher_exact(table).pvalue, rel=1e-9)
+
+
+def test_large_tables() -> None:
+    table = [[40_000, 60_000], [39_000, 61_000]]
+    assert distributions.fisher_exact(table) == pytest.approx(stats.fisher_exact(table).pvalue, rel=1e-6)
+
+
+def test_what_a_report_needs_does_not_import_scipy_stats() -> None:
+    code = (
+        "import sys; from lockprobe.statistics import proportions as p; one, two = p.proportion(3, 9), p.proportion(7, 9);"
+        "p.difference(one, two); p.proportion(3, 9, method='exact'); assert 'scipy.stats' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
