@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
@@ -95,6 +94,8 @@ def _tight(axes: Artist, renderer: Any) -> Bbox:
 @own_settings()
 def pages_as_pdf(figures: Sequence[Figure]) -> bytes:
     """Figures as the pages of a PDF at their size, with their fonts in it. Equal figures give equal bytes."""
+    from matplotlib.backends.backend_pdf import PdfPages  # with its library of fonts, which no page needs
+
     out = io.BytesIO()
     with PdfPages(out, metadata={"CreationDate": None, "ModDate": None}) as pages:
         for figure in figures:
