@@ -228,7 +228,7 @@ def _restart(belief: Belief, configuration: int) -> Belief:
 
 def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
-    moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
+    moves = belief.interlocks.moves(belief.configuration, report.joint)
     said = _moved_as_told(belief, report)
     possible = belief.possible & _allows_positions(belief, report, said)
     if report.joint == 0:
@@ -321,7 +321,7 @@ def opened(belief: Belief) -> Belief:
 
 def _condition_on_opening(belief: Belief, *, opens: bool) -> Belief | None:
     """The belief, given whether an attempt moves the target; None if that is impossible."""
-    moves = belief.interlocks.may_move(belief.configuration)[:, 0]
+    moves = belief.interlocks.moves(belief.configuration, 0)
     possible = belief.possible & (moves == opens)
     weights = belief.weights * (moves == opens)
     total = float(weights.sum())

@@ -76,6 +76,11 @@ class Interlocks:
         allowed: NDArray[np.bool_] = (configuration[..., None] & self.asks) == self.finds
         return allowed
 
+    def moves(self, configuration: NDArray[np.int64], joint: int) -> NDArray[np.bool_]:
+        """Whether this joint may move in the configuration under each interlock, shape (..., interlocks)."""
+        allowed: NDArray[np.bool_] = (configuration & self.asks[:, joint]) == self.finds[:, joint]
+        return allowed
+
     @cached_property
     def masks(self) -> Masks:
         """The interlocks that let each joint move in each configuration."""
