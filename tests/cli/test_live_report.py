@@ -28,7 +28,7 @@ class Process:
     def poll(self):
         return 0 if self.done else None
 
-    def wait(self):
+    def wait(self, timeout=None):
         self.done = True
 
 
@@ -36,14 +36,16 @@ class Process:
 def clock(monkeypatch):
     now = [0.0]
     Process.begun = ()
-    monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None))
+    monkeypatch.setattr(
+        live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None, TimeoutExpired=TimeoutError)
+    )
     monkeypatch.setattr(live_report.os, "setpriority", lambda *arguments: None)
     monkeypatch.setattr(live_report.time, "monotonic", lambda: now[0])
     return now
 
 
 def slow(source):
-    return dataclasses.replace(source, engine="process")
+    return dataclasses.replace(source, engine="network")
 
 
 def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_double(clock, tmp_path):
@@ -114,7 +116,7 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
 
 def test_that_there_is_a_first_report_is_said_once_and_when_it_is_there(clock, tmp_path):
     said = []
-    live = LiveReport(Silent(), tmp_path, said.append)
+    live = LiveReport(Silent(), tmp_path, tell=said.append)
     live.trial(None, None)
     live.agent(slow(resolve("random")), 3)
     live.trial(None, None)
@@ -128,3 +130,27 @@ def test_that_there_is_a_first_report_is_said_once_and_when_it_is_there(clock, t
         live.trial(None, None)
     assert len(Process.begun) > 2
     assert len(said) == 1
+
+
+def test_an_agent_that_computes_here_begins_after_the_first_report(clock, tmp_path):
+    said = []
+    watching = SimpleNamespace(trial=lambda *of: None, agent=lambda source, owed: said.append(source.engine))
+    live = LiveReport(watching, tmp_path, begins=said.append, tell=said.append)
+    live.trial(None, None)
+    live.agent(dataclasses.replace(resolve("random"), engine="process"), 3)
+    assert said == [1, tmp_path / "report.html", "process"]
+    live.agent(dataclasses.replace(resolve("round-robin"), engine="process"), 3)
+    assert said[3:] == ["process"]
+
+
+def test_it_waits_no_longer_than_half_a_minute(clock, tmp_path, monkeypatch):
+    def late(self, timeout):
+        raise TimeoutError(timeout)
+
+    monkeypatch.setattr(Process, "wait", late)
+    said = []
+    live = LiveReport(Silent(), tmp_path, tell=said.append)
+    live.trial(None, None)
+    live.agent(dataclasses.replace(resolve("random"), engine="process"), 3)
+    assert len(Process.begun) == 1
+    assert not said

@@ -22,26 +22,34 @@ __all__ = ["LiveReport"]
 FIRST_PAUSE = 60.0
 """Seconds from the first report to the next. Each further pause is twice as long: a study of hours is not slowed."""
 
+WAITED = 30.0
+"""The most seconds that an agent waits for a first report."""
+
 
 class LiveReport:
     """Passes events on to another observer, and writes the report in a process of its own.
 
-    All but the first report are written with low priority.
-
-    The first report starts when a slow agent begins, or a minute later if nothing has been played yet. The pauses after
-    it double. At most one process writes. Its output is discarded: the run writes the last report itself. Without a
-    directory there are no reports.
+    The first report starts when a slow agent begins, or a minute later if nothing has been played yet. An agent that
+    computes on this machine begins after it, as both would wait for the same processors. The pauses between later
+    reports double, and they are written with low priority. At most one process writes. Its output is discarded: the run
+    writes the last report itself. Without a directory there are no reports.
 
     Args:
         observer: Gets the events.
         directory: The directory of the study.
+        begins: Told how many trials a first report has, where an agent waits for it.
         tell: Told once where a first report can be read.
     """
 
     def __init__(
-        self, observer: Observer, directory: Path | None, tell: Callable[[Path], None] = lambda path: None
+        self,
+        observer: Observer,
+        directory: Path | None,
+        *,
+        begins: Callable[[int], None] = lambda trials: None,
+        tell: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        self._observer, self._tell = observer, tell
+        self._observer, self._begins, self._tell = observer, begins, tell
         self._directory = directory
         self._simulated = False
         self._played = 0
@@ -57,11 +65,16 @@ class LiveReport:
         self._observer.begin(study, journal, owed)
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """Report the trials of the others when a slow agent begins."""
-        self._observer.agent(source, owed)
+        """Report the trials of the others before a slow agent begins."""
         if self._next is None and (self._simulated or source.engine != "inline"):
             self._next = time.monotonic() + (0 if self._played else FIRST_PAUSE)
             self._renew()
+            if self._first is not None and source.engine == "process":
+                self._begins(self._played)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._first.wait(WAITED)
+                self._tell_of_first()
+        self._observer.agent(source, owed)
 
     def step(self, key: str, step: Step) -> None:
         """Pass a step on."""
@@ -72,10 +85,7 @@ class LiveReport:
         self._observer.trial(trial, timing)
         self._played += 1
         self._renew()
-        if self._first is not None and self._first.poll() is not None and self._directory is not None:
-            if not self._first.poll():
-                self._tell(self._directory / "report.html")
-            self._first = None
+        self._tell_of_first()
 
     def more(self, owed: int) -> None:
         """Pass on that there are more trials to play."""
@@ -89,6 +99,12 @@ class LiveReport:
         """Wait for the report that is being written."""
         if self._writing is not None:
             self._writing.wait()
+
+    def _tell_of_first(self) -> None:
+        if self._first is not None and self._first.poll() is not None and self._directory is not None:
+            if not self._first.poll():
+                self._tell(self._directory / "report.html")
+            self._first = None
 
     def _renew(self) -> None:
         if self._directory is None or self._next is None or time.monotonic() < self._next:

@@ -85,9 +85,7 @@ def _worths(beliefs: Sequence[Belief]) -> list[Worth]:
     """The value of each attempt under beliefs of one prior and one model of reports."""
     bits, steps = all_information(beliefs), all_expected_steps(beliefs)
     optimal, regret, uninformative = least(steps), steps - steps.min(axis=1, keepdims=True), bits <= _NOTHING
-    uninformative[:, 0] &= [
-        not belief.weights @ belief.interlocks.moves(belief.configuration, 0) for belief in beliefs
-    ]
+    uninformative[:, 0] &= [not belief.weights @ belief.interlocks.moves(belief.configuration, 0) for belief in beliefs]
     each = {"expected": bits, "optimal": optimal, "regret": regret, "uninformative": uninformative}
     chances = zip(*((found.sum(axis=1) / found.shape[1]).tolist() for found in each.values()), strict=True)
     by_chance = [dict(zip(each, means, strict=True)) for means in chances]
