@@ -135,7 +135,7 @@ class TextScenes:
         if journey.misread is None:
             return ()
         wrong = missed(self.comprehension(journey.joined), journey.misread.answers)
-        return (filled(self._words.comprehension.again, questions=" ".join(wrong)),)
+        return (filled(self._words.comprehension.again, questions=" / ".join(wrong)),)
 
     def _examples_of(self, joined: Joined) -> tuple[ExamplePanels, ...]:
         theirs = {self._modalities[slot.condition] for slot in joined.slots}
