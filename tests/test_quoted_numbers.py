@@ -23,6 +23,7 @@ from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_succ
 from lockprobe.interventions.flip import DEFAULT
 from lockprobe.simulation.exact.excursions import lie_effects
 from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.options.paper import PERSEVERANT
@@ -159,6 +160,18 @@ def share_told(modality, flip):
     return [solved, 100 * solved / 300, low, high]
 
 
+DESIGNS = ("within", "between")
+
+
+def persons(what, designs, boxes):
+    """The persons that success of 0.4 and 0.6 needs, or the power of 40, by design and assumed spread."""
+    model = People(success=(0.4, 0.6), boxes=boxes)
+    spreads = [spread_by(model, factor) for factor in (0.5, 1.0, 1.5)]
+    found = [people_needed(one, design) if what == "people" else power_with(one, design, 40)
+             for one in spreads for design in designs]  # fmt: skip
+    return [getattr(one, what) for one in found]
+
+
 QUOTED = [
     *(("docs/limits.md", "`human-inspired` solves {} of 300 trials (95 % interval {:.0f} to {:.0f} %) with either",
        lambda modality=modality: told(modality)) for modality in ("symbolic", "symbolic?tell=state")),
@@ -198,6 +211,10 @@ QUOTED = [
     ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
     ("docs/tutorial-teaching.md", "The answers are {}, {} and {}. An agent that never picks the same joint twice in a row reaches {}",
      lambda: [*(success_on("random", name) for name in ("chain-4", "fork", "gray-code")), *success("random-no-repeat", 0)]),
+    ("docs/tutorial-people.md", "{} to {} with one box under each condition, and {} to {} within persons with four",
+     lambda: [end(persons("people", *asked)) for asked in ((DESIGNS, 1), (DESIGNS[:1], 4)) for end in (min, max)]),
+    ("docs/tutorial-people.md", "ethics forms: {:.2f} to {:.2f}, and {:.2f} to {:.2f} within persons with four boxes",
+     lambda: [end(persons("power", *asked)) for asked in ((DESIGNS, 1), (DESIGNS[:1], 4)) for end in (min, max)]),
     ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
      lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
     ("robot/docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),

@@ -1,10 +1,11 @@
 """``lockprobe power --people``."""
 
 import json
+import re
 
 import pytest
 
-from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_needed
+from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_needed, power_with
 
 
 def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprobe):
@@ -26,6 +27,22 @@ def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
     assert [row["people"] for row in rows] == [people_needed(model, one, 0.9).people for one in ("within", "between")]
 
 
+def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(lockprobe):
+    asked = ("power", "--people", "--success", "0.4,0.6", "--persons", "15,80")
+    _, said, _ = lockprobe(*asked)
+    model = People(success=(0.4, 0.6))
+    lines = [line for line in said.splitlines() if line.startswith("between persons")]
+    found = power_with(model, "between", 80)
+    assert [line.split()[2] for line in lines] == ["15", "80", "15", "80"]
+    assert "too few" in lines[0]
+    assert f"{found.power:.2f}" in lines[1].split()
+    assert re.search(rf"≤ {found.below - 0.005:.2f}, ≥ {found.above + 0.005:.2f}", lines[3])
+    rows = json.loads(lockprobe(*asked, "--json")[1])["designs"]
+    few, enough = (row for row in rows if (row["design"], row["person_sd"]) == ("between", PERSON_SD))
+    assert (few["people"], few["power"], few["below"]) == (15, None, None)
+    assert (enough["people"], enough["power"], enough["above"]) == (80, found.power, found.above)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -34,6 +51,9 @@ def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
         (("why", "--people", "--success", "0.4,0.6"), "--people cannot be combined with why"),
         (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--harm", "0.5"), "--p, --harm"),
         (("--boxes", "2"), "they need --people"),
+        (("--persons", "40"), "they need --people"),
+        (("--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more persons"),
+        (("--people", "--success", "0.4,0.6", "--persons", "x"), "persons: got 'x'"),
     ],
 )
 def test_a_mistake_is_one_line(lockprobe, arguments, said):

@@ -10,7 +10,7 @@ from taking_part import START, take_part
 from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Joined, Released, Slot, read_diaries
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.progress import flow_of, progress_of
-from lockprobe.people.responses import Answer, Attempt, Next
+from lockprobe.people.responses import Answer, Answers, Attempt, Next
 from lockprobe.people.texts import read_words
 from lockprobe.people.withdrawal import put, withdrawn
 
@@ -100,7 +100,8 @@ def flow_in(directory):
 
 def counts(directory):
     flow = flow_in(directory)
-    return flow.joined, flow.finished, flow.left_open, flow.withdrawn
+    assert flow.consented == flow.withdrawn + flow.screened + flow.left_open + flow.finished
+    return flow.consented, flow.finished, flow.left_open, flow.withdrawn
 
 
 def test_where_nobody_took_part_there_is_none(tmp_path):
@@ -124,7 +125,8 @@ def test_a_box_that_was_given_to_others_is_left_open(directory):
 
 def test_who_was_screened_out_is_a_person_without_boxes(directory):
     ends_with(directory, Released(at=START + 1000, why="screened"))
-    assert counts(directory) == (2, 1, 1, 0)
+    assert counts(directory) == (2, 1, 0, 0)
+    assert flow_in(directory).screened == 1
     assert [(one.given, one.left_open) for one in flow_in(directory).boxes] == [(1, 0), (1, 0)]
 
 
@@ -136,8 +138,23 @@ def test_a_box_that_broke_is_over(directory):
 
 def test_who_withdrew_is_counted_and_nothing_else(directory, tmp_path_factory):
     put(directory / "people" / "withdrawn.json", {"withdrawn": 3})
-    assert counts(directory) == (2, 1, 1, 3)
+    assert counts(directory) == (5, 1, 1, 3)
     alone = tmp_path_factory.mktemp("alone")
     (alone / "people").mkdir()
     put(alone / "people" / "withdrawn.json", {"withdrawn": 1})
-    assert counts(alone) == (0, 0, 0, 1)
+    assert counts(alone) == (1, 0, 0, 1)
+
+
+def test_rounds_of_questions_on_the_instructions_are_counted_by_person(directory):
+    assert (flow_in(directory).questioned, flow_in(directory).second_round) == (0, 0)
+    (bob,) = [diary for diary in read_diaries(directory) if diary.identity == "bbbb02"]
+    for n, right in enumerate((False, True), 1):
+        line = Did(
+            at=START + 1000 + n,
+            turn=len(bob.lines) + 1 + n,
+            scene="comprehension",
+            act=Answers(answers=("a",), rt=1.0),
+            right=right,
+        )
+        ends_with(directory, line)
+        assert (flow_in(directory).questioned, flow_in(directory).second_round) == (1, n - 1)

@@ -58,7 +58,7 @@ def test_nobody_takes_part_twice_under_one_name_of_the_platform(tmp_path):
     kinds = {first.scene.kind: first, second.scene.kind: second}
     assert kinds["closed"].scene.why == "taken"
     (again,) = take_part(tmp_path, people_study(), short(), platform=names)
-    assert again.scene.why == "taken"
+    assert again.scene.why == "finished"
     (other,) = take_part(tmp_path, people_study(), short(), platform={"PROLIFIC_PID": "bob", "STUDY_ID": "s"})
     assert other.scene.kind == "debrief"
 
@@ -163,7 +163,7 @@ def test_nobody_is_sent_away_for_somebody_who_cannot_join(tmp_path):
             shown = await reception.enter(None, name)
             return await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), name)
 
-    assert asyncio.run(again()).scene.why == "taken"
+    assert asyncio.run(again()).scene.why == "finished"
     assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
 
 

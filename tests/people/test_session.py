@@ -28,8 +28,17 @@ from seen import PhotographedPlant
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Broken, Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Answer, Answers, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, Check, ComprehensionQuestions, Debrief, InstructionPage
+from lockprobe.people.responses import Agree, Answer, Answers, Attempt, Next
+from lockprobe.people.scenes import (
+    Ask,
+    Box,
+    Check,
+    Closed,
+    ComprehensionQuestions,
+    Debrief,
+    InstructionPage,
+    TrialOver,
+)
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.journal import Timing, left_out, load
@@ -127,6 +136,42 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
             return await reception.enter(shown.token, {})
 
     assert asyncio.run(comes_back()).scene == shown.scene
+
+
+IDS = {"PROLIFIC_PID": "5f1"}
+CODES = {"completion_code": "C1", "failed_code": "F1", "screened_code": "S1"}
+CHECK = {"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "blue"}
+
+
+@pytest.mark.parametrize(
+    ("to", "settings", "scene"),
+    [
+        (Debrief, {}, ("finished", "C1")),
+        (Debrief, {"checks": [CHECK]}, ("finished", "F1")),
+        (Closed, {"comprehension": {"rounds": 1}}, ("screened", "S1")),
+        (TrialOver, {}, ("taken", "")),
+    ],
+)
+def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tmp_path, to, settings, scene):
+    experiment, wrong = short(**CODES, **settings), "rounds" in settings.get("comprehension", {})
+
+    async def comes_back():
+        async with opened(tmp_path, STUDY, experiment) as reception:
+            stranger = await reception.enter(None, IDS)  # opens the page twice before anybody agrees
+            shown = await reception.enter(None, IDS)
+            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), IDS)
+            if wrong:
+                shown = await to_first(ComprehensionQuestions, reception, shown)
+                shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), IDS)
+            shown = await to_first(to, reception, shown)
+            agrees = await reception.act(stranger.token, stranger.lease, 1, Agree(agreed=True), IDS)
+            return shown, await reception.enter(shown.token, IDS), await reception.enter(None, IDS), agrees
+
+    shown, reloaded, elsewhere, agrees = asyncio.run(comes_back())
+    assert (reloaded.scene, reloaded.identity) == (shown.scene, shown.identity)
+    assert (elsewhere.scene.why, elsewhere.scene.completion_code) == scene
+    assert agrees.scene == elsewhere.scene
+    assert (elsewhere.identity, elsewhere.may_withdraw, elsewhere.progress) == (None, False, None)
 
 
 def test_a_question_that_is_not_required_can_be_passed_over(tmp_path):

@@ -12,6 +12,7 @@ from lockprobe.people.journey import Journey, stations
 from lockprobe.people.practice import examples_of
 from lockprobe.people.responses import Answers, Attempt, Next
 from lockprobe.people.text_scenes import TextScenes
+from lockprobe.people.texts import read_words
 from lockprobe.trial.record import STATES
 
 SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
@@ -158,9 +159,10 @@ def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many,
 
 
 def test_who_declines_or_finds_no_place_has_a_way_back():
-    ends = {"declined_url": "https://example.org/no", "full_code": "FULL"}
+    ends = {"declined_url": "https://example.org/no", "full_code": "FULL", "withdrawn_code": "GONE"}
     texts = TextScenes(WORDS, people_study(), Experiment(**ends))
-    declined, full, late = (texts.closed(why) for why in ("declined", "full", "late"))
+    declined, full, late, gone = (texts.closed(why) for why in ("declined", "full", "late", "withdrawn"))
+    assert (gone.completion_url, gone.completion_code) == ("", "GONE")
     assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
     assert (full.completion_url, full.completion_code) == ("", "FULL")
     assert (late.completion_url, late.completion_code) == ("", "")
@@ -202,7 +204,7 @@ def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say
 
 def test_every_way_of_being_closed_has_its_text():
     texts = TextScenes(WORDS, people_study(), Experiment())
-    whys = ("declined", "withdrawn", "full", "taken", "late")
+    whys = ("declined", "withdrawn", "full", "taken", "late", "screened")
     assert len({(texts.closed(why).why, texts.closed(why).title) for why in whys}) == len(whys)
 
 
@@ -212,17 +214,37 @@ def test_who_leaves_or_ends_is_told_that_reports_were_false_where_they_were(p):
     way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
     end = texts.at(journey(JOINED, [*way], Experiment(), WORDS))
     false = any(p)
-    assert (WORDS.debrief.false_reports[0] in end.paragraphs) is false
+    assert (admitted(WORDS.debrief.false_reports[0], "false") in end.paragraphs) is false
     for why in ("late", "withdrawn"):
-        assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
-    assert WORDS.closed.false_reports[0] not in texts.closed("full").paragraphs
+        assert (admitted(WORDS.closed.false_reports[0], "false") in texts.closed(why).paragraphs) is false
+    assert len(texts.closed("full").paragraphs) == len(WORDS.closed.full.paragraphs)
 
 
-@pytest.mark.parametrize(("spec", "false"), [("tremble?p=0.1", True), ("warn", True), ("nudge + drop?p=0.5", False)])
-def test_under_any_condition_it_is_admitted_what_can_be_false(spec, false):
-    texts = TextScenes(WORDS, under("truth", spec), Experiment())
-    for why in ("late", "withdrawn"):
-        assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
+def admitted(text, *kinds, words=WORDS):
+    """A text with what was changed on purpose."""
+    return text.replace("{changes}", " ".join(getattr(words.changes, kind) for kind in kinds))
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize(
+    ("spec", "kinds"),
+    [
+        ("tremble?p=0.1", ["another"]), ("warn", ["warned"]), ("nudge + drop?p=0.5", []), ("delay", ["late"]),
+        ("flip?p=0.4 + tremble?p=0.1", ["false", "another"]),
+    ],
+)  # fmt: skip
+def test_the_end_names_what_the_conditions_did_and_nothing_else(spec, kinds, language):
+    words = read_words(language)
+    texts = TextScenes(words, under("truth", spec), Experiment())
+    way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
+    end = texts.at(journey(JOINED, [*way], Experiment(), words))
+    for text, scene in [
+        (words.debrief.false_reports[0], end),
+        *((words.closed.false_reports[0], texts.closed(why)) for why in ("late", "withdrawn")),
+    ]:
+        assert (admitted(text, *kinds, words=words) in scene.paragraphs) is bool(kinds)
+        said = " ".join(scene.paragraphs)
+        assert {kind for kind, sentence in words.changes.model_dump().items() if sentence in said} == set(kinds)
 
 
 @pytest.mark.parametrize("spec", ["nudge", "warn?rate=0.4", "flip?p=0.4 + reword?p=1", "tremble?p=1", "drop?p=0.5"])

@@ -40,6 +40,7 @@ _SUCCESS = (
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
+_PERSONS = "With --people: persons in all, whose power is asked for: 40, or 40,80,120."
 _BOXES = "With --people: boxes that a person plays under each condition (1)."
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
 _EFFECT_SD = f"With --people: standard deviation of the effect between persons, in logits ({EFFECT_SD:g}, by eye)."
@@ -58,6 +59,7 @@ def power(
     trials: Annotated[str | None, typer.Option(help=_TRIALS)] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
+    persons: Annotated[str | None, typer.Option(help=_PERSONS)] = None,
     boxes: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
     person_sd: Annotated[float | None, typer.Option(help=_PERSON_SD)] = None,
     effect_sd: Annotated[float | None, typer.Option(help=_EFFECT_SD)] = None,
@@ -74,7 +76,8 @@ def power(
     an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
     controls needs to name the reason for a change of success.
 
-    --people: how many persons a study of people needs, within and between persons.
+    --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
+    many and the smallest effect that they detect.
 
     --until decided (or ±10): what a study that stops there is expected to play, beside the study of fixed size.
     """
@@ -84,9 +87,9 @@ def power(
         raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
     of_people = {"boxes": boxes, "person_sd": person_sd, "effect_sd": effect_sd}
-    if people or set(of_people.values()) != {None}:
+    if people or persons or set(of_people.values()) != {None}:
         refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)], harm)
-        power_people(shares, of_people, target, json=json)
+        power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)
         return
     simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
     if stops(what, asked):

@@ -10,7 +10,6 @@ import asyncio
 import re
 import secrets
 from collections.abc import Mapping
-from typing import Literal
 
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import Joined, Slot
@@ -59,8 +58,8 @@ class Admission:
             ActRefused: As ``incomplete``, without a required ID of the recruitment platform.
         """
         self.check_id(platform)
-        if why := self._why_not(platform):
-            return self._opened.texts.closed(why)
+        if closed := self._closed_to(platform):
+            return closed
         boxes = boxes_each(self._opened.study, self._opened.experiment)
         return self._opened.texts.consent(boxes, ask_code=not self._is_code(code))
 
@@ -87,8 +86,8 @@ class Admission:
         person = self._roster.person(platform)
         return person is not None and self._roster.person(session.journey.joined.platform) not in (None, person)
 
-    async def join(self, mark: str, lease: str, platform: Mapping[str, str]) -> Session | Literal["taken", "full"]:
-        """Record consent and assign trials; or why this person cannot join.
+    async def join(self, mark: str, lease: str, platform: Mapping[str, str]) -> Session | Closed:
+        """Record consent and assign trials; or the scene of a person who cannot join.
 
         Args:
             mark: The mark of the browser's token.
@@ -101,13 +100,13 @@ class Admission:
         async with self.lock:
             if (known := self._roster.marked(mark)) is not None:  # the same act was sent twice
                 return known
-            if (why := self._why_not(platform)) is not None:
-                return why
+            if (closed := self._closed_to(platform)) is not None:
+                return closed
             await self._roster.make_room()
-            if (why := self._why_not(platform)) is not None:
-                return why
+            if (closed := self._closed_to(platform)) is not None:
+                return closed
             if not (slots := self._roster.assigned()):
-                return "full"
+                return self._opened.texts.closed("full")
             session = self._record(mark, platform, slots)
             session.lease = lease
             return session
@@ -125,11 +124,11 @@ class Admission:
         self._roster.add(session)
         return session
 
-    def _why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
-        """Why a person cannot join; None if they can, perhaps with trials of a late participant."""
-        if (person := self._roster.person(platform)) and self._roster.takes_part(person):
-            return "taken"
-        return "full" if self._roster.is_full() else None
+    def _closed_to(self, platform: Mapping[str, str]) -> Closed | None:
+        """The scene of a person who cannot join; None if they can, perhaps with trials of a late participant."""
+        if (person := self._roster.person(platform)) and (session := self._roster.of_person(person)) is not None:
+            return self._opened.texts.elsewhere(session.journey)
+        return self._opened.texts.closed("full") if self._roster.is_full() else None
 
     def _is_code(self, given: str) -> bool:
         """Whether this code admits; without a code to join every code does."""

@@ -48,8 +48,11 @@ __all__ = [
 EXPERIMENT = "experiment.json"
 """The file of these settings, next to the diaries."""
 
+_ENDS = ("completion", "declined", "full", "failed", "screened", "withdrawn")
+"""The ways to end that have an address and a code."""
+
 SECRET = (
-    *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed", "screened") for what in ("url", "code")),
+    *(f"{end}_{what}" for end in _ENDS for what in ("url", "code")),
     "join_code",
 )
 """Settings that are not shared with data."""
@@ -147,6 +150,8 @@ class Experiment(SettingsPart):
         failed_from: The number of wrong answers from which this applies.
         screened_url: Where people go whose session the limit of ``comprehension`` ended.
         screened_code: Their code.
+        withdrawn_url: Where people go who withdraw.
+        withdrawn_code: Their code.
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
         joins_per_minute: The most joins per minute from one address.
@@ -180,6 +185,8 @@ class Experiment(SettingsPart):
     failed_from: Annotated[int, Field(ge=1, le=1000)] = 1
     screened_url: Url = ""
     screened_code: Code = ""
+    withdrawn_url: Url = ""
+    withdrawn_code: Code = ""
     require_id: bool = False
     join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
     joins_per_minute: Annotated[int, Field(ge=1, le=100_000)] = 30

@@ -73,22 +73,28 @@ class BoxesAt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Flow:
-    """Everybody who joined a study, for its report: dropout can bias every other number.
+    """Everybody who agreed to take part in a study, for its report: dropout can bias every other number.
 
     Attributes:
-        joined: Participants without those who withdrew.
-        finished: Those of them with no open box.
-        left_open: Those with open boxes: they left, were screened out, or still take part.
+        consented: Everybody who agreed: the sum of the next four.
         withdrawn: Participants who withdrew; nothing else is known of them.
+        screened: Those whose session the limit of rounds of questions on the instructions ended, before any box.
+        left_open: Those with open boxes: they left, or still take part.
+        finished: Those with no open box.
+        questioned: Those who answered questions on the instructions, screened-out ones among them.
+        second_round: Those of them who needed a second round.
         checks: Attention checks answered.
         right: Those of them answered right.
         boxes: By condition, in the order of the study.
     """
 
-    joined: int
-    finished: int
-    left_open: int
+    consented: int
     withdrawn: int
+    screened: int
+    left_open: int
+    finished: int
+    questioned: int
+    second_round: int
     checks: int
     right: int
     boxes: tuple[BoxesAt, ...]
@@ -144,12 +150,16 @@ def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
         given.update(boxes)
         left.update(condition for box, condition in enumerate(boxes, 1) if box not in journey.endings)
     finished = sum(journey.boxes_done for journey in journeys)
+    screened = sum(journey.shut == "screened" for journey in journeys)
     checks = [right for journey in journeys for right in journey.checks]
     return Flow(
-        joined=len(journeys),
-        finished=finished,
-        left_open=len(journeys) - finished,
+        consented=len(journeys) + gone,
         withdrawn=gone,
+        screened=screened,
+        left_open=len(journeys) - screened - finished,
+        finished=finished,
+        questioned=sum(journey.rounds > 0 for journey in journeys),
+        second_round=sum(journey.rounds > 1 for journey in journeys),
         checks=len(checks),
         right=sum(checks),
         boxes=tuple(

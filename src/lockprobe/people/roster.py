@@ -85,9 +85,12 @@ class Roster:
         names = self._opened.experiment.recruitment
         return platform.get(names[0]) if names else None
 
-    def takes_part(self, person: str) -> bool:
-        """Whether a person with this platform ID has joined."""
-        return bool(self._persons[person])
+    def of_person(self, person: str) -> Session | None:
+        """The session of the person with a platform ID, one that has ended before others; None if none has joined."""
+        if not self._persons[person]:
+            return None
+        theirs = (session for session in self if self.person(session.journey.joined.platform) == person)
+        return max(theirs, key=lambda session: session.journey.finished or session.journey.released)
 
     def add(self, session: Session) -> None:
         """Add a participant who has just joined."""

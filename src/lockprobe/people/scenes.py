@@ -246,12 +246,12 @@ class Closed(StrictModel):
     """The participant cannot go on.
 
     ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
-    another browser), ``late`` (was away too long), or ``screened`` (too many rounds of wrong answers about the
-    instructions).
+    another browser), ``finished`` (the same ID has reached the end there), ``late`` (was away too long), or
+    ``screened`` (too many rounds of wrong answers about the instructions).
     """
 
     kind: Literal["closed"] = "closed"
-    why: Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
+    why: Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
     title: str
     paragraphs: tuple[str, ...]
     completion_url: str = ""

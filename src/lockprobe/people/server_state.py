@@ -192,9 +192,10 @@ class ServerState:
                 raise ActRefused("stale", "not the scene that is shown")
             if not isinstance(act, Agree):
                 raise ActRefused("impossible", "nothing that can be done before somebody agrees to take part")
-            joined = await self._admission.join(mark, lease, kept) if act.agreed else "declined"
+            closed = self._opened.texts.closed("declined")
+            joined = await self._admission.join(mark, lease, kept) if act.agreed else closed
             if not isinstance(joined, Session):
-                return _outside(token, lease, self._opened.texts.closed(joined))
+                return _outside(token, lease, joined)
             session = joined
         async with session.lock:
             self._check_lease(session, lease)

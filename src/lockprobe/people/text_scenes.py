@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.deception_check import can_be_false
+from lockprobe.people.deceptions import deceptions
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station, asks_comprehension
@@ -31,6 +31,9 @@ __all__ = ["TextScenes"]
 
 Why = Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
 
+_WITH_CODE = ("declined", "full", "screened", "withdrawn")
+"""The ways to end early that have an address and a code."""
+
 
 class TextScenes:
     """Makes scenes of the texts, with the facts of the study and an example box in each modality filled in."""
@@ -40,11 +43,11 @@ class TextScenes:
     ) -> None:
         self._words = words
         self._experiment = experiment
-        self._are_false = any(map(can_be_false, study.conditions_of(PEOPLE)))
         self._modalities = {one.label: true_modality(one.modality) for one in study.conditions}
         self._asks = study.assessment
         self._examples = examples or {}
-        self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
+        self._changes = " ".join(getattr(words.changes, kind) for kind in deceptions(study.conditions_of(PEOPLE)))
+        self._facts = {"joints": len(study.box.joints), "budget": study.max_steps, "changes": self._changes}
 
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
         """The first scene; ``boxes`` is how many a participant would play."""
@@ -60,8 +63,21 @@ class TextScenes:
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        url, code = self._back(why) if why in ("declined", "full", "screened") else ("", "")
+        url, code = self._back(why) if why in _WITH_CODE else ("", "")
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def elsewhere(self, journey: Journey) -> Closed:
+        """The scene of a person who takes part, or took part, in another browser: nothing but the way back."""
+        if journey.shut or not journey.finished:
+            return self.closed(journey.shut or "taken")
+        title, paragraphs = self._filled(self._words.closed.finished, {})
+        url, code = self._completion(journey)
+        return Closed(why="finished", title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def _completion(self, journey: Journey) -> tuple[str, str]:
+        """URL and code of a participant who has reached the end."""
+        failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
+        return self._back("failed" if failed else "completion")
 
     def _back(self, end: str) -> tuple[str, str]:
         """URL and code of the recruitment platform for one way to end."""
@@ -103,8 +119,7 @@ class TextScenes:
             return Ask(**question.model_dump())
         debrief = self._words.debrief
         title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
-        failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
-        url, code = self._back("failed" if failed else "completion")
+        url, code = self._completion(journey)
         return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def comprehension(self, joined: Joined) -> tuple[ComprehensionQuestion, ...]:
@@ -120,7 +135,7 @@ class TextScenes:
         if journey.misread is None:
             return ()
         wrong = missed(self.comprehension(journey.joined), journey.misread.answers)
-        return (filled(self._words.comprehension.again, questions=" ".join(wrong)),)
+        return (filled(self._words.comprehension.again, questions=" / ".join(wrong)),)
 
     def _examples_of(self, joined: Joined) -> tuple[ExamplePanels, ...]:
         theirs = {self._modalities[slot.condition] for slot in joined.slots}
@@ -157,5 +172,5 @@ class TextScenes:
     ) -> tuple[str, tuple[str, ...]]:
         """A filled-in title and its paragraphs; ``of_false_reports`` only in studies with false reports."""
         known = {**self._facts, **facts}
-        paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._are_false else ()))
+        paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._changes else ()))
         return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)

@@ -83,12 +83,23 @@ class _Debrief(Longer):
     code: Text
 
 
+class _Changes(_Part):
+    """What a study did to reports and attempts, by :data:`~lockprobe.people.deceptions.Deception`."""
+
+    false: Text
+    late: Text
+    another: Text
+    warned: Text
+    changed: Text
+
+
 class _Closed(_Part):
     false_reports: Paragraphs
     declined: Longer
     withdrawn: Longer
     full: Longer
     taken: Longer
+    finished: Longer
     late: Longer
     screened: Longer
 
@@ -171,6 +182,7 @@ class Words(_Part):
     practice_over: Longer
     over: _Over
     debrief: _Debrief
+    changes: _Changes
     closed: _Closed
     page: _OfThePage
 

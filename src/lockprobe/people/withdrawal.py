@@ -15,7 +15,7 @@ from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 
-__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
+__all__ = ["count_withdrawn", "finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
 
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
@@ -73,12 +73,21 @@ def finish_withdrawal(journal: Journal) -> str | None:
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
         journal.delete_agent(agent)
-        put(people / _COUNT, {"withdrawn": note["withdrawn"]})
+        count_withdrawn(journal.directory, int(str(note["withdrawn"])))
         remove_file(people / _UNDER_WAY)
         sync_directory(people)
     except OSError as error:
         raise BadFile(people, f"cannot be written ({error.strerror})") from error
     return str(note["participant"])
+
+
+def count_withdrawn(directory: Path, number: int) -> None:
+    """Write the number of withdrawals from the study in a directory.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    put(directory / PEOPLE_DIRECTORY / _COUNT, {"withdrawn": number})
 
 
 def put(path: Path, data: object) -> None:

@@ -26,13 +26,25 @@ _ROOM = 150
 """Characters of all names of conditions together that a sentence has room for; the tables have every condition."""
 
 
-def flow_said(flow: Flow) -> Iterator[str]:
-    """Who came to the end and who did not, and how attention checks were answered."""
-    joined = f"{_people(flow.joined)} joined" if flow.joined else "No participants remain"
-    gone = f"; {flow.withdrawn} {'more ' if flow.joined else ''}withdrew, and their data are deleted"
-    ends = f": {flow.finished} finished all their boxes, {flow.left_open} left boxes unfinished or are still playing"
-    ends = ends if flow.left_open else " and finished all their boxes" if flow.joined else ""
-    yield f"{joined}{ends}{gone if flow.withdrawn else ''}."
+def flow_said(flow: Flow, analysed: int) -> Iterator[str]:
+    """Who came to the end and who did not, and how questions on the instructions and checks were answered.
+
+    ``analysed`` is the number of people with a finished box, of whom all other numbers are.
+    """
+    ends = {
+        f"{flow.withdrawn} withdrew (their data are deleted)": flow.withdrawn,
+        f"{flow.screened} {_be(flow.screened, 'was', 'were')} screened out by the questions on the instructions": (
+            flow.screened
+        ),
+        f"{flow.left_open} left boxes unfinished or {_be(flow.left_open, 'is', 'are')} still playing": flow.left_open,
+        f"{flow.finished} finished all their boxes": 1,
+    }
+    said = ", ".join(end for end, number in ends.items() if number)
+    counted = f"{analysed} {_be(analysed, 'is', 'are')} in the analysis, with at least one finished box"
+    yield f"{_people(flow.consented)} agreed to take part: {said}. {counted}. Who did not agree is not recorded."
+    if flow.questioned:
+        several = f"{flow.second_round} of {flow.questioned}"
+        yield f"{several} needed more than one round of the questions on the instructions."
     if flow.left_open and len({(one.left_open, one.given) for one in flow.boxes}) > 1:
         each = (f"{one.left_open} of {one.given} under {one.condition}" for one in flow.boxes)
         yield f"Unfinished boxes, by condition: {', '.join(each)}."
@@ -141,6 +153,10 @@ def limits_said(found: People) -> str:
     if found.fewest < found.most:
         left += ", so a difference from people counts only if it holds by box and with every person counted alike"
     return f"{said}{several}{left}."
+
+
+def _be(number: int, one: str, several: str) -> str:
+    return one if number == 1 else several
 
 
 def _people(number: int) -> str:

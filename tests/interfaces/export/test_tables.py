@@ -57,6 +57,13 @@ def test_who_left_is_in_the_acts_and_in_no_step(directory):
     assert (row["boxes_assigned"], row["boxes_finished"], row["left_in_box"], row["left_after_step"]) == (2, 1, 2, 1)
 
 
+@pytest.mark.parametrize(("after", "box"), [(0, 0), (1, 1)])
+def test_who_left_before_a_step_in_any_box_left_in_none(directory, after, box):
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1)], left_after=after)
+    (row,) = tables(directory)["participants"].rows
+    assert (row["left_in_box"], row["left_after_step"]) == (box, after)
+
+
 def test_every_act_is_a_row_and_says_whether_its_step_is_recorded(directory):
     trials = take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
     found = tables(directory)["acts"]
@@ -209,5 +216,6 @@ def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screene
     row, other = sorted(found["participants"].rows, key=lambda row: row["participant"])
     assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)
     assert (row["comprehension_rounds"], row["screened"], row["released"], row["finished"]) == (2, 1, 0, 0)
+    assert (row["left_in_box"], row["left_after_step"]) == (0, 0)
     mine = [act for act in found["acts"].rows if act["participant"] == ANN]
     assert [(act["scene"], act["rt_ms"]) for act in mine] == [("comprehension", 9.5)] * 2

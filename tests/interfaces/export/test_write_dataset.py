@@ -19,9 +19,11 @@ from taking_part import START, take_part
 from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces.export.read_dataset import source_of_dataset
 from lockprobe.interfaces.export.write_dataset import write_dataset
+from lockprobe.people.experiment import SECRET
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import read_words, words_file
+from lockprobe.people.withdrawal import count_withdrawn, withdrawn
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load
 from lockprobe.studies.records.merge import gather
@@ -118,8 +120,7 @@ def test_the_platform_is_named_where_that_is_asked_for(directory, tmp_path):
 
 def test_where_people_go_on_afterwards_and_what_lies_where_stays_here(directory, tmp_path):
     settings = {
-        "completion_url": "https://example.org/done?cc=SECRET1",
-        "completion_code": "SECRET2",
+        **{name: "https://example.org/done?cc=SECRET1" if name.endswith("url") else "SECRET2" for name in SECRET},
         "language": "/home/SECRET4/ours.toml",
     }
     (directory / "people" / "experiment.json").write_text(json.dumps(settings))
@@ -184,6 +185,12 @@ def test_the_records_are_the_study_of_people_byte_by_byte(dataset, directory):
         line for line in theirs if b'"agent":"participant:' in line
     ]
     assert read_study(dataset / "records") == replace(STUDY, agents=("participant",))
+
+
+def test_the_number_of_withdrawals_comes_along_for_the_report(directory, tmp_path):
+    count_withdrawn(directory, 3)
+    write_dataset(directory, tmp_path / "out")
+    assert withdrawn(tmp_path / "out" / "records") == 3
 
 
 def test_strategies_are_in_it_where_that_is_asked_for(directory, tmp_path):

@@ -334,7 +334,7 @@ def test_withdrawing_deletes_and_says_so(tmp_path):
 
 
 async def _withdraws(directory, study):
-    async with browser() as chromium, served(directory, study) as url:
+    async with browser() as chromium, served(directory, study, withdrawn_code="GONE") as url:
         tab = await new_tab(chromium)
         look = await tab.open(f"{url}?PROLIFIC_PID=w1")
         assert not await tab.page.locator("[data-act=withdraw]").count()  # nothing is kept before the consent
@@ -347,6 +347,7 @@ async def _withdraws(directory, study):
         await tab.press("[data-act=withdraw]")
         await tab.press("[data-act=withdraw-yes]")
         await tab.page.wait_for_selector("[data-scene=closed]")
+        assert await tab.page.locator("[data-code=GONE]").is_visible()
         assert trials_of(directory) == {}
         kept = b"".join(path.read_bytes() for path in directory.rglob("*") if path.is_file())
         assert (identity.encode() in kept, b"w1" in kept) == (False, False)

@@ -1,8 +1,11 @@
 """The example for Prolific: a container behind Caddy, its settings, and the way back with the right code."""
 
 import asyncio
+import os
 import re
 import shlex
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -18,6 +21,16 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "prolific"
 COMPOSE = yaml.safe_load((EXAMPLE / "compose.yaml").read_text("utf-8"))
 EXPERIMENT = read_experiment(EXAMPLE / "settings" / "people.toml")
 SERVICE = COMPOSE["services"]["lockprobe"]
+GIVEN = {"DOMAIN": "study.example.org", ADMIN_TOKEN: "0123456789abcdef"}
+
+
+@pytest.fixture(scope="module")
+def compose():
+    """How Docker Compose is called here."""
+    version = ["docker", "compose", "version"]
+    if shutil.which("docker") and not subprocess.run(version, capture_output=True, check=False).returncode:
+        return ["docker", "compose"]
+    return ["docker-compose"] if shutil.which("docker-compose") else pytest.skip("no docker compose")
 
 
 def option(name):
@@ -46,6 +59,41 @@ def test_every_variable_that_it_needs_stands_in_the_example_of_the_environment()
     assert used == given == {"DOMAIN", ADMIN_TOKEN}
 
 
+def test_every_file_that_it_mounts_and_builds_from_is_there_and_every_volume_is_declared():
+    mounted = [volume.split(":") for service in COMPOSE["services"].values() for volume in service["volumes"]]
+    assert {name for name, *_ in mounted if not name.startswith(".")} == set(COMPOSE["volumes"])
+    assert all((EXAMPLE / path).exists() for path, *_ in mounted if path.startswith("."))
+    dockerfile = (EXAMPLE / SERVICE["build"] / "Dockerfile").read_text("utf-8")
+    assert 'ENTRYPOINT ["lockprobe"]' in dockerfile
+    assert COMPOSE["services"]["caddy"]["ports"] == ["80:80", "443:443"]  # a certificate needs both
+
+
+@pytest.mark.parametrize(("environment", "refused"), [({}, "DOMAIN|LOCKPROBE_ADMIN_TOKEN"), (GIVEN, "")])
+def test_compose_takes_the_file_once_the_environment_is_filled_in(compose, environment, refused):
+    found = subprocess.run(
+        [*compose, "--file", str(EXAMPLE / "compose.yaml"), "config"],
+        env={"PATH": os.environ["PATH"], **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert bool(found.returncode) is bool(refused), found.stderr
+    if refused:
+        assert re.search(refused, found.stderr)
+    else:
+        assert (
+            "--public-url=https://study.example.org" in yaml.safe_load(found.stdout)["services"]["lockprobe"]["command"]
+        )
+
+
+@pytest.mark.skipif(shutil.which("caddy") is None, reason="no caddy")
+def test_caddy_takes_its_file():
+    asked = ["caddy", "adapt", "--config", str(EXAMPLE / "Caddyfile"), "--validate"]
+    found = subprocess.run(asked, env={**os.environ, **GIVEN}, capture_output=True, text=True, check=False)
+    assert found.returncode == 0, found.stderr
+    assert '"dial":"lockprobe:8765"' in found.stdout
+
+
 def test_the_command_is_one_that_lockprobe_takes(tmp_path, monkeypatch):
     from lockprobe.cli import serve
 
@@ -70,7 +118,7 @@ def test_the_command_is_one_that_lockprobe_takes(tmp_path, monkeypatch):
 
 def test_the_ids_are_those_of_prolific_and_every_end_has_a_code_of_its_own():
     assert set(EXPERIMENT.recruitment) <= set(PLACEHOLDERS)
-    ends = ("completion", "declined", "screened", "full")
+    ends = ("completion", "declined", "screened", "withdrawn", "full")
     codes = [getattr(EXPERIMENT, f"{end}_code") for end in ends]
     assert len(set(codes)) == len(ends)
     for end, code in zip(ends, codes, strict=True):

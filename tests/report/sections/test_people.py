@@ -191,13 +191,15 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
     take_part(path, study, "bbbb02", [(0.0, 1, 1), (0.4, 1, 2)], left_after=1, check=False)
     put(path / "people" / "withdrawn.json", {"withdrawn": 1})
     found = found_in(path)
-    assert values(found, "participants") == {"joined": 2, "finished": 1, "left_open": 1, "withdrawn": 1}
+    assert values(found, "participants") == {
+        "consented": 3, "withdrawn": 1, "screened": 0, "left_open": 1, "finished": 1, "analysed": 2,
+    }  # fmt: skip
     assert values(found, "boxes", condition="truth") == {"given": 2, "left_open": 0}
     assert values(found, "boxes", condition="flip?p=0.4") == {"given": 2, "left_open": 1}
     page = page_of("report", found)
     assert (
-        "2 people joined: 1 finished all their boxes, 1 left boxes unfinished or are still playing; "
-        "1 more withdrew, and their data are deleted." in page
+        "3 people agreed to take part: 1 withdrew (their data are deleted), 1 left boxes unfinished or is still playing, "
+        "1 finished all their boxes. 2 are in the analysis, with at least one finished box." in page
     )
     assert "Unfinished boxes, by condition: 0 of 2 under truth, 1 of 2 under flip?p=0.4." in page
     checks = found.one("attention_checks")
@@ -253,9 +255,22 @@ def test_a_sentence_names_conditions_as_far_as_there_is_room():
     assert not [*conditions_said(people(trials[:2]), {"one": "under one"})]
 
 
-def test_nobody_who_is_left_is_said_so():
-    said = [*flow_said(Flow(joined=0, finished=0, left_open=0, withdrawn=2, checks=0, right=0, boxes=()))]
-    assert said == ["No participants remain; 2 withdrew, and their data are deleted."]
+def flow(**counts):
+    return Flow(**{**dict.fromkeys(Flow.__dataclass_fields__, 0), "boxes": (), **counts})
+
+
+def test_the_flow_of_participants_is_said_as_far_as_there_is_any():
+    (gone,) = flow_said(flow(consented=2, withdrawn=2), 0)
+    assert gone.startswith(
+        "2 people agreed to take part: 2 withdrew (their data are deleted), 0 finished all their boxes."
+    )
+    said, rounds = flow_said(flow(consented=9, screened=1, left_open=2, finished=6, questioned=8, second_round=3), 7)
+    assert said == (
+        "9 people agreed to take part: 1 was screened out by the questions on the instructions, 2 left boxes unfinished "
+        "or are still playing, 6 finished all their boxes. 7 are in the analysis, with at least one finished box. Who "
+        "did not agree is not recorded."
+    )
+    assert rounds == "3 of 8 needed more than one round of the questions on the instructions."
 
 
 def test_captions_are_short(found):

@@ -1,5 +1,7 @@
 """Persons that a study needs: the formula is held against a simulation of the same model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -9,9 +11,10 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.power.people import (
     FEWEST,
     People,
-    needed_by_spread,
     people_needed,
     power_of,
+    power_with,
+    spread_by,
 )
 from lockprobe.simulation.power.people import _intercept as intercept
 
@@ -55,6 +58,39 @@ def test_the_power_is_that_of_simulated_studies(model, design):
     assert power_of(model, design, needed.per_condition) >= 0.8 > power_of(model, design, needed.per_condition - 1)
 
 
+@pytest.mark.parametrize("design", ["within", "between"])
+@pytest.mark.parametrize("model", MODELS)
+def test_with_a_number_of_persons_power_and_smallest_effects_are_those_of_simulated_studies(model, design):
+    control, group = model.success[0], 60
+    found = power_with(model, design, group * (2 if design == "between" else 1))
+    assert found.per_condition == group
+    assert simulated(model, design, group) == pytest.approx(found.power, abs=4 * np.sqrt(0.25 / STUDIES) + 0.015)
+    assert found.below < control < found.above
+    for share in (found.below, found.above):
+        changed = replace(model, success=(control, share))
+        assert power_of(changed, design, group) == pytest.approx(0.8, abs=0.002)
+        assert simulated(changed, design, group) == pytest.approx(0.8, abs=4 * np.sqrt(0.8 * 0.2 / STUDIES) + 0.015)
+
+
+@pytest.mark.parametrize("design", ["within", "between"])
+def test_the_persons_that_a_power_needs_have_that_power(design):
+    model = People(success=(0.4, 0.6, 0.65))
+    needed = people_needed(model, design)
+    assert power_with(model, design, needed.people).power == power_of(model, design, needed.per_condition) >= 0.8
+    assert power_with(model, design, needed.people - 1).power < 0.8
+    assert power_with(model, design, needed.people).above == pytest.approx(0.6, abs=0.01)
+
+
+def test_too_few_persons_have_no_power_that_is_reported_and_may_detect_no_effect_there_is():
+    model = People(success=(0.02, 0.6))
+    assert power_with(model, "within", FEWEST - 1) is None
+    assert power_with(model, "between", 2 * FEWEST - 1) is None
+    assert power_with(model, "between", 2 * FEWEST + 1).per_condition == FEWEST
+    assert power_with(model, "within", FEWEST).below is None
+    with pytest.raises(BadValue, match="target"):
+        power_with(model, "within", 40, target=1.0)
+
+
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.9])
 @pytest.mark.parametrize("deviation", [0.0, 1.0, 3.0])
 def test_the_mean_over_persons_is_the_share_that_was_stated(share, deviation):
@@ -73,7 +109,7 @@ def test_more_boxes_and_fewer_differences_between_persons_need_fewer_persons():
     model = People(success=(0.4, 0.6))
     more = People(success=(0.4, 0.6), boxes=4)
     assert people_needed(more, "within").people < people_needed(model, "within").people
-    counts = [one.people for one in needed_by_spread(model, "between", 0.8, (0.5, 1.0, 1.5))]
+    counts = [people_needed(spread_by(model, factor), "between").people for factor in (0.5, 1.0, 1.5)]
     assert counts == sorted(counts)
     assert people_needed(model, "between").people > people_needed(model, "within").people
 

@@ -144,7 +144,11 @@ COLUMN: Mapping[str, Column] = {
     "boxes_assigned": _count("Boxes assigned to the participant.", 0),
     "boxes_finished": _count("Number of them that were finished: opened, or all steps taken.", 0),
     "boxes_broken": _count("Number of them that broke through no fault of the participant.", 0),
-    "left_in_box": _count("The first unfinished box, at which the participant left. Empty if all are finished."),
+    "left_in_box": _count(
+        "The first unfinished box, at which the participant left; 0 without a step in any box: at the instructions, in "
+        "the practice, or screened out. Empty if all are finished.",
+        0,
+    ),
     "left_after_step": _count("Steps taken in that box. Empty if all are finished.", 0),
     "released": _mark("whether the participant was away so long that the remaining boxes were given to others."),
     "comprehension_rounds": _count(

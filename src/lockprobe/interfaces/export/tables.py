@@ -240,7 +240,8 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
     if left := next((box for box in boxes if box not in endings), None):
-        row |= {"left_in_box": left, "left_after_step": sum(act.box == left for act in kept.acts)}
+        steps = len(kept.attempts(left))
+        row |= {"left_in_box": left if left > 1 or steps else 0, "left_after_step": steps}
     return row
 
 

@@ -34,6 +34,7 @@ from lockprobe.people.diary import PEOPLE_DIRECTORY, without_identity, write_dia
 from lockprobe.people.experiment import EXPERIMENT, SECRET
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import TEXTS, read_words, words_file
+from lockprobe.people.withdrawal import count_withdrawn, withdrawn
 from lockprobe.studies.records.journal import Journal, Timing, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.study import Study
@@ -131,6 +132,8 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
             journal.append(trial, Timing(key=trial.key, seconds=seconds.get(trial.key, 0.0), steps=len(trial.steps)))
     _copy_pictures(given.trials, given.directory / ALBUM, records / ALBUM)
     write_diaries(records, given.diaries)
+    if number := withdrawn(given.directory):
+        count_withdrawn(records, number)
     if given.experiment is not None:
         language = Path(given.experiment.language).name
         settings = given.experiment.model_copy(update={**dict.fromkeys(SECRET, ""), "language": language})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -51,7 +52,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for of, count in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
         yield _people(quantity="boxes", of=of, value=count, unit="boxes")
     if flow:
-        yield from _flow(flow)
+        yield from _flow(flow, found.people if found else 0)
     if found:
         yield from _all_people(found)
         for at in (*found.at, *found.over):
@@ -69,10 +70,15 @@ def _place(study: Study, at: PeopleAt | RelativeSteps | ResponseTimes) -> dict[s
     return {"modality": at.modality, "condition": at.condition, "doses": doses}
 
 
-def _flow(flow: Flow) -> Iterator[Estimate]:
-    """Who came to the end, the boxes that they were given, and attention checks."""
-    for of in ("joined", "finished", "left_open", "withdrawn"):
-        yield _people(quantity="participants", of=of, value=getattr(flow, of), unit="people")
+_STAGES = ("consented", "withdrawn", "screened", "left_open", "finished", "analysed")
+"""The flow of participants. Nothing is recorded of people before they agree."""
+
+
+def _flow(flow: Flow, analysed: int) -> Iterator[Estimate]:
+    """Who came to the end, the boxes that they were given, questions on the instructions, and attention checks."""
+    counts = {**asdict(flow), "analysed": analysed}
+    for of in (*_STAGES, *(("questioned", "second_round") if flow.questioned else ())):
+        yield _people(quantity="participants", of=of, value=counts[of], unit="people")
     for one in flow.boxes:
         for of, count in (("given", one.given), ("left_open", one.left_open)):
             yield _people(quantity="boxes", condition=one.condition, of=of, value=count, unit="boxes")
@@ -131,7 +137,7 @@ def _times(took: ResponseTimes, place: dict[str, Any]) -> Iterator[Estimate]:
 
 def _said(numbers: StudyNumbers, flow: Flow | None) -> Iterator[Finding]:
     plain = partial(Finding, section="people", judges=False)
-    for text in flow_said(flow) if flow else ():
+    for text in flow_said(flow, numbers.people.people if numbers.people else 0) if flow else ():
         yield plain(text=text, rests_on=("participants", "boxes"))
     if found := numbers.people:
         yield plain(text=opened_said(found), rests_on=("people", "boxes_each", "success"))

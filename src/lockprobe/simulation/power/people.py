@@ -1,4 +1,4 @@
-"""How many persons a study of people needs, within and between persons.
+"""How many persons a study of people needs, and what a number of persons can detect, within and between persons.
 
 The model: a person opens a box under condition c with the logit a_c + u + v_c. u is the person's skill, normal with
 standard deviation ``person_sd``. v_c is how much the person differs from others in the effect of c, normal with
@@ -11,8 +11,8 @@ shares (between), two-sided, each condition against the control, with Bonferroni
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import sqrt
 from typing import Literal
 
@@ -27,9 +27,11 @@ __all__ = [
     "Design",
     "People",
     "PeopleNeeded",
-    "needed_by_spread",
+    "PowerOfPeople",
     "people_needed",
     "power_of",
+    "power_with",
+    "spread_by",
 ]
 
 Design = Literal["within", "between"]
@@ -46,6 +48,12 @@ FEWEST = 10
 
 _MOST = 1_000_000
 _POINTS = 40
+
+_EDGE = 1e-3
+"""How near to 0 or 1 a share is searched, as a share of the way from there to the control."""
+
+_EXACT = 1e-4
+"""How exactly the smallest effect is found, as a share."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,13 +97,66 @@ class PeopleNeeded:
     per_condition: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PowerOfPeople:
+    """What a number of persons can detect.
+
+    Attributes:
+        people: Persons in all.
+        per_condition: Persons who see each condition. Between persons, a remainder is left out.
+        power: The least power of the comparisons with the control.
+        below: The largest share under the control's that a comparison detects with the target power; None for none.
+        above: The smallest share over the control's, likewise.
+    """
+
+    design: Design
+    people: int
+    per_condition: int
+    power: float
+    below: float | None
+    above: float | None
+
+
+def power_with(
+    model: People, design: Design, people: int, target: float = 0.8, alpha: float = 0.05
+) -> PowerOfPeople | None:
+    """The power with so many persons in all, and the smallest effects that have the power ``target``.
+
+    None where fewer than ``FEWEST`` persons would see a condition.
+    """
+    _check_target(target)
+    group = people // len(model.success) if design == "between" else people
+    if group < FEWEST:
+        return None
+    below, above = (_smallest_effect(model, design, group, target, alpha, end) for end in (0.0, 1.0))
+    power = power_of(model, design, group, alpha)
+    return PowerOfPeople(design=design, people=people, per_condition=group, power=power, below=below, above=above)
+
+
+def _smallest_effect(
+    model: People, design: Design, group: int, target: float, alpha: float, end: float
+) -> float | None:
+    """The share nearest to the control's, towards ``end``, that is detected with the power ``target``."""
+    control = model.success[0]
+
+    def power_at(share: float) -> float:
+        return power_of(replace(model, success=(control, *[share] * (len(model.success) - 1))), design, group, alpha)
+
+    near, far = control, end + (control - end) * _EDGE
+    if power_at(far) < target:
+        return None
+    while abs(far - near) > _EXACT:
+        middle = (near + far) / 2
+        near, far = (near, middle) if power_at(middle) >= target else (middle, far)
+    return far
+
+
 def people_needed(model: People, design: Design, target: float = 0.8, alpha: float = 0.05) -> PeopleNeeded | None:
     """The fewest persons with which each comparison with the control has the power ``target``.
 
     None where more than a million would be needed, as where a condition has the success of the control.
     """
-    if not 0 < target < 1:
-        raise BadValue("target", target, "a power between 0 and 1")
+    _check_target(target)
     low, high = FEWEST, FEWEST
     while power_of(model, design, high, alpha) < target:
         low, high = high, 2 * high
@@ -124,6 +185,11 @@ def power_of(model: People, design: Design, group: int, alpha: float = 0.05) -> 
             freedom = sum(parts) ** 2 / sum(part**2 / (group - 1) for part in parts)
         found.append(_t_power((share - model.success[0]) / error, freedom, level))
     return min(found)
+
+
+def _check_target(target: float) -> None:
+    if not 0 < target < 1:
+        raise BadValue("target", target, "a power between 0 and 1")
 
 
 def _t_power(noncentrality: float, freedom: float, alpha: float) -> float:
@@ -159,6 +225,7 @@ def _both(model: People) -> float:
     return sqrt(model.person_sd**2 + model.effect_sd**2)
 
 
+@lru_cache(maxsize=1000)
 def _intercept(share: float, deviation: float) -> float:
     """The logit whose mean over persons is a share."""
     from scipy.optimize import brentq
@@ -172,17 +239,13 @@ def _chance(logit: np.ndarray) -> np.ndarray:
     return 0.5 * (1 + np.tanh(logit / 2))
 
 
+@lru_cache(maxsize=100)
 def _normal(deviation: float) -> tuple[np.ndarray, np.ndarray]:
     """Points and weights that integrate over a normal distribution."""
     points, weights = np.polynomial.hermite_e.hermegauss(_POINTS)
     return deviation * points, weights / weights.sum()
 
 
-def needed_by_spread(
-    model: People, design: Design, target: float, factors: Sequence[float]
-) -> list[PeopleNeeded | None]:
-    """The same where both standard deviations are multiplied by a factor: what the assumption decides."""
-    spreads = [
-        replace(model, person_sd=model.person_sd * factor, effect_sd=model.effect_sd * factor) for factor in factors
-    ]
-    return [people_needed(one, design, target) for one in spreads]
+def spread_by(model: People, factor: float) -> People:
+    """The same model with both standard deviations multiplied by a factor: what the assumption decides."""
+    return replace(model, person_sd=model.person_sd * factor, effect_sd=model.effect_sd * factor)
