@@ -46,6 +46,15 @@ def test_its_surfaces_lie_beside_it(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["box-board.png", "box-case.png", "box.xml"]
 
 
+def test_joints_may_have_the_names_that_parts_of_the_scene_have(tmp_path):
+    write_mjcf(box("random-3-4"), tmp_path / "box.xml", labels=tuple("ABC"))
+    known, model = box("random-3-4"), mujoco.MjModel.from_xml_path(str(tmp_path / "box.xml"))
+    assert "knob-1" in known.names
+    for number, name in enumerate(known.names):
+        assert model.joint(name).bodyid == model.body(f"part-{number}").id
+        assert model.site(name).bodyid == model.body(f"part-{number}").id
+
+
 def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
     named = Lockbox(
         name="odd", joints=(Joint(name="door", kind="revolute", place=(0.2, 0.5)), Joint(name="bolt-0", kind="prismatic", place=(0.8, 0.5))),

@@ -19,6 +19,9 @@ from lockprobe_robot.twin_settings import SceneSettings
 
 __all__ = ["write_mjcf", "write_model"]
 
+_FREE = "-"
+"""How the name of no joint of a box begins."""
+
 
 def write_model(box: Lockbox, path: Path) -> None:
     """Write the scene of a box with the labels A, B and so on, in panel order. Raises as :func:`write_mjcf`.
@@ -70,14 +73,17 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...]) -> None:
 
 def _name_as(box: Lockbox, spec: mujoco.MjSpec) -> None:
     """Give the parts of a scene the names that a user's model has."""
-    new = {f"joint-{number}": name for number, name in enumerate(box.names)}
-    hidden = {joint.name for joint in spec.joints} - set(new)
+    joints = {f"joint-{number}": name for number, name in enumerate(box.names)}
+    sites = {f"knob-{number}": name for number, name in enumerate(box.names)}
+    hidden = ({joint.name for joint in spec.joints} - set(joints)) | ({site.name for site in spec.sites} - set(sites))
     if taken := hidden.intersection(box.names):
         raise BadValue("joint", min(taken), "another name: a hidden part of the model has this one")
     for equality in spec.equalities:
-        equality.name1, equality.name2 = (new.get(name, name) for name in (equality.name1, equality.name2))
-    for joint in spec.joints:
-        joint.name = new.get(joint.name, joint.name)
-    for number, name in enumerate(box.names):
-        spec.site(f"knob-{number}").name = name
+        equality.name1, equality.name2 = (joints.get(name, name) for name in (equality.name1, equality.name2))
+    named = [(spec.joint(old), new) for old, new in joints.items()]
+    named += [(spec.site(old), new) for old, new in sites.items()]
+    for number, (part, _) in enumerate(named):
+        part.name = f"{_FREE}{number}"  # a joint of the box may itself be called joint-0 or knob-1
+    for part, name in named:
+        part.name = name
     spec.camera(EYE).name = "lockprobe"
