@@ -1,6 +1,5 @@
 """Models of boxes for tests."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from lockprobe_robot.scene.mjcf import write_mjcf
@@ -35,17 +34,7 @@ def written(folder, text=None, **parts):
 
 
 def exported(box, folder):
-    """Our own scene of a box as a user's file, and the box with the names that its joints have there."""
+    """Our own scene of a box as a user's file."""
     path = folder / f"{box.name}.xml"
     write_mjcf(box, path, labels=box.names)
-    new = {name: f"joint-{i}" for i, name in enumerate(box.names)}
-    return path, Lockbox(
-        name=box.name,
-        joints=tuple(replace(joint, name=new[joint.name]) for joint in box.joints),
-        initial=box.initial,
-        target=new[box.target],
-        interlock={
-            new[joint]: tuple({new[other]: position for other, position in clause.items()} for clause in clauses)
-            for joint, clauses in box.interlock.items()
-        },
-    )
+    return path

@@ -112,6 +112,13 @@ def test_a_command_line_parses(line):
     assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused)
 
 
+def test_the_table_of_commands_names_every_option_of_replay():
+    (row,) = re.findall(r"^\| `lockprobe replay .*$", PAGE["docs/commands.md"], re.MULTILINE)
+    command = typer.main.get_command(build(["replay"])).commands["replay"]
+    named = {name for option in command.params for name in option.opts if name.startswith("--")}
+    assert {name for name in named if f"`{name}" not in row} == {"--json", "--help"} & named
+
+
 def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
     first = PAGE["README.md"].partition("## What you get")[0]
     assert all(said in first for said in ("not published", "git clone", "240 MB", "--extra providers"))

@@ -173,10 +173,11 @@ def persons(what, designs, boxes):
 
 
 QUOTED = [
-    *(("docs/limits.md", "`human-inspired` solves {} of 300 trials (95 % interval {:.0f} to {:.0f} %) with either",
-       lambda modality=modality: told(modality)) for modality in ("symbolic", "symbolic?tell=state")),
-    ("docs/limits.md", "and it solves {} ({:.0f} to {:.0f} %). At a flip rate of 0 it solves all 300",
-     lambda: told("symbolic?tell=state", "memoryless")),
+    *(("docs/limits.md", "`human-inspired` solves `chain-4` with probability {:.3f} with either",
+       lambda modality=modality: [propagate(p=0.4, modality=modality).success])
+      for modality in ("symbolic", "symbolic?tell=state")),
+    ("docs/limits.md", "and the probability is {:.3f}. Without false reports it is {:.0f} (exact:",
+     lambda: [course(p=0.4, flip="memoryless").success, course().success]),
     ("docs/agents.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/agents.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8.",
      lambda: success("cognitive:perseverant", 0, 0.8)),

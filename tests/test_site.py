@@ -56,11 +56,21 @@ def test_the_page_on_citing_says_what_the_citation_file_says():
     cited = (ROOT / "CITATION.cff").read_text("utf-8")
     page = (ROOT / "docs" / "cite.md").read_text("utf-8")
     titles = re.findall(r'title: "(.*)"', cited)
-    assert re.findall(r"title +. \{(.*)\}", page) == titles
+    assert re.findall(r"title +. \{(.*)\}", page.replace("{LLMs}", "LLMs")) == titles
     people = re.findall(r"family-names: (\S+)\s+given-names: (\S+)", cited)
     assert f"author = {{{' and '.join(', '.join(one) for one in people)}}}" in page
-    for key in ("version", "license"):
-        assert re.search(rf"{key} += \{{(.*)\}}", page)[1] == re.search(rf"^{key}: (.*)$", cited, re.MULTILINE)[1]
+    (license_,) = re.findall(r"^license: (.*)$", cited, re.MULTILINE)
+    assert f"{{Version VERSION, {license_}}}" in page
+    assert not re.search(r"^version:", cited, re.MULTILINE)  # a checkout has no number that a file could hold
+
+
+def test_the_page_on_citing_has_the_entries_that_a_study_writes():
+    template = (ROOT / "src/lockprobe/report/templates/references.bib").read_text("utf-8")
+    (shown,) = re.findall(
+        r"^```bibtex\n(.*?)^```$", (ROOT / "docs" / "cite.md").read_text("utf-8"), re.DOTALL | re.MULTILINE
+    )
+    assert shown == template[: len(shown)]
+    assert re.findall(r"^@\w+\{(.*),$", shown, re.MULTILINE) == ["lockprobe", "zenkri-brock"]
 
 
 def test_every_public_name_and_every_command_is_in_the_reference():

@@ -1,16 +1,20 @@
 """The tutorials: their files are written, their code runs and their studies give the numbers that the pages show."""
 
 import re
+import shlex
 import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from provider_server import here
+from typed import in_process
 from typer.testing import CliRunner
 
 import lockprobe
 from lockprobe.cli import build
+from lockprobe.foundation.errors import BadValue
 from lockprobe.people.capacity import trials_for, what_each_plays
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.options.studyfile import study
@@ -97,6 +101,24 @@ def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, mo
     trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
     assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
     assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
+
+
+def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (facts,) = blocks("tutorial-model.md", "toml")
+    (tmp_path / "facts.toml").write_text(facts, "utf-8")
+    (own,) = [block for block in blocks("tutorial-model.md", "sh") if "BASE_URL" in block]
+    typed = re.fullmatch(r"export LAB_BASE_URL=\S+/v1 LAB_API_KEY=(\w+)\nuv run lockprobe (.*)\n", own)
+    words = [*shlex.split(typed[2]), "--no-report"]
+    with here() as server:
+        monkeypatch.setenv("LAB_BASE_URL", server.url)
+        monkeypatch.setenv("LAB_API_KEY", typed[1])
+        with pytest.raises(BadValue, match="expected no budget with llm:openai-api/lab/qwen, whose price is not known"):
+            in_process(*words, "--budget", "1")
+        assert in_process(*words).exit_code == 0
+        monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")
+        assert in_process(*words, "--budget", "1", "--out", "again").exit_code == 0
+    assert [len(lockprobe.load(tmp_path / name)) for name in ("own-pilot", "again")] == [4, 4]
 
 
 def test_forty_people_have_places():

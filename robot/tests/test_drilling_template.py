@@ -55,13 +55,13 @@ def test_dimensions_on_paper_are_those_of_the_model(name, tmp_path):
     middle = (low + high) / 2
     data = mujoco.MjData(model)
     turned = model.body("panel").id
-    for number in range(len(panel.mounted_joints)):
-        joint = model.joint(f"joint-{number}")
+    for number, own in enumerate(box(name).names):
+        joint = model.joint(own)
         ends = []
         for position in joint.range:
             data.qpos[joint.qposadr] = position
             mujoco.mj_kinematics(model, data)
-            knob = data.site(f"knob-{number}").xpos - data.xpos[turned]
+            knob = data.site(own).xpos - data.xpos[turned]
             ends.append(middle + 1000 * (data.xmat[turned].reshape(3, 3).T @ knob)[:2])
         for end, position in zip(ends, ("closed", "open"), strict=True):
             np.testing.assert_allclose(np.mean(bounds(drawn[f"handle-{number}-{position}"]), axis=0), end, atol=0.02)

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -54,11 +55,42 @@ def test_a_model_that_obeys_its_rules(folder):
     assert [line.split() for line in lines[3:7]] == [
         ["joint", "moved", "held", "differs"], ["door", "1", "2", "0"], ["bar", "2", "1", "0"], ["pin", "2", "1", "0"],
     ]  # fmt: skip
+    assert lines[-3] == "the arm was not tried: lockprobe box check own_box.toml 'twin?model=own_box.xml&arm=yes'"
     assert lines[-2].startswith("picture: own_box-check.png (camera 'lockprobe', ")
     assert lines[-1] == "the camera sees every joint"
     picture = from_png((folder / "own_box-check.png").read_bytes())
     assert picture.shape == (480, 640, 3)
     assert (picture == 255).all(2).sum() > 300  # the names of the joints
+
+
+def test_an_arm_that_cannot_hold_the_handles(folder):
+    rewrite(folder / "own_box.xml", 'size="0.015 0.02"', 'size="0.015 0.02" contype="0" conaffinity="0"')
+    done = ask("own_box.toml", "twin?model=own_box.xml&arm=yes&width=160&height=120")
+    said = done.stdout.splitlines()
+    assert done.exit_code == 1
+    assert said[1].endswith("all as the rules say")
+    assert "the arm: 3 drags in 1 configuration, 3 not as the rules say" in said
+    assert sum(" was dragged: the model held it, and the arm judged 'moved' at " in line for line in said) == 3
+    assert (
+        "what the arm needs: its hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
+        in said
+    )
+    assert not any(line.startswith(("change line", "add to")) for line in said)
+
+
+def test_what_the_arm_did(folder, monkeypatch):
+    start = read_box(folder / "own_box.toml").initial
+    held = Push(configuration=start, joint=0, allowed=False, moved=False)
+    faked(monkeypatch, [held], dragged=(held, held))
+    done = ask("own_box.toml", "own_box.xml")
+    assert done.exit_code == 0
+    assert "\nthe arm: 2 drags in 1 configuration, all as the rules say\n" in done.stdout
+    assert "not tried" not in done.stdout
+    faked(monkeypatch, [held], dragged=(replace(held, disagreement="it slipped"),))
+    done = ask("own_box.toml", "own_box.xml", "--json")
+    found = json.loads(done.stdout)
+    assert (done.exit_code, found["holds"], found["differ"], found["arm"]["pushes"]) == (1, False, [], 1)
+    assert (found["arm"]["differ"][0]["joint"], found["arm"]["differ"][0]["said"]) == ("door", "it slipped")
 
 
 def test_the_line_that_is_printed_makes_rules_and_model_agree(folder):
@@ -104,10 +136,12 @@ def test_as_json(folder):
     assert (found["not_reached"], found["out_of_view"], found["picture"]) == (["010"], {}, "own_box-check.png")
     (wrong,) = found["differ"]
     assert (wrong["configuration"], wrong["joint"], wrong["allowed"], wrong["moved"]) == ("011", "pin", True, False)
+    assert found["arm"] is None
 
 
 def faked(monkeypatch, pushes, **found):
-    check = ModelCheck(model=OWN, pushes=tuple(pushes), out_of_view={}, picture=b"", view="", renderer="none", **found)
+    none = {"dragged": None, "with_arm": "twin?arm=yes", "handle": "", "out_of_view": {}, "picture": b"", "view": ""}
+    check = ModelCheck(model=OWN, pushes=tuple(pushes), renderer="none", **{**none, **found})
     monkeypatch.setattr(box_check, "robot_tool", lambda name, what: lambda box, model: check)
 
 

@@ -100,10 +100,10 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
         return _of_a_user(spec.appending("digest", read_model(Path(settings.model), settings.folder).digest))
 
-    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel
 
-        return UserModel(box, labels=labels, settings=settings, rng=rng)
+        return UserModel(box, labels=labels, settings=settings, rng=rng, film=film)
 
     def check(box: Lockbox) -> None:
         _check_renderer(settings)
@@ -111,7 +111,9 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
         check_model(box, settings)
 
-    return replace(_pictured(spec, settings, make), check=check, has_arm=settings.arm)
+    return replace(
+        _pictured(spec, settings, make), check=check, has_arm=settings.arm, make_filmed=make if settings.arm else None
+    )
 
 
 def manual(spec: Spec) -> PlantSource:

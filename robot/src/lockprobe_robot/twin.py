@@ -6,13 +6,14 @@ holds the measurements and the verdict of the arm's guarded move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe_robot.arm.hand import add_hand
@@ -20,6 +21,7 @@ from lockprobe_robot.arm.panda import add_panda
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from lockprobe_robot.arm.skin import find_skin, wear_skin
 from lockprobe_robot.fast_twin import SimulatedLockbox
+from lockprobe_robot.filming import Filming
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.scene.panel import PanelLayout
 from lockprobe_robot.scene.scene import build_scene
@@ -29,9 +31,6 @@ __all__ = ["Twin"]
 
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
-
-_FILM_EVERY = 1 / 25
-"""Seconds between frames of a film."""
 
 
 class Twin(SimulatedLockbox):
@@ -61,7 +60,7 @@ class Twin(SimulatedLockbox):
         labels: tuple[str, ...],
         settings: TwinSettings,
         rng: np.random.Generator,
-        film: Callable[[mujoco.MjModel, mujoco.MjData], None] | None = None,
+        film: FilmHook | None = None,
     ) -> None:
         scene = build_scene(box, labels=labels, settings=settings, rng=rng)
         # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
@@ -71,15 +70,14 @@ class Twin(SimulatedLockbox):
         if skin is not None:
             wear_skin(scene.spec, skin)
         super().__init__(scene, settings, noise)
-        self._box, self._settings, self._panel, self._film = box, settings, scene.panel, film
-        self._next_film = 0.0
+        self._box, self._settings, self._panel = box, settings, scene.panel
         self._arm = SimulatedArm(
             self._model,
             self._data,
             force_noise=settings.force_noise,
             rng=self._force,
             before_step=self._mechanism.before_step,
-            after_step=self._filmed,
+            after_step=Filming(film, self._model, self._data),
         )
         self._move = GuardedMove()
         self._refuse_out_of_reach()
@@ -142,11 +140,6 @@ class Twin(SimulatedLockbox):
         self._arm.wait()
         while not self._mechanism.resting() and self._data.time < deadline:
             self._arm.wait()
-
-    def _filmed(self) -> None:
-        if self._film is not None and self._data.time >= self._next_film:
-            self._next_film += _FILM_EVERY
-            self._film(self._model, self._data)
 
     def _believed_path(self, joint: int, position: bool) -> HandlePath:
         """The handle's path with a random pose error in the panel's plane."""

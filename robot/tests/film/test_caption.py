@@ -36,7 +36,7 @@ def test_a_claim_and_a_verdict_that_are_wrong_are_marked():
     assert outcome_lines(trial, 0)[2] == CaptionLine("the agent then says moved", alarming=True)
     robot = replace(trial.steps[0], sensed={"verdict": "moved", "peak_force": 3.0})
     seen = outcome_lines(replace(trial, steps=(robot, trial.steps[1])), 0)
-    assert seen[1] == CaptionLine("truth blocked, told blocked, robot says moved", alarming=True)
+    assert seen[1] == CaptionLine("truth blocked, told blocked, robot says moved at 3 N", alarming=True)
     shown = replace(trial.steps[0], pictures={"rgb": f"{'0' * 20}.png"})
     assert outcome_lines(replace(trial, steps=(shown,)), 0)[1] == CaptionLine("truth blocked")
     false = replace(shown, told_moved=True)

@@ -13,32 +13,21 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.plants.catalogue import resolve_plant
 
 DOWN = np.array([0.0, 0.0, -1.0])
-SOLID = 'contype="1" conaffinity="0"'
+SIZE = 'size="0.015 0.02"'
 
 
-def with_handles(folder, name="chain-3", arm=""):
-    """Our own scene of a box as a user's model, with sites at the handles."""
-    path, same = exported(box(name), folder)
-    text = path.read_text("utf-8").replace("<worldbody>", f"<worldbody>{arm}", 1)
-    for joint in range(len(same.names)):
-        text = text.replace(f'site name="knob-{joint}"', f'site name="joint-{joint}"')
-    path.write_text(text, "utf-8")
-    return path, same
+def our_own(folder, name="chain-3", arm=""):
+    """Our own scene of a box as a user's model, with what is added to the world."""
+    path = exported(box(name), folder)
+    path.write_text(path.read_text("utf-8").replace("<worldbody>", f"<worldbody>{arm}", 1), "utf-8")
+    return path, box(name)
 
 
-def own_with_solid_handles(folder, *, aside=True):
-    """The example, with handles that a hand can hold, and room for the hand."""
+def own_with(folder, old, new):
+    """The example, changed."""
     text = OWN.read_text("utf-8")
-    for old, new in (
-        ('size="0.009 0.012" contype="0" conaffinity="0"', f'size="0.015 0.02" {SOLID}'),
-        ('0.022"/>', '0.03"/>'),
-        (' 0.034"/>', ' 0.05"/>'),
-    ):
-        assert old in text
-        text = text.replace(old, new)
-    if aside:
-        text = text.replace('"0 -0.045 0.', '"0 0.05 0.')
-    return written(folder, text)
+    assert old in text
+    return written(folder, text.replace(old, new))
 
 
 def plant(path, puzzle, **settings):
@@ -66,7 +55,7 @@ def plays_by_the_rules(physical, puzzle, attempts, seed=3):
 
 
 def test_it_drags_the_handles_of_a_model_by_the_rules(tmp_path):
-    path, puzzle = with_handles(tmp_path)
+    path, puzzle = our_own(tmp_path)
     assert check_model(puzzle, UserModelSettings(model=str(path), arm=True)) == 4
     physical = plant(path, puzzle)
     plays_by_the_rules(physical, puzzle, 8)
@@ -74,23 +63,22 @@ def test_it_drags_the_handles_of_a_model_by_the_rules(tmp_path):
     assert physical.facts["arm_base"] == "0.015 -0.000 0.011"
 
 
-def test_parts_that_lock_by_their_shapes_and_rest_by_friction_alone(tmp_path):
-    path = own_with_solid_handles(tmp_path)
-    assert check_model(own_box(), UserModelSettings(model=str(path), arm=True)) == 3
-    plays_by_the_rules(plant(path, own_box()), own_box(), 8)
+def test_parts_that_lock_by_their_shapes_and_rest_by_friction_alone():
+    assert check_model(own_box(), UserModelSettings(model=str(OWN), arm=True)) == 3
+    plays_by_the_rules(plant(OWN, own_box()), own_box(), 8)
 
 
 def test_a_site_says_where_the_base_stands(tmp_path):
-    path, puzzle = with_handles(tmp_path, arm='<site name="arm" pos="1 0.05 0" xyaxes="-1 0 0 0 -1 0"/>')
+    path, puzzle = our_own(tmp_path, arm='<site name="arm" pos="1 0.05 0" xyaxes="-1 0 0 0 -1 0"/>')
     physical = plant(path, puzzle)  # from the other side
     assert physical.facts["arm_base"] == "1.000 0.050 0.000"
     plays_by_the_rules(physical, puzzle, 4)
 
 
 def test_what_is_out_of_reach_is_one_line_with_metres(tmp_path):
-    path, puzzle = with_handles(tmp_path, arm='<site name="arm" pos="-0.6 0 0"/>')
+    path, puzzle = our_own(tmp_path, arm='<site name="arm" pos="-0.6 0 0"/>')
     said = refused(path, puzzle)
-    assert said.startswith("the arm does not reach joint-0 (0.2")
+    assert said.startswith("the arm does not reach revolute-left (0.2")
     assert said.count("m out of reach") == 3
     assert said.endswith(": its base stands at -0.600 0.000 0.000 m; a site 'arm' in the model puts it elsewhere")
 
@@ -120,8 +108,8 @@ def test_a_hand_that_cannot_point_that_way_has_no_distance(monkeypatch):
     assert Reach(DOWN).short_of(np.array([0.5, 0, 0.2])) == float("inf")
 
 
-def test_a_handle_that_the_hand_does_not_hold_is_one_line():
-    said = refused(OWN, own_box())
+def test_a_handle_that_the_hand_does_not_hold_is_one_line(tmp_path):
+    said = refused(own_with(tmp_path, SIZE, f'{SIZE} contype="0" conaffinity="0"'), own_box())
     assert said.startswith(
         "in configuration 000 (door, bar, pin), door was pushed: the model held it, and the arm judged "
     )
@@ -129,7 +117,7 @@ def test_a_handle_that_the_hand_does_not_hold_is_one_line():
 
 
 def test_handles_too_close_for_the_hand_are_one_line(tmp_path):
-    path = own_with_solid_handles(tmp_path, aside=False)
+    path = own_with(tmp_path, '"0 0.05 0.', '"0 -0.045 0.')
     assert refused(path, own_box()).startswith(
         "in configuration 001 (door, bar, pin), bar was pushed: the rules let it "
     )
@@ -164,6 +152,25 @@ def test_defaults_and_keyframes_of_the_model_stay_with_the_model(tmp_path):
 
 
 def test_a_spec_leads_to_it(tmp_path):
-    path, _ = with_handles(tmp_path)
-    assert resolve_plant(f"twin?model={path}&arm=yes").has_arm
-    assert not resolve_plant(f"twin?model={path}").has_arm
+    path, _ = our_own(tmp_path)
+    armed, bare = resolve_plant(f"twin?model={path}&arm=yes"), resolve_plant(f"twin?model={path}")
+    assert (armed.has_arm, bare.has_arm) == (True, False)
+    assert armed.make_filmed is not None
+    assert bare.make_filmed is None
+
+
+def test_a_film_sees_the_arm_25_times_a_second_through_a_camera_at_its_side(tmp_path):
+    seen = []
+    settings = UserModelSettings(model=str(OWN), arm=True)
+    filmed = UserModel(
+        own_box(), labels=own_box().names, settings=settings, rng=np.random.default_rng(0),
+        film=lambda model, data: seen.append((model, data.time, data.joint("pin").qpos[0])),
+    )  # fmt: skip
+    began = len(seen)
+    seconds = filmed.attempt(2).sensed["seconds"]
+    assert len(seen) - began == pytest.approx(25 * seconds, abs=8)
+    assert any(0.02 < way < 0.06 for _, _, way in seen)  # the handle on its way
+    model = seen[0][0]
+    assert np.linalg.norm(model.camera("oblique").pos - model.body("link0").pos) == pytest.approx(1.88, abs=0.5)
+    own = OWN.read_text("utf-8").replace("<light", '<camera name="oblique" pos="0 0 2"/><light')
+    assert plant(written(tmp_path, own), own_box())._joints.model.camera("oblique").pos[2] == 2

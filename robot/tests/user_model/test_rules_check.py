@@ -29,12 +29,11 @@ def refused(path, puzzle, **settings):
 
 @pytest.mark.parametrize("name", ["chain-3", "bichain-3", "fork", "gray-code", "common-effect-3"])
 def test_our_own_scenes_read_back_as_users_models_obey_their_rules_everywhere(tmp_path, name):
-    path, same = exported(box(name), tmp_path)
-    assert check(path, same) == difficulty(same).reachable
+    assert check(exported(box(name), tmp_path), box(name)) == difficulty(box(name)).reachable
 
 
 def test_a_rule_changed_in_either_direction_is_found(tmp_path):
-    path, same = exported(box("chain-3"), tmp_path)
+    path, same = exported(box("chain-3"), tmp_path), box("chain-3")
     target = same.target
     looser = replace(same, interlock={**same.interlock, target: ({},)})
     assert f"{target} was pushed: the rules let it move, and the model held {target}" in refused(path, looser)
@@ -98,7 +97,7 @@ def test_a_mesh_that_cannot_be_used_is_one_line_that_names_it(tmp_path, capfd):
 
 
 def test_of_many_configurations_it_tries_the_same_sample_every_time(tmp_path, monkeypatch):
-    path, same = exported(box("gray-code"), tmp_path)
+    path, same = exported(box("gray-code"), tmp_path), box("gray-code")
     monkeypatch.setattr(rules_check, "MOST_CONFIGURATIONS", 5)
     asked = []
     push = rules_check._push

@@ -74,7 +74,7 @@ def test_pictures_show_the_moment_what_is_told_and_the_labels():
 def test_heights_are_above_the_body_that_is_the_panel():
     frame = plant().observe().look()
     columns, rows = np.rint(frame.camera.project(frame.handles)[:, 0, :2]).astype(int).T
-    assert frame.camera.heights(frame.depth)[rows, columns] == pytest.approx(0.046, abs=0.002)
+    assert frame.camera.heights(frame.depth)[rows, columns] == pytest.approx(0.062, abs=0.002)
     assert frame.camera.heights(frame.depth)[20:30, 80] == pytest.approx(0.0, abs=0.002)
 
 

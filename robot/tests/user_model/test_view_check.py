@@ -42,7 +42,7 @@ def test_a_joint_behind_a_part_is_hidden_by_its_name(tmp_path):
 
 def test_a_joint_of_a_group_that_no_camera_shows_is_hidden(tmp_path):
     bare = '<geom type="box" size="0.015 0.064 0.01"/>'
-    handle = '<geom class="handle" pos="0 -0.045 0.022"/>'
+    handle = '<geom class="handle" pos="0 0.05 0.03"/>'
     found = seen(tmp_path, (bare, bare.replace("<geom", '<geom group="4"')), (handle, ""))
     assert found == {"pin": "hidden behind panel, its motion changes 0 pixels"}
 
@@ -62,3 +62,16 @@ def test_the_check_of_a_model_draws_the_names_over_what_the_camera_sees():
     assert from_png(found.picture).shape == (240, 320, 3)
     assert len(found.pushes) == 9
     assert not any(push.disagreement for push in found.pushes)
+    assert found.dragged is None
+
+
+def test_the_arm_drags_what_a_force_pushes_if_it_is_asked_for():
+    found = check_own_model(own_box(), f"twin?model={OWN}&arm=yes&renderer=rays&width=160&height=120")
+    assert [(made.configuration, made.joint, made.moved) for made in found.dragged] == [
+        (made.configuration, made.joint, made.moved) for made in found.pushes
+    ]
+
+
+def test_the_spec_that_asks_for_the_arm(tmp_path):
+    spec = f"twin?model={written(tmp_path)}&renderer=rays&width=160&height=120"
+    assert check_own_model(one_joint(), f"{spec}&arm=no").with_arm == f"{spec}&arm=yes"

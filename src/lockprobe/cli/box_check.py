@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -40,6 +41,9 @@ class ModelCheck:
     Attributes:
         model: The model's file.
         pushes: Every joint, pushed in every configuration that the model reaches before the target moves.
+        dragged: The same with the arm in place of a force; None if the arm was not asked for.
+        with_arm: The plant's spec that asks for the arm.
+        handle: What the arm can hold, in words.
         out_of_view: Joint -> why the camera does not see where it is.
         picture: A PNG file: what the camera sees, with the names of the joints.
         view: Whose view it is, in words.
@@ -48,6 +52,9 @@ class ModelCheck:
 
     model: Path
     pushes: tuple[Push, ...]
+    dragged: tuple[Push, ...] | None
+    with_arm: str
+    handle: str
     out_of_view: Mapping[str, str]
     picture: bytes
     view: str
@@ -85,8 +92,8 @@ def check(
 ) -> None:
     """Check a box file, and a MuJoCo model of the box against its rules.
 
-    Every joint is pushed in every configuration that the model reaches. Exit status 1: the model differs from the
-    rules; the lines of the file that would agree with it are printed.
+    Every joint is pushed in every configuration that the model reaches; with arm=yes the robot arm drags it as well.
+    Exit status 1: the model differs from the rules; the lines of the file that would agree with it are printed.
     """
     found = find_box(box)
     if out is not None and out.suffix != ".png":
@@ -103,7 +110,7 @@ def check(
         print(json_.dumps(_facts(box, found, seen, advice, out)))
     else:
         print("\n".join(map(printable, _lines(box, found, seen, advice, out))))
-    raise typer.Exit(1 if any(push.disagreement for push in seen.pushes) else 0)
+    raise typer.Exit(1 if any(push.disagreement for push in (*seen.pushes, *(seen.dragged or ()))) else 0)
 
 
 def _sizes(box: Lockbox) -> dict[str, object]:
@@ -137,23 +144,15 @@ def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
 
 def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path) -> Iterator[str]:
     wrong = [push for push in seen.pushes if push.disagreement]
-    tried = len({push.configuration for push in seen.pushes})
     yield _head(name, box)
-    yield (
-        f"{seen.model}: {count(len(seen.pushes), 'push', 'pushes')} in {count(tried, 'configuration')}, "
-        + (f"{len(wrong)} not as the rules say" if wrong else "all as the rules say")
-    )
+    yield f"{seen.model}: {_compared(seen.pushes, 'push', 'pushes')}"
     if missing := _not_reached(box, seen):
         yield f"not compared: {count(len(missing), 'configuration')} of the rules, which the model did not reach"
     yield ""
     yield from _table(box, seen.pushes)
     if wrong:
         yield ""
-    for push in wrong[:_PRINTED]:
-        where = f"in {bits(push.configuration)} ({', '.join(box.names)})"
-        yield f"differs {where}, {box.names[push.joint]} was pushed: {push.disagreement}"
-    if len(wrong) > _PRINTED:
-        yield f"and {len(wrong) - _PRINTED} more (--json)"
+    yield from _differences(box, wrong, "pushed")
     text = read_input(Path(name)).decode("utf-8") if Path(name).is_file() else ""
     for joint, line in advice.lines.items():
         yield f"{_place(name, text, joint)}: {line}"
@@ -161,10 +160,38 @@ def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
     if advice.fault:
         yield f"with these lines the box could not be played ({advice.fault})"
     yield ""
+    yield from _of_the_arm(name, box, seen)
     yield f"picture: {out} ({seen.view}, {seen.renderer.partition(' ')[0]})"
     yield from (f"the camera does not see {joint}: {why}" for joint, why in seen.out_of_view.items())
     if not seen.out_of_view:
         yield "the camera sees every joint"
+
+
+def _compared(pushes: Sequence[Push], one: str, many: str) -> str:
+    """How many attempts there were, and how many of them were not as the rules say."""
+    tried = len({push.configuration for push in pushes})
+    wrong = sum(bool(push.disagreement) for push in pushes)
+    found = f"{wrong} not as the rules say" if wrong else "all as the rules say"
+    return f"{count(len(pushes), one, many)} in {count(tried, 'configuration')}, {found}"
+
+
+def _differences(box: Lockbox, wrong: Sequence[Push], done: str) -> Iterator[str]:
+    for push in wrong[:_PRINTED]:
+        where = f"in {bits(push.configuration)} ({', '.join(box.names)})"
+        yield f"differs {where}, {box.names[push.joint]} was {done}: {push.disagreement}"
+    if len(wrong) > _PRINTED:
+        yield f"and {len(wrong) - _PRINTED} more (--json)"
+
+
+def _of_the_arm(name: str, box: Lockbox, seen: ModelCheck) -> Iterator[str]:
+    """What the arm did, or the command that lets it try."""
+    if seen.dragged is None:
+        yield f"the arm was not tried: lockprobe box check {quote(name)} {quote(seen.with_arm)}"
+        return
+    yield f"the arm: {_compared(seen.dragged, 'drag', 'drags')}"
+    if wrong := [push for push in seen.dragged if push.disagreement]:
+        yield from _differences(box, wrong, "dragged")
+        yield f"what the arm needs: {seen.handle}"
 
 
 def _table(box: Lockbox, pushes: Sequence[Push]) -> Iterator[str]:
@@ -200,15 +227,29 @@ def _not_reached(box: Lockbox, seen: ModelCheck) -> list[Configuration]:
 
 
 def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path) -> dict[str, object]:
-    wrong = [push for push in seen.pushes if push.disagreement]
     return {
         "box": box.name,
-        "holds": not wrong,
+        "holds": not any(push.disagreement for push in (*seen.pushes, *(seen.dragged or ()))),
         **_sizes(box),
         "model": str(seen.model),
-        "pushes": len(seen.pushes),
-        "configurations": len({push.configuration for push in seen.pushes}),
+        **_counts(box, seen.pushes),
         "not_reached": [bits(configuration) for configuration in _not_reached(box, seen)],
+        "arm": None if seen.dragged is None else _counts(box, seen.dragged),
+        "lines": dict(advice.lines),
+        "mend": list(advice.mend),
+        "fault": advice.fault or None,
+        "out_of_view": dict(seen.out_of_view),
+        "picture": str(out),
+        "view": seen.view,
+        "renderer": seen.renderer,
+    }
+
+
+def _counts(box: Lockbox, pushes: Sequence[Push]) -> dict[str, object]:
+    """How many attempts there were, and those that were not as the rules say."""
+    return {
+        "pushes": len(pushes),
+        "configurations": len({push.configuration for push in pushes}),
         "differ": [
             {
                 "configuration": bits(push.configuration),
@@ -217,13 +258,7 @@ def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
                 "moved": push.moved,
                 "said": push.disagreement,
             }
-            for push in wrong
+            for push in pushes
+            if push.disagreement
         ],
-        "lines": dict(advice.lines),
-        "mend": list(advice.mend),
-        "fault": advice.fault or None,
-        "out_of_view": dict(seen.out_of_view),
-        "picture": str(out),
-        "view": seen.view,
-        "renderer": seen.renderer,
     }

@@ -76,8 +76,9 @@ def play(
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
     try:
         trial = _played(plan, view, screen)
-    except Ended:
-        screen.say("The input ended before the trial; nothing is saved.")
+    except Ended as ended:
+        screen.say(str(ended))
+        screen.say(f"To go on, play again with --seed {seed} and one letter more than before.")
         raise typer.Exit(1) from None
     except Left:
         screen.say("Stopped; nothing is saved.")
@@ -299,7 +300,7 @@ class Person:
             key = self._keys.next()
             self._screen.say(key.strip() if key is not None else "")
             if key is None:
-                raise Ended("nothing more comes")
+                raise Ended(f"No letter came for step {len(situation.past) + 1}, and nothing is saved.")
             if key == "Q":
                 raise Left("stopped")
             if key == "?":

@@ -283,8 +283,8 @@ def cluster_bootstrap(
     """The mean of all trials with a percentile interval; whole clusters are drawn with replacement.
 
     With few clusters, such as the paper's three repetitions, the interval is too short. Its coverage for shares of 0.1
-    to 0.5, 10 trials per cluster and correlations of 0 to 0.5: 46-86 % with 3 clusters, 77-92 % with 10, 91-94 % with
-    30.
+    to 0.5, 10 trials per cluster and correlations of 0 to 0.5: 59-94 % with 3 clusters, 78-92 % with 10, 92-95 % with
+    30 (``benchmarks/repetitions.py``).
 
     Args:
         values: One number per trial, shape (trials,).

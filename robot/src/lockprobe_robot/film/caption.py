@@ -58,11 +58,13 @@ def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
 
 
 def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The caption after a step: attempt, truth, report (pictures: if false), robot's verdict, agent's next claim."""
+    """The caption after a step: attempt, truth, report (pictures: if false), robot's verdict and force, next claim."""
     step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
-    robot = f", robot says {verdict}" if verdict in ("moved", "blocked", "failed") else ""
+    force = step.sensed.get("peak_force")
+    felt = f" at {force:.0f} N" if isinstance(force, int | float) else ""
+    robot = f", robot says {verdict}{felt}" if verdict in ("moved", "blocked", "failed") else ""
     silent = step.told_moved is None or (step.pictures and not step.told_falsely)
     told = "" if silent else f", told {_word(bool(step.told_moved))}"
     false = step.told_falsely or (bool(robot) and verdict != truth)

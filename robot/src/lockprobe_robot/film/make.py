@@ -6,12 +6,19 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from lockprobe.foundation.spec import Spec
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.options.settings import read_study
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.agent_view import film_seen
 from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of
 
 __all__ = ["make_film"]
+
+_NO_MOTION = (
+    "A force pushed the model: the film shows it before and after each attempt. "
+    "With arm=yes in the plant a film shows the motion, and the force that the arm felt."
+)
 
 
 def make_film(
@@ -36,6 +43,8 @@ def make_film(
     study = read_study(directory)
     plan = plan_of(study, trial)
     film = film_trial(trial, plan, path, speed=speed, tell=tell)
+    if "model" in Spec.parse(film.plant, "plant").options and not resolve_plant(film.plant).has_arm:
+        return replace(film, note=_NO_MOTION)
     if film.plant != STAND_IN or plan.plant == STAND_IN:
         return film
     why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"

@@ -25,6 +25,7 @@ from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact, Snapshot, Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines, step_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
+from lockprobe_robot.filming import FILM_CAMERA
 from lockprobe_robot.twin_settings import RendererChoice
 
 if TYPE_CHECKING:
@@ -223,7 +224,7 @@ class _FilmRecorder:
             from lockprobe_robot.rendering.choose_renderer import open_renderer
 
             self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT, choice=self._choice)
-        return self._renderer.render(data, "oblique")[0]
+        return self._renderer.render(data, FILM_CAMERA)[0]
 
     def _add(self, picture: NDArray[np.uint8], lines: tuple[CaptionLine, ...], seconds: float) -> None:
         self._file.add(captioned(picture, lines, self._corner), seconds)

@@ -9,14 +9,18 @@ import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.atomic_file import write_files
 from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.plan import LABELS
 from lockprobe_robot.scene.mechanism import Mechanism
-from lockprobe_robot.scene.scene import build_scene
+from lockprobe_robot.scene.scene import EYE, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 __all__ = ["write_mjcf", "write_model"]
+
+_FREE = "-"
+"""How the name of no joint of a box begins."""
 
 
 def write_model(box: Lockbox, path: Path) -> None:
@@ -31,8 +35,9 @@ def write_model(box: Lockbox, path: Path) -> None:
 def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...]) -> None:
     """Write the scene of a box, and its textures as PNG files next to it: all files, or none.
 
-    Joints are called ``joint-0`` and so on in panel order. The keyframe ``initial`` is the box's initial configuration;
-    without it joints start at position 0. MJCF keeps six digits of every number.
+    Joints, and the sites on their handles, have the names of the box's joints, and the camera is ``lockprobe``, as
+    ``twin?model=FILE`` expects. The keyframe ``initial`` is the box's initial configuration; without it joints start
+    at position 0. MJCF keeps six digits of every number.
 
     Args:
         box: The box.
@@ -40,7 +45,7 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...]) -> None:
         labels: Labels of the joints, in panel order.
 
     Raises:
-        BadValue: If the box cannot be built.
+        BadValue: If the box cannot be built, or a joint has the name of a hidden part.
         BadFile: If a file cannot be written, or is no regular file.
     """
     scene = build_scene(box, labels=labels, settings=SceneSettings(), rng=np.random.default_rng(0))
@@ -60,6 +65,25 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...]) -> None:
         data = mujoco.MjData(model)
         Mechanism(model, data, scene).set_configuration(box.initial)
         spec.add_key(name="initial", qpos=data.qpos)
+        _name_as(box, spec)
         spec.compile()
         files[path] = spec.to_xml()
     write_files(files)
+
+
+def _name_as(box: Lockbox, spec: mujoco.MjSpec) -> None:
+    """Give the parts of a scene the names that a user's model has."""
+    joints = {f"joint-{number}": name for number, name in enumerate(box.names)}
+    sites = {f"knob-{number}": name for number, name in enumerate(box.names)}
+    hidden = ({joint.name for joint in spec.joints} - set(joints)) | ({site.name for site in spec.sites} - set(sites))
+    if taken := hidden.intersection(box.names):
+        raise BadValue("joint", min(taken), "another name: a hidden part of the model has this one")
+    for equality in spec.equalities:
+        equality.name1, equality.name2 = (joints.get(name, name) for name in (equality.name1, equality.name2))
+    named = [(spec.joint(old), new) for old, new in joints.items()]
+    named += [(spec.site(old), new) for old, new in sites.items()]
+    for number, (part, _) in enumerate(named):
+        part.name = f"{_FREE}{number}"  # a joint of the box may itself be called joint-0 or knob-1
+    for part, name in named:
+        part.name = name
+    spec.camera(EYE).name = "lockprobe"

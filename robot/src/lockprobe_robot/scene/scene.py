@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.filming import add_film_camera
 from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
 from lockprobe_robot.scene.appearance import Appearance, Colour, appearance_of
 from lockprobe_robot.scene.board_texture import paint_board, wood
@@ -317,18 +318,11 @@ def _cylinder(
 EYE = "rgbd"
 """Name of the plant's camera."""
 
-_FILM = "oblique"
-
 
 def _add_cameras(spec: mujoco.MjSpec, view: View) -> None:
-    """Add the plant's camera, and the camera for films, which looks at board and arm from one side."""
+    """Add the plant's camera, and the camera for films."""
     spec.worldbody.add_camera(name=EYE, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
-    eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
-    back = (eye - target) / np.linalg.norm(eye - target)
-    right = np.cross([0, 0, 1], back)
-    right /= np.linalg.norm(right)
-    axes = np.array([right, np.cross(back, right), back]).T
-    spec.worldbody.add_camera(name=_FILM, pos=eye, quat=_quaternion(axes), fovy=42.0)
+    add_film_camera(spec, np.eye(4))
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe_robot.arm.hand import TOOL, add_hand
@@ -18,6 +19,7 @@ from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
 from lockprobe_robot.arm.panda import add_panda
 from lockprobe_robot.arm.protocol import Vector
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from lockprobe_robot.filming import FILM_CAMERA, Filming, add_film_camera
 from lockprobe_robot.user_model.compiled_model import compile_model
 from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.model_joints import ModelJoints
@@ -66,7 +68,7 @@ def _base_of(bare: ModelJoints, panel: NDArray[np.float64], middle: Vector) -> N
 
 
 def _add_arm(spec: mujoco.MjSpec, base: NDArray[np.float64]) -> None:
-    """Add the arm and its hand to a parsed model, behind all that is there.
+    """Add the arm, its hand and the camera for films to a parsed model, behind all that is there.
 
     Args:
         spec: The user's model; it is changed.
@@ -78,6 +80,8 @@ def _add_arm(spec: mujoco.MjSpec, base: NDArray[np.float64]) -> None:
     turn = np.zeros(4)
     mujoco.mju_mat2Quat(turn, np.ascontiguousarray(base[:3, :3]).ravel())
     spec.attach(arm, frame=spec.worldbody.add_frame(pos=base[:3, 3], quat=turn), prefix="")
+    if spec.camera(FILM_CAMERA) is None:
+        add_film_camera(spec, base)
 
 
 class ArmOnModel:
@@ -88,6 +92,7 @@ class ArmOnModel:
         bare: The joints in the model without the arm, in the initial configuration.
         box: The box.
         panel: Pose of the board in the world, shape (4, 4).
+        film: Called 25 times per simulated second with the model and its state, which it must not change.
 
     Attributes:
         joints: The joints in the model with the arm.
@@ -97,7 +102,14 @@ class ArmOnModel:
         BadFile: If a handle is out of reach, a joint has no site at its handle, or the time step is too long.
     """
 
-    def __init__(self, file: MjcfModel, bare: ModelJoints, box: Lockbox, panel: NDArray[np.float64]) -> None:
+    def __init__(
+        self,
+        file: MjcfModel,
+        bare: ModelJoints,
+        box: Lockbox,
+        panel: NDArray[np.float64],
+        film: FilmHook | None = None,
+    ) -> None:
         if bare.model.opt.timestep > TIMESTEP:
             step = f"a time step of {bare.model.opt.timestep:g} s, expected at most {TIMESTEP:g} s with an arm"
             raise BadFile(file.path, step)
@@ -109,7 +121,8 @@ class ArmOnModel:
         self.base = _base_of(bare, panel, np.mean([path.points.mean(0) for path in paths], axis=0))
         self.joints = bare.recompiled(compile_model(file, lambda spec: _add_arm(spec, self.base)))
         self._names = box.names
-        self._arm = SimulatedArm(self.joints.model, self.joints.data, rng=np.random.default_rng(0))
+        model, data = self.joints.model, self.joints.data
+        self._arm = SimulatedArm(model, data, rng=np.random.default_rng(0), after_step=Filming(film, model, data))
         self.joints.share_with(self._arm)
         self._refuse_out_of_reach(file, paths)
 

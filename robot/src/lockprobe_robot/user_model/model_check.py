@@ -23,7 +23,7 @@ __all__ = ["check_own_model"]
 
 
 def check_own_model(box: Lockbox, model: str) -> ModelCheck:
-    """Push every joint of a model in every configuration that it reaches, and look at it.
+    """Push every joint of a model in every configuration that it reaches, with the arm too if asked, and look at it.
 
     Args:
         box: The rules.
@@ -35,15 +35,20 @@ def check_own_model(box: Lockbox, model: str) -> ModelCheck:
         Missing: If a package is missing.
     """
     require_mujoco()
-    from lockprobe_robot.user_model.compiled_model import CAMERA
+    from lockprobe_robot.user_model.compiled_model import CAMERA, without_stderr
     from lockprobe_robot.user_model.rules_check import push_everything
-    from lockprobe_robot.user_model.user_model import load_joints
+    from lockprobe_robot.user_model.user_model import HOLD, arm_before, load_joints
     from lockprobe_robot.user_model.view_check import out_of_view
 
     settings = _settings(model)
     path = Path(settings.model)
     joints = load_joints(box, settings)
     pushes = tuple(push_everything(joints, box, path))
+    dragged = None
+    if settings.arm:
+        with without_stderr():
+            before_arm, drag = arm_before(box, settings)
+            dragged = tuple(push_everything(before_arm, box, path, push=drag))
     joints.start(box.initial)
     with _looking(box, settings, box.names) as named, _looking(box, settings, ("",) * len(box.names)) as bare:
         picture, hidden = named(box.initial), out_of_view(box, joints, bare)
@@ -53,6 +58,9 @@ def check_own_model(box: Lockbox, model: str) -> ModelCheck:
     return ModelCheck(
         model=path,
         pushes=pushes,
+        dragged=dragged,
+        with_arm=str(_spec(model).without(["arm"]).adding({"arm": "yes"})),
+        handle=HOLD,
         out_of_view=hidden,
         picture=to_png(picture.rgb),
         view=view,
@@ -79,10 +87,15 @@ def _looking(
         plant.close()
 
 
-def _settings(model: str) -> UserModelSettings:
+def _spec(model: str) -> Spec:
+    """The plant's spec of a file, or of a spec."""
     if not model.startswith("twin?"):
-        return UserModelSettings(model=model)
+        return Spec("twin", options={"model": model})
     spec = Spec.parse(model, "plant")
     if "model" not in spec.options:
         raise BadValue("model", model, "an MJCF file, or 'twin?model=FILE' with options")
-    return with_options(UserModelSettings, "twin?model", spec.options)
+    return spec
+
+
+def _settings(model: str) -> UserModelSettings:
+    return with_options(UserModelSettings, "twin?model", _spec(model).options)

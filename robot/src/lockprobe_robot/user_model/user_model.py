@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.rendering.plant_camera import PlantCamera
@@ -24,7 +25,7 @@ from lockprobe_robot.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_rules
 
-__all__ = ["PANEL", "UserModel", "check_model", "load_joints"]
+__all__ = ["HOLD", "PANEL", "UserModel", "arm_before", "check_model", "load_joints"]
 
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
@@ -32,8 +33,8 @@ PANEL = "panel"
 _MOST_WITH_ARM = 8
 """Configurations in which the arm attempts every joint before a study."""
 
-_HOLD = "this was the arm, whose hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
-"""Added to what went wrong with the arm."""
+HOLD = "its hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
+"""What a handle has to be, for messages about the arm."""
 
 
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
@@ -71,6 +72,18 @@ def _check_arm(box: Lockbox, settings: UserModelSettings) -> None:
     Raises:
         BadFile: If they differ.
     """
+    joints, drag = arm_before(box, settings)
+    check_rules(joints, box, Path(settings.model), most=_MOST_WITH_ARM, push=drag, hint=f"; this was the arm: {HOLD}")
+
+
+def arm_before(box: Lockbox, settings: UserModelSettings) -> tuple[ModelJoints, Callable[[int], None]]:
+    """The joints of a model with the arm before it, and a function that lets the arm attempt one of them.
+
+    The function raises ``PlantFault`` if the arm judges otherwise than the joint moved.
+
+    Raises:
+        BadFile: If the model cannot have an arm, or a handle is out of its reach.
+    """
     file, bare = _load(box, settings)
     bare.start(box.initial)
     arm = ArmOnModel(file, bare, box, _board(bare, box).pose)
@@ -83,7 +96,7 @@ def _check_arm(box: Lockbox, settings: UserModelSettings) -> None:
             said = f"the arm judged {felt['verdict']!r} at {felt['peak_force']:.1f} N"
             raise PlantFault(f"the model {'moved' if moved else 'held'} it, and {said}")
 
-    check_rules(arm.joints, box, file.path, most=_MOST_WITH_ARM, push=drag, hint=f"; {_HOLD}")
+    return arm.joints, drag
 
 
 class UserModel:
@@ -94,6 +107,7 @@ class UserModel:
         labels: Labels of the joints, in panel order; they are drawn over pictures.
         settings: The file, the strength of a push, the camera.
         rng: The trial's random stream for the plant; the noise of depth draws from a child of it.
+        film: Called 25 times per simulated second of the arm with the model and its state, which it must not change.
 
     Raises:
         BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
@@ -101,7 +115,13 @@ class UserModel:
     """
 
     def __init__(
-        self, box: Lockbox, *, labels: tuple[str, ...], settings: UserModelSettings, rng: np.random.Generator
+        self,
+        box: Lockbox,
+        *,
+        labels: tuple[str, ...],
+        settings: UserModelSettings,
+        rng: np.random.Generator,
+        film: FilmHook | None = None,
     ) -> None:
         self._file, self._joints = _load(box, settings)
         self._joints.start(box.initial)
@@ -110,7 +130,7 @@ class UserModel:
         self._arm: ArmOnModel | None = None
         if settings.arm:
             with without_stderr():
-                self._arm = ArmOnModel(self._file, self._joints, box, self._board.pose)
+                self._arm = ArmOnModel(self._file, self._joints, box, self._board.pose, film)
             self._joints = self._arm.joints
             self._joints.start(box.initial)
         self._camera = PlantCamera(
