@@ -24,7 +24,7 @@ import time
 from pathlib import Path
 
 LONGEST = 20
-TABLE = Path(__file__).parents[1] / "src" / "lockprobe" / "analysis" / "chance_table.json"
+TABLE = Path(__file__).parents[1] / "src" / "lockprobe" / "statistics" / "loops" / "chance_table.json"
 
 REACH = {
     "uniform": ((20, 16), (6, 17), (5, 18), (4, 20)),

@@ -20,6 +20,7 @@ from lockprobe.statistics.loops.detectors import (
     score,
     share_flagged,
     threshold,
+    verdicts,
 )
 from lockprobe.statistics.loops.detectors.catalogue import (
     autocorrelation,
@@ -293,3 +294,11 @@ def test_share_of_a_conditions_trials():
     told = make_trial([0] * 3, false_at=[2])
     assert share_flagged([make_trial([0] * 3), told], [NAMED["openhands-like"]]) == {"openhands-like": 0.5}
     assert share_flagged(trials[2:]) == {}
+
+
+@pytest.mark.parametrize("detector", [one for one in DETECTORS if not one.rule], ids=lambda one: one.name)
+def test_the_table_of_thresholds_holds_what_is_calibrated(detector):
+    """Else: python scripts/make_detector_thresholds.py."""
+    assert [threshold(detector, n) for n in range(21)] == [verdicts.calibrated(detector, n, 4) for n in range(21)]
+    assert threshold(detector, 21) == verdicts.calibrated(detector, 21, 4)
+    assert len(verdicts._known()[detector.name]) == 21

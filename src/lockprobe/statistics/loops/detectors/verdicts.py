@@ -6,8 +6,10 @@ length. Rules keep the thresholds of their frameworks.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Hashable, Sequence
 from functools import cache, lru_cache
+from importlib.resources import files
 from math import ceil
 from statistics import fmean
 
@@ -18,7 +20,7 @@ from lockprobe.statistics.loops.detectors.catalogue import DETECTORS, Detector
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
 
-__all__ = ["flags", "score", "share_flagged", "threshold"]
+__all__ = ["calibrated", "flags", "score", "share_flagged", "threshold"]
 
 FALSE_POSITIVES = 0.05
 
@@ -28,10 +30,14 @@ CALIBRATION = 500
 LONGEST = 100
 """Steps that a score uses; of a longer trial it uses the beginning."""
 
+_KNOWN_ACTIONS = 4
+"""Joints of the box whose thresholds are in the table."""
 
-@cache
+
 def threshold(detector: Detector, length: int, actions: int = 4) -> float:
     """The score above which a trial of this length is flagged; 0 for a rule.
+
+    Those of usual trials come from ``thresholds.json``, made by ``scripts/make_detector_thresholds.py``.
 
     Args:
         detector: One of the detectors.
@@ -44,6 +50,21 @@ def threshold(detector: Detector, length: int, actions: int = 4) -> float:
         raise BadValue("actions", actions, "at least 2")
     if not 0 <= length <= LONGEST:
         raise BadValue("length of the trial", length, f"0 to {LONGEST} steps")
+    known = _known().get(detector.name, ()) if actions == _KNOWN_ACTIONS else ()
+    return known[length] if length < len(known) else calibrated(detector, length, actions)
+
+
+@cache
+def _known() -> dict[str, list[float]]:
+    """Score -> its thresholds on a box of four joints, by length from 0."""
+    text = files("lockprobe.statistics.loops.detectors").joinpath("thresholds.json").read_text(encoding="utf-8")
+    found: dict[str, list[float]] = json.loads(text)
+    return found
+
+
+@cache
+def calibrated(detector: Detector, length: int, actions: int) -> float:
+    """The threshold of a score, from random trials."""
     scores = sorted(detector.score(trial, ()) for trial in _random_trials(length, actions))
     return scores[ceil((1 - FALSE_POSITIVES) * CALIBRATION) - 1]
 
