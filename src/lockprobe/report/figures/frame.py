@@ -47,6 +47,7 @@ __all__ = [
     "shortened",
     "step_axis",
     "title",
+    "title_lines",
 ]
 
 EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
@@ -64,6 +65,9 @@ _BESIDE = 0.02
 
 _ROOM = 20.0
 """Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
+
+_STEPS = 5
+"""Parts of an axis of steps, at most: its ticks have two digits, and names at the right edge take some of the room."""
 
 _LEAST = 15
 """Characters that an agent keeps, however much has to be said of how it was shown the box."""
@@ -183,7 +187,7 @@ def step_axis(axes: Axes, budget: int, label: str) -> None:
     """The axes of Fig. 3: interactions up to the budget, and a share."""
     share_axis(axes, label)
     axes.set(xlim=(0, budget + BEYOND), xlabel="number of interactions")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(_STEPS, integer=True, steps=[1, 2, 5, 10]))
 
 
 def blank(axes: Axes, why: str) -> None:
@@ -195,10 +199,26 @@ def blank(axes: Axes, why: str) -> None:
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are."""
+    axes.set_title("\n".join(title_lines(*lines)), loc="left")
+
+
+def title_lines(*lines: str) -> list[str]:
+    """The lines of a title as they are set: a long one ends after a semicolon, or else between words.
+
+    >>> title_lines("n = 1200 trials per flip rate; bars: 95 % intervals", "")
+    ['n = 1200 trials per flip rate;', 'bars: 95\xa0% intervals']
+    """
     space = "\N{NO-BREAK SPACE}"
     together = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines if line]
-    wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
-    axes.set_title("\n".join(wrapped), loc="left")
+    wrapped = []
+    for line in together:
+        first, *others = re.split(r"(?<=;) ", line)
+        parts = [first]
+        for part in others:
+            joined = f"{parts[-1]} {part}"
+            parts[-1:] = [joined] if len(joined) <= _LINE else [parts[-1], part]
+        wrapped += [piece for part in parts for piece in textwrap.wrap(part, _LINE)]
+    return wrapped
 
 
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
