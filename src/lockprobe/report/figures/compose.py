@@ -75,7 +75,7 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
     if not panels:
         return {}
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    inner = {name: Bbox.union([one.bbox for _, one in own]) for name, own in panels.items()}
+    inner = {name: Bbox.union([_inner(one) for _, one in own]) for name, own in panels.items()}
     outer = {name: Bbox.union([_tight(one, renderer) for _, one in own]) for name, own in panels.items()}
     margins = np.max([np.abs(np.subtract(outer[name].extents, inner[name].extents)) for name in panels], axis=0)
     boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
@@ -85,6 +85,14 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
         name: tuple(round(points * value, 2) for value in (box.x0, height - box.y1, box.width, box.height))
         for name, box in boxes.items()
     }
+
+
+def _inner(axes: Axes) -> Bbox:
+    """What axes cover down to their horizontal axis."""
+    place, box = axes.spines["bottom"].get_position(), axes.bbox
+    across = axes.get_yaxis_transform()
+    bottom = across.transform((0.0, place[1]))[1] if place[0] == "data" else box.y0
+    return Bbox.from_extents(box.x0, bottom, box.x1, box.y1)
 
 
 def _tight(axes: Artist, renderer: Any) -> Bbox:
@@ -112,6 +120,7 @@ def sheet(
     shown: Sequence[Shown],
     *draws: Callable[[Axes, Shown], None],
     heights: Sequence[float] = (),
+    around: float = 0.0,
     note: str = "",
     columns: int = 2,
     width: float = COLUMN,
@@ -123,6 +132,7 @@ def sheet(
         shown: What a panel shows each, such as the courses of agents.
         draws: What draws on a panel's axes, from the top.
         heights: Their heights in inches, the same for all panels; or that of every row of axes.
+        around: What stands around axes is so high, in inches; the heights are then those of the axes alone.
         note: A text below all.
         columns: Panels beside each other, at most.
         width: Of a panel, in inches.
@@ -134,7 +144,7 @@ def sheet(
     ratios = [*(heights or [HEIGHT] * len(draws))]
     ratios *= bands * len(draws) // len(ratios)
     layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
-    figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
+    figure = Figure(figsize=(width * columns, sum(ratios) + around * len(ratios)), layout=layout)
     figure.set_label(CELLS if cells else "")
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
     grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed, percent
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Style
 from lockprobe.report.figures.settings import own_settings
@@ -26,6 +26,9 @@ _LONGEST = 34
 _WIDTH = 4.4
 """Of a panel, in inches."""
 
+_TITLE = 2
+"""Lines of the title of a panel."""
+
 
 @own_settings()
 def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
@@ -38,9 +41,10 @@ def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> F
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
     shown = [(found, _sorted(rows)) for rows in panels.values()]
     most = max((height(_forest(*one)) for one in shown), default=0.0)
+    sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
     if size == "column":
-        return sheet(shown, _draw, columns=1, heights=[most], width=_WIDTH) if len(shown) > 1 else None
-    return sheet(shown, _draw, heights=[most], width=_WIDTH)
+        return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
+    return sheet(shown, _draw, **sizes)
 
 
 def _share(found: Results, row: Estimate) -> Estimate | None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed
 from lockprobe.report.figures.compose import HEIGHT, sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import (
     EXACT,
     FAINT,
@@ -34,6 +34,9 @@ __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
+_TITLE = 2
+"""Lines of the titles above the curves and the areas."""
+
 _OPTIMUM: Dash = (0, (8, 3))
 """How the shortest plan is drawn."""
 
@@ -56,7 +59,8 @@ def success_curves_corrected(found: Results) -> Figure | None:
     rows = _area_rows(found)
     if all(row.found.value is None for row in rows):
         return sheet([found], _curves_corrected)
-    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT, height(rows)])
+    beside = around(_TITLE)
+    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT - beside, height(rows)], around=beside)
 
 
 @own_settings()
