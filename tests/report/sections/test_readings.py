@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, write_study
+from drawn import touching
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.report import costs as counted_by
@@ -89,9 +90,14 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
 
 
 def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):
-    success, strip = drawn(found).axes
+    figure = drawn(found)
+    success, strip = figure.axes
     assert [line.get_label() for line in success.lines if line.get_label()[0] != "_"]
-    assert len(strip.texts) == 2 * 2 * 3  # readings, outcomes and positions, rates
+    names = [text for text in strip.texts if "inverted" in text.get_text()]
+    assert [text.get_text() for text in names] == ["outcome inverted, fresh look", "outcome inverted, stays"]
+    assert len(strip.texts) - len(names) == 2 * 2 * 3  # readings, outcomes and positions, rates
+    figure.draw_without_rendering()
+    assert touching(figure) == []
 
 
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
