@@ -88,16 +88,20 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
 
 
 def _inner(axes: Axes) -> Bbox:
-    """What axes cover down to their horizontal axis."""
-    place, box = axes.spines["bottom"].get_position(), axes.bbox
-    across = axes.get_yaxis_transform()
-    bottom = across.transform((0.0, place[1]))[1] if place[0] == "data" else box.y0
-    return Bbox.from_extents(box.x0, bottom, box.x1, box.y1)
+    """What axes cover down to their horizontal axis, which may stand above their lower end."""
+    how, place = axes.spines["bottom"].get_position()
+    if how != "data":
+        return axes.bbox
+    _, bottom = axes.get_yaxis_transform().transform((0.0, place))
+    return Bbox.from_extents(axes.bbox.x0, bottom, axes.bbox.x1, axes.bbox.y1)
 
 
-def _tight(axes: Artist, renderer: Any) -> Bbox:
-    """What axes cover with all that is written about them."""
-    return Bbox(np.asarray(axes.get_tightbbox(renderer)))
+def _tight(axes: Axes, renderer: Any) -> Bbox:
+    """What axes cover with all that is written about them, down to the name of their horizontal axis."""
+    box = Bbox(np.asarray(axes.get_tightbbox(renderer)))
+    if axes.spines["bottom"].get_position()[0] == "data":
+        box.y0 = np.asarray(axes.xaxis.get_tightbbox(renderer))[0, 1]
+    return box
 
 
 @own_settings()

@@ -98,8 +98,8 @@ def _row(
 def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
     """Every condition against the control, and crossings of two interventions that stand in no grid.
 
-    A panel for each agent that has conditions to compare, those with most of them first. In a column, panels are below each other; None for a single
-    panel, which fits a column as it is.
+    A panel for each agent that has conditions to compare, those with most of them first. In a column, panels are below
+    each other; None for a single panel, which fits a column as it is.
     """
     own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
@@ -168,7 +168,8 @@ def _versus(found: Results, row: Estimate) -> str:
 def by_condition(found: Results) -> Figure | None:
     """Every two agents under each condition that is no flip rate, and the difference in what the condition changes.
 
-    A panel for each pair and quantity, a row for each condition. The agents are chosen as in :func:`side_by_side`. None if no agents are compared.
+    A panel for each pair and quantity, a row for each condition. The agents are chosen as in :func:`side_by_side`. None
+    if no agents are compared.
     """
     rates = {one.name: one.p for one in found.design.conditions}
     titles = {
@@ -186,9 +187,8 @@ def by_condition(found: Results) -> Figure | None:
         compared = grouped(pairs[:SHOWN], lambda row: _versus(found, row))
         rows = {pair: [_under(row) for row in under] for pair, under in compared.items()}
         reach = _reach([row for under in rows.values() for row in under])
-        panels += [
-            replace(_Panel.of(under, said, *pair.split("\n"), more), reach=reach) for pair, under in rows.items()
-        ]
+        made = [_Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
+        panels += [replace(panel, reach=reach) for panel in made]
     return _sheet(panels, 1)
 
 

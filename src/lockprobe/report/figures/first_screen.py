@@ -110,7 +110,7 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
 
 
 def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
-    """The agents that heed reports under the other readings of a false report, in a lighter shade, and what these are."""
+    """The agents that heed reports under the other readings of a false report, paler, with what these are."""
     looks = {(course.agent, course.modality): style for course, style in shown if not course.blind}
     for axis, options in found.readings[1:]:
         for course in found.courses(axis):

@@ -203,7 +203,7 @@ def title(axes: Axes, *lines: str) -> None:
 
 
 def title_lines(*lines: str) -> list[str]:
-    """The lines of a title as they are set: a long one ends after a semicolon, or else between words.
+    r"""The lines of a title as they are set: a long one ends after a semicolon, or else between words.
 
     >>> title_lines("n = 1200 trials per flip rate; bars: 95 % intervals", "")
     ['n = 1200 trials per flip rate;', 'bars: 95\xa0% intervals']
