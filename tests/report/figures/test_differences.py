@@ -1,8 +1,13 @@
 """Forests of differences: a row for each, the right way round, filled where it was detected; what is left out is said."""
 
+import html
+import json
+import re
+
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
+from lockprobe.report.figures import render
 from lockprobe.report.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
@@ -152,6 +157,17 @@ def test_in_a_column_agents_stand_below_each_other_and_a_single_one_needs_no_col
     assert [axes.get_subplotspec().colspan.start for axes in column.axes] == [0, 0]
     assert [axes.get_title(loc="left") for axes in column.axes] == [axes.get_title(loc="left") for axes in screen.axes]
     assert effects(found_of(found[:1]), "column") is None
+
+
+def test_the_panel_of_an_agent_with_fewer_conditions_comes_last_and_is_lower():
+    found = [difference("nudge", 0.1), *(difference(name, 0.6, agent="participant") for name in ("nudge", "lie"))]
+    figure = effects(found_of(found))
+    said = json.loads(
+        html.unescape(re.search("<dc:description>(.*)</dc:description>", render(figure, "svg").decode())[1])
+    )
+    (long, short), (_, axes) = [said["panel-0"], said["panel-1"]], figure.axes
+    assert axes.get_title(loc="left").startswith("random\n")  # the agent with most conditions comes first
+    assert short[3] == pytest.approx(long[3] - 72 * 0.385, abs=3)
 
 
 def test_without_a_comparison_there_is_nothing_to_draw():

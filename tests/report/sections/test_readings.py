@@ -8,6 +8,7 @@ from drawn import touching
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.report import costs as counted_by
+from lockprobe.report.figures.first_screen import draw_overview
 from lockprobe.report.figures.readings import readings as drawn
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
@@ -98,6 +99,15 @@ def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):
     assert len(strip.texts) - len(names) == 2 * 2 * 3  # readings, outcomes and positions, rates
     figure.draw_without_rendering()
     assert touching(figure) == []
+
+
+def test_the_first_figure_shows_every_reading_of_every_agent_that_heeds_reports(found):
+    """Of baselines too, since the answer beside it speaks of them; a blind agent has one line."""
+    players = [one.model_copy(update={"subject": False}) for one in found.design.players]
+    baselines = found.model_copy(update={"design": found.design.model_copy(update={"players": players})})
+    for shown in (found, baselines):
+        (axes,) = draw_overview(shown).axes
+        assert [text.get_text() for text in axes.texts if "lies stay" in text.get_text()] == ["…perseverant: lies stay"]
 
 
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):

@@ -19,7 +19,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.figures.palette import Dash
+from lockprobe.report.figures.palette import Dash, of_text
 from lockprobe.report.figures.settings import FAINT, INK, SMALL
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course
@@ -222,7 +222,10 @@ def title_lines(*lines: str) -> list[str]:
 
 
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
-    """Names at the right edge, each at the height where its line ends, pushed apart where they would touch."""
+    """Names at the right edge, each at the height where its line ends, pushed apart where they would touch.
+
+    They have the colours of their lines, darker where text on white has to be.
+    """
     low, high = axes.get_ylim()
     beside: dict[str, Any] = {"transform": axes.transAxes}
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
@@ -238,4 +241,4 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
         height, (_, text, colour) = base + i * gap, labels[-place]
         if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
             axes.plot([1.005, 1.04], [end, height], color=colour, linewidth=0.7, clip_on=False, **beside)
-        axes.text(1.055, height, text, color=colour, va="center", ha="left", linespacing=1.05, **beside)
+        axes.text(1.055, height, text, color=of_text(colour), va="center", ha="left", linespacing=1.05, **beside)

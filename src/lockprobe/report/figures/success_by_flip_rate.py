@@ -155,7 +155,7 @@ def _rises_and_falls(course: Course) -> str:
     """Whether success rises and then falls, by the test that is concluded from."""
     test = course.get("test", "shape")
     if test is None or test.p_value is None:
-        return "rise and fall: not tested, needs three doses"
+        return "rise and fall: not tested; needs three doses"
     return f"rise and fall, two-lines test: {p_value(test.p_value, '$P$')}"
 
 

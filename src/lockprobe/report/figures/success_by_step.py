@@ -34,6 +34,9 @@ __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
+_BRIGHTEST = 0.75
+"""Where the colours of flip rates end in a map of Matplotlib; beyond, they are too bright for lines on white."""
+
 _TITLE = 2
 """Lines of the titles above the curves and the areas."""
 
@@ -158,7 +161,7 @@ def _curves_of(axes: Axes, course: Course) -> None:
     named = doses if len(doses) <= _NAMED else [doses[0], doses[-1], *banded]
     labels: list[tuple[float, str, str]] = []
     for i, (cell, curve) in enumerate(counted):
-        colour = mpl.colors.to_hex(mpl.colormaps["viridis"](0.84 * i / max(1, len(counted) - 1)))
+        colour = mpl.colors.to_hex(mpl.colormaps["viridis"](_BRIGHTEST * i / max(1, len(counted) - 1)))
         style = Style(colour=colour, marker="")
         staircase(axes, curve.value, style)
         if cell.dose in banded:
