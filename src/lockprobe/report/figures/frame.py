@@ -18,11 +18,13 @@ from matplotlib.axis import Axis
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
+from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.figures.palette import Dash, of_text
 from lockprobe.report.figures.settings import FAINT, INK, SMALL
+from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.rows import Cell, Course
+from lockprobe.report.rows import Cell, Course, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
 
 __all__ = [
@@ -33,6 +35,7 @@ __all__ = [
     "SMALL",
     "agent_label",
     "axis_label",
+    "axis_note",
     "blank",
     "counts",
     "dose_axes",
@@ -181,6 +184,11 @@ def dose_axes(axes: Axes, course: Course, label: str) -> None:
 def axis_label(name: str) -> str:
     """What stands below the axis; a flip rate has the letter of the paper."""
     return f"{name} $p$" if name == FLIPS.name else name.replace("$", r"\$")
+
+
+def axis_note(axis: DoseAxis) -> str:
+    """What stands below a figure over flip rates whose false reports are not the usual ones."""
+    return capital(false_reports(axis.options)) if axis.of_flips and axis.options else ""
 
 
 def step_axis(axes: Axes, budget: int, label: str) -> None:

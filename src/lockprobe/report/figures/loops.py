@@ -16,6 +16,7 @@ from lockprobe.report.figures.frame import (
     FAINT,
     INK,
     agent_label,
+    axis_note,
     blank,
     counts,
     dose_axes,
@@ -101,7 +102,8 @@ def loops_with_chance(found: Results) -> Figure | None:
 @own_settings()
 def loops_by_dose(found: Results, place: int) -> Figure | None:
     """Loop rates with their chance levels over another axis of the design, by its place among them."""
-    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], _with_chance)
+    axis = found.design.axes[place]
+    return sheet([course for course in found.courses(axis) if course.played], _with_chance, note=axis_note(axis))
 
 
 def _subjects(found: Results) -> list[Course]:

@@ -1,9 +1,12 @@
-"""What a false report is: success by flip rate under each reading, above the shares of reports that were false."""
+"""What a false report is: success by flip rate under each reading, above the shares of reports that were false.
+
+The shares of a reading stand below its line and its name, and so the figure needs no legend of readings.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,7 +15,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
 from lockprobe.report.figures.palette import Dash, Marker, Style, of_agent
-from lockprobe.report.figures.primitives import by_dose, key, published, published_by_p
+from lockprobe.report.figures.primitives import by_dose, published, published_by_p
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.readings import reading_name
 from lockprobe.report.rows import Course, Results
@@ -73,9 +76,8 @@ def _panels(found: Results) -> list[_Panel]:
 
 
 def _success(axes: Axes, panel: _Panel) -> None:
-    for words, style, course in panel.own:
+    for _, style, course in panel.own:
         by_dose(axes, course.played, "success", style, linestyle=style.dash)
-        key(axes, replace(style, colour=INK), words)
     cells = [cell for _, _, course in panel.own for cell in course.played]
     if panel.first.subject:
         published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
