@@ -1,13 +1,9 @@
 """Forests of differences: a row for each, the right way round, filled where it was detected; what is left out is said."""
 
-import html
-import json
-import re
-
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
+from drawn import places
 
-from lockprobe.report.figures import render
 from lockprobe.report.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
@@ -162,12 +158,9 @@ def test_in_a_column_agents_stand_below_each_other_and_a_single_one_needs_no_col
 def test_the_panel_of_an_agent_with_fewer_conditions_comes_last_and_is_lower():
     found = [difference("nudge", 0.1), *(difference(name, 0.6, agent="participant") for name in ("nudge", "lie"))]
     figure = effects(found_of(found))
-    said = json.loads(
-        html.unescape(re.search("<dc:description>(.*)</dc:description>", render(figure, "svg").decode())[1])
-    )
-    (long, short), (_, axes) = [said["panel-0"], said["panel-1"]], figure.axes
+    panels, (_, axes) = places(figure), figure.axes
     assert axes.get_title(loc="left").startswith("random\n")  # the agent with most conditions comes first
-    assert short[3] == pytest.approx(long[3] - 72 * 0.385, abs=3)
+    assert panels["panel-1"][3] == pytest.approx(panels["panel-0"][3] - 72 * 0.385, abs=3)
 
 
 def test_without_a_comparison_there_is_nothing_to_draw():

@@ -75,8 +75,8 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
     if not panels:
         return {}
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    inner = {name: Bbox.union([_inner(one) for _, one in own]) for name, own in panels.items()}
-    outer = {name: Bbox.union([_tight(one, renderer) for _, one in own]) for name, own in panels.items()}
+    inner = {name: Bbox.union([_inner(one, renderer) for _, one in own]) for name, own in panels.items()}
+    outer = {name: Bbox.union([_outer(one, renderer) for _, one in own]) for name, own in panels.items()}
     margins = np.max([np.abs(np.subtract(outer[name].extents, inner[name].extents)) for name in panels], axis=0)
     boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
     boxes |= {name: artist.get_window_extent(renderer) for name, artist in named if not isinstance(artist, Axes)}
@@ -87,20 +87,21 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
     }
 
 
-def _inner(axes: Axes) -> Bbox:
-    """What axes cover down to their horizontal axis, which may stand above their lower end."""
-    how, place = axes.spines["bottom"].get_position()
-    if how != "data":
-        return axes.bbox
-    _, bottom = axes.get_yaxis_transform().transform((0.0, place))
+def _inner(axes: Axes, renderer: Any) -> Bbox:
+    """What axes cover, down to their horizontal axis where that stands above their lower end, or to a text without."""
+    bottom, stands = axes.bbox.y0, axes.spines["bottom"].get_position()
+    if not axes.axison:
+        bottom = min((text.get_window_extent(renderer).y0 for text in axes.texts), default=bottom)
+    elif stands[0] == "data":
+        _, bottom = axes.get_yaxis_transform().transform((0.0, float(stands[1])))
     return Bbox.from_extents(axes.bbox.x0, bottom, axes.bbox.x1, axes.bbox.y1)
 
 
-def _tight(axes: Axes, renderer: Any) -> Bbox:
-    """What axes cover with all that is written about them, down to the name of their horizontal axis."""
-    box = Bbox(np.asarray(axes.get_tightbbox(renderer)))
-    if axes.spines["bottom"].get_position()[0] == "data":
-        box.y0 = np.asarray(axes.xaxis.get_tightbbox(renderer))[0, 1]
+def _outer(axes: Axes, renderer: Any) -> Bbox:
+    """The same with all that is written about them."""
+    box, inner = Bbox(np.asarray(axes.get_tightbbox(renderer))), _inner(axes, renderer)
+    if inner.y0 > axes.bbox.y0:
+        box.y0 = np.asarray(axes.xaxis.get_tightbbox(renderer))[0, 1] if axes.axison else inner.y0
     return box
 
 

@@ -202,7 +202,7 @@ def blank(axes: Axes, why: str) -> None:
     """Axes that have nothing to show, and why."""
     axes.set_axis_off()
     text = "\n".join(textwrap.wrap(why, _LINE - 8))
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=FAINT)
+    axes.text(0.5, 0.95, text, transform=axes.transAxes, ha="center", va="top", color=FAINT)
 
 
 def title(axes: Axes, *lines: str) -> None:

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from itertools import pairwise, product
-from operator import mul
 from typing import Any
 
 import matplotlib as mpl
@@ -204,7 +203,7 @@ def of_text(colour: str) -> str:
 def _contrast(colour: str) -> float:
     """Contrast to white."""
     linear = [part / 12.92 if part <= 0.04 else ((part + 0.055) / 1.055) ** 2.4 for part in mpl.colors.to_rgb(colour)]
-    return 1.05 / (0.05 + sum(map(mul, (0.2126, 0.7152, 0.0722), linear)))
+    return 1.05 / (0.05 + 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
 
 
 def shifts(courses: Sequence[Course]) -> dict[tuple[str, str], float]:
