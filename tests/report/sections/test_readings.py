@@ -115,6 +115,15 @@ def test_the_first_figure_shows_every_reading_of_every_agent_that_heeds_reports(
         assert [text.get_text() for text in axes.texts if "lies stay" in text.get_text()] == ["…perseverant: lies stay"]
 
 
+def test_one_reading_in_two_modalities_is_drawn_once(found):
+    """The flip rates of another modality are no other reading."""
+    (first, usual), *others = found.readings
+    alike = found.model_copy()
+    alike.__dict__["readings"] = ((first, usual), *((axis, usual) for axis, _ in others))
+    (axes,) = draw_overview(alike).axes
+    assert not [text.get_text() for text in axes.texts if ": " in text.get_text()]
+
+
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     planned = study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1)
     found = results(write_study(tmp_path / "study", planned))

@@ -112,8 +112,9 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
 def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
     """The agents that heed reports under the other readings of a false report, paler, with what these are."""
     looks = {(course.agent, course.modality): style for course, style in shown if not course.blind}
-    for axis, options in found.readings[1:]:
-        for course in found.courses(axis):
+    usual = found.readings[0][1] if found.readings else ""
+    for axis, options in found.readings:
+        for course in found.courses(axis) if options != usual else ():
             own = (course.agent, course.modality)
             if own in looks and len(course.played) > 1:
                 style = of_agent(course, replace(looks[own], dash=_OTHER, lead=False), _LIGHTER)
