@@ -23,8 +23,8 @@ __all__ = ["factorial"]
 _LONGEST = 34
 """Characters of the agent's name."""
 
-_WIDTH = 4.4
-"""Of a panel, in inches."""
+_WIDTH, _WIDE = 4.4, 4.0
+"""Of a panel, and above a bar in it, in inches."""
 
 _TITLE = 2
 """Lines of the title of a panel."""
@@ -40,7 +40,7 @@ def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> F
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
     shown = [(found, _sorted(rows)) for rows in panels.values()]
-    most = max((height(_forest(*one)) for one in shown), default=0.0)
+    most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
     sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
     if size == "column":
         return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
@@ -69,7 +69,7 @@ def _draw(axes: Axes, panel: tuple[Results, list[Estimate]]) -> None:
     found, rows = panel
     change_ticks(axes.xaxis, rows)
     ticks = axes.get_xticks(), [tick.get_text() for tick in axes.get_xticklabels()]
-    forest(axes, _forest(found, rows), axes.get_xlim(), levels=[(0.0, INK, "-")])
+    forest(axes, _forest(found, rows), axes.get_xlim(), levels=[(0.0, INK, "-")], wide=_WIDE)
     axes.set_xticks(*ticks)
     axes.set_xlabel(f"change of {rows[0].of}, points; share of variance")
     first = rows[0]

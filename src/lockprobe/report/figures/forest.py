@@ -12,6 +12,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 from matplotlib.transforms import ScaledTranslation
 
+from lockprobe.report.figures.compose import COLUMN
 from lockprobe.report.figures.frame import FAINT, INK, SMALL
 from lockprobe.report.figures.palette import Dash, Style
 from lockprobe.report.figures.primitives import Interval, estimates
@@ -24,8 +25,8 @@ _BAR, _LINE, _APART = 0.16, 0.165, 0.06
 _DESCENT = 0.03
 """How far letters reach below their line, in inches."""
 
-_ROOM, _BETWEEN = 2.8, 0.12
-"""Width above a bar, and at least so much between name and numbers, in inches."""
+_ROOM, _BETWEEN = COLUMN - 0.45, 0.12
+"""Width above a bar in a panel of a column, and at least so much between name and numbers, in inches."""
 
 _AXIS, _TITLE = 0.58, 0.145
 """Height of the named axis below the rows, and of a line of the title above them, in inches."""
@@ -51,9 +52,9 @@ class ForestRow:
     style: Style
 
 
-def height(rows: Sequence[ForestRow]) -> float:
-    """How high axes with these rows are, in inches."""
-    return sum(map(_row, rows))
+def height(rows: Sequence[ForestRow], wide: float = _ROOM) -> float:
+    """How high axes with these rows are, with so much width above their bars, in inches."""
+    return sum(_row(row, wide) for row in rows)
 
 
 def around(lines: int) -> float:
@@ -61,14 +62,14 @@ def around(lines: int) -> float:
     return _AXIS + _TITLE * lines
 
 
-def _row(row: ForestRow) -> float:
-    return _APART + _LINE * _lines(row) + _BAR
+def _row(row: ForestRow, wide: float) -> float:
+    return _APART + _LINE * _lines(row, wide) + _BAR
 
 
-def _lines(row: ForestRow) -> int:
+def _lines(row: ForestRow, wide: float) -> int:
     """Lines above a bar: the name's, and one more where there is no room for the numbers."""
     names = row.name.split("\n")
-    return len(names) + (_width(names[-1]) + _BETWEEN + _width(row.said) > _ROOM)
+    return len(names) + (_width(names[-1]) + _BETWEEN + _width(row.said) > wide)
 
 
 @lru_cache(1024)
@@ -87,6 +88,7 @@ def forest(
     left: float = 0.0,
     levels: Sequence[tuple[float, str, Dash]] = (),
     room: float = 0.0,
+    wide: float = _ROOM,
 ) -> list[float]:
     """Draw the rows, the first on top, and their axis below the last. An estimate outside the limits is an arrow.
 
@@ -97,15 +99,16 @@ def forest(
         left: Where names begin, in widths of the axes; below 0 they begin left of them.
         levels: Values to compare with, each with colour and dash: upright lines that stop where text stands.
         room: Height of the axes in inches, where they are as high as others with more rows.
+        wide: Width above a bar, in inches.
 
     Returns:
         The height of each mark, in inches from the top.
     """
-    ends = list(accumulate(map(_row, rows)))
+    ends = list(accumulate(_row(row, wide) for row in rows))
     places = [end - _BAR / 2 for end in ends]
     for place, row in zip(places, rows, strict=True):
         _draw(axes, place, row, limits)
-        _write(axes, place, row, left)
+        _write(axes, place, row, left, wide)
     for place, (value, colour, dash) in product(places, levels):
         upright = [place - 0.4 * _BAR, place + 0.5 * _BAR]
         axes.plot([value, value], upright, color=colour, linestyle=dash, linewidth=0.9, zorder=1)
@@ -130,13 +133,12 @@ def _draw(axes: Axes, place: float, row: ForestRow, limits: tuple[float, float])
         axes.plot(edge, place, **style.line | {"marker": marker, "markersize": 4.8, "clip_on": False})
 
 
-def _write(axes: Axes, place: float, row: ForestRow, left: float) -> None:
+def _write(axes: Axes, place: float, row: ForestRow, left: float, wide: float) -> None:
     """The name of a row on its left, and its numbers on its right, both above its bar at a distance of print."""
-    above = _LINE * (_lines(row) - row.name.count("\n") - 1)
-    for x, text, side, colour, more in (
-        (left, row.name, "left", INK, above),
-        (1.0, row.said, "right", INK if row.style.lead else FAINT, 0.0),
-    ):
-        up = ScaledTranslation(0.0, 0.5 * _BAR + _DESCENT + more, axes.figure.dpi_scale_trans)
+    above = range(_lines(row, wide))[::-1]
+    texts = [(left, name, "left", INK, lines) for name, lines in zip(row.name.split("\n"), above, strict=False)]
+    texts.append((1.0, row.said, "right", INK if row.style.lead else FAINT, 0))
+    for x, text, side, colour, lines in texts:
+        up = ScaledTranslation(0.0, 0.5 * _BAR + _DESCENT + _LINE * lines, axes.figure.dpi_scale_trans)
         across = axes.get_yaxis_transform() + up
-        axes.text(x, place, text, transform=across, ha=side, va="baseline", color=colour, linespacing=1.1, zorder=2)
+        axes.text(x, place, text, transform=across, ha=side, va="baseline", color=colour, zorder=2)

@@ -34,6 +34,9 @@ __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
+_WIDE = 2.8
+"""Width above the bars of areas, which stand below the curves, in inches."""
+
 _BRIGHTEST = 0.75
 """Where the colours of flip rates end in a map of Matplotlib; beyond, they are too bright for lines on white."""
 
@@ -63,7 +66,7 @@ def success_curves_corrected(found: Results) -> Figure | None:
     if all(row.found.value is None for row in rows):
         return sheet([found], _curves_corrected)
     beside = around(_TITLE)
-    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT - beside, height(rows)], around=beside)
+    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT - beside, height(rows, _WIDE)], around=beside)
 
 
 @own_settings()
@@ -143,7 +146,7 @@ def _areas(axes: Axes, found: Results) -> None:
     rows = _area_rows(found)
     ends = [0.0, 1.0, *(end for row in rows for end in (row.found.low, row.found.high) if end is not None)]
     levels = ((0.0, FAINT, ":"), (1.0, INK, _OPTIMUM))
-    forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels)
+    forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels, wide=_WIDE)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
     title(axes, "area under the curve; bars: 95 % intervals")
 
