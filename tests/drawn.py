@@ -1,10 +1,15 @@
 """Agents to draw, and what stands on axes, read back."""
 
+import html
+import json
+import re
 from importlib import import_module
+from itertools import combinations
 
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 
+from lockprobe.report.figures import render
 from lockprobe.report.rows import Course, Player
 from lockprobe.report.sections import own_sections
 from lockprobe.trial.record import STATES
@@ -69,6 +74,30 @@ def texts(axes):
         ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
         found += [axis.label, *(tick.label1 for tick in ticks)]
     return found
+
+
+def written(figure):
+    """Every text that is to be read, and where it stands in pixels."""
+    found = [figure._supxlabel] if figure._supxlabel else []
+    found += [text for legend in figure.legends for text in legend.get_texts()]
+    found += [text for axes in figure.axes if axes.get_visible() for text in texts(axes)]
+    return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
+
+
+def touching(figure):
+    """The texts of a figure that touch another one, in pairs; the figure has to be laid out."""
+    return [
+        (one.get_text(), other.get_text())
+        for (one, first), (other, second) in combinations(written(figure), 2)
+        if min(first.x1, second.x1) - max(first.x0, second.x0) > 1.5
+        and min(first.y1, second.y1) - max(first.y0, second.y0) > 1.5
+    ]
+
+
+def places(figure):
+    """Where a page cuts the panels of a figure: left, top, width and height in points."""
+    said = re.search("<dc:description>(.*)</dc:description>", render(figure, "svg").decode())[1]
+    return json.loads(html.unescape(said))
 
 
 def course(agent, modality=STATES, *, found=None, cells=(), **player):

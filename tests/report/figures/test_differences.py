@@ -2,6 +2,7 @@
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
+from drawn import places
 
 from lockprobe.report.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
@@ -49,7 +50,7 @@ def test_every_pair_has_a_row_with_its_difference(results):
     axes, _ = side_by_side(results(models(a=(18, 20), b=(2, 0), c=(2, 1)))).axes
     assert [mark.get_xdata()[0] for mark in marks(axes)] == pytest.approx([0.9, 0.875, -0.025])
     assert [filled(mark) for mark in marks(axes)] == [True, True, False]
-    assert any("llm:a\n\N{MINUS SIGN} llm:b" in text.get_text() for text in axes.texts)
+    assert [text.get_text() for text in axes.texts[:2]] == ["llm:a", "\N{MINUS SIGN} llm:b"]
 
 
 def test_changes_are_those_from_the_lowest_p(results):
@@ -152,6 +153,14 @@ def test_in_a_column_agents_stand_below_each_other_and_a_single_one_needs_no_col
     assert [axes.get_subplotspec().colspan.start for axes in column.axes] == [0, 0]
     assert [axes.get_title(loc="left") for axes in column.axes] == [axes.get_title(loc="left") for axes in screen.axes]
     assert effects(found_of(found[:1]), "column") is None
+
+
+def test_the_panel_of_an_agent_with_fewer_conditions_comes_last_and_is_lower():
+    found = [difference("nudge", 0.1), *(difference(name, 0.6, agent="participant") for name in ("nudge", "lie"))]
+    figure = effects(found_of(found))
+    panels, (_, axes) = places(figure), figure.axes
+    assert axes.get_title(loc="left").startswith("random\n")  # the agent with most conditions comes first
+    assert panels["panel-1"][3] == pytest.approx(panels["panel-0"][3] - 72 * 0.385, abs=3)
 
 
 def test_without_a_comparison_there_is_nothing_to_draw():

@@ -4,10 +4,11 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from drawn import course
+from drawn import course, touching
+from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import p_value
-from lockprobe.report.figures.frame import agent_label, counts, label_right, p_axis
+from lockprobe.report.figures.frame import agent_label, counts, label_right, p_axis, step_axis
 
 
 @pytest.mark.parametrize(
@@ -52,6 +53,17 @@ def test_every_p_has_a_tick_and_names_only_where_they_fit(axes, model):
     p_axis(axes, [replace(model.cells[0], dose=p) for p in values])
     assert tuple(axes.get_xticks()) == values
     assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "", "", "0.5", "1"]
+
+
+def test_numbers_of_steps_are_apart_whatever_the_budget():
+    """On the narrowest axes that a figure has: two panels in a row, with names at the right edge."""
+    for budget in (*range(1, 31), 40, 60, 99, 100):
+        figure = Figure(figsize=(2.4, 2.0))
+        axes = figure.add_axes((0.3, 0.2, 0.65, 0.7))
+        step_axis(axes, budget, "")
+        figure.draw_without_rendering()
+        assert len(axes.get_xticks()) > 1
+        assert touching(figure) == [], budget
 
 
 def test_labels_at_the_right_are_apart_and_in_order(axes):

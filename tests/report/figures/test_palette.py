@@ -2,10 +2,13 @@
 
 from itertools import combinations
 
+import numpy as np
+import pytest
 from drawn import course
+from matplotlib.colors import to_rgb
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS
-from lockprobe.report.figures.palette import shifts, styles
+from lockprobe.report.figures.palette import SUBJECTS, of_text, shifts, styles
 
 NAMED = ["participant", "llm:local", "human-inspired", "random", "llm:openai/gpt-4o"]
 COGNITIVE = [f"cognitive:{name}" for name in (*CHARACTERS, *MODELS)]
@@ -82,3 +85,14 @@ def test_bars_of_agents_are_moved_apart(studies):
     assert len(set(moved)) == len(moved) == 6
     assert moved[0] == 0
     assert max(map(abs, moved)) < 0.05
+
+
+@pytest.mark.parametrize("colour", [*SUBJECTS, "#ffffff", "#95d840", "#e69f57", "#000000"])
+def test_text_in_a_colour_is_dark_enough_on_white_and_not_darker_than_it_has_to_be(colour):
+    def contrast(of):
+        parts = [part / 12.92 if part <= 0.04 else ((part + 0.055) / 1.055) ** 2.4 for part in to_rgb(of)]
+        return 1.05 / (0.05 + np.dot([0.2126, 0.7152, 0.0722], parts))
+
+    found = of_text(colour)
+    assert contrast(found) >= 4.5
+    assert found == colour or contrast(found) < 5.2

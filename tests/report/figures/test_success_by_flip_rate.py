@@ -120,7 +120,7 @@ def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axe
     course = next(course for course in studies["few people"].courses() if not course.blind)
     assert len(course.where("best_dose_probability")) == 2
     draw_success_by_dose(axes, course)
-    assert title(axes).endswith("rise and fall: not tested, needs three doses")
+    assert title(axes).endswith("rise and fall: not tested; needs three doses")
 
 
 def test_what_is_not_there_is_not_drawn(axes, studies):

@@ -75,8 +75,9 @@ def test_without_references_there_are_curves_alone(typical):
 def test_areas_between_chance_and_the_shortest_plan(typical):
     _, axes = success_curves_corrected(typical).axes
     found = [course.cells[0].get("relative_area") for course in typical.courses()]
-    expected = [(i, *map(pytest.approx, (one.value, one.low, one.high))) for i, one in enumerate(found)]
-    assert bars(axes, across=True) == expected
+    places, *numbers = zip(*bars(axes, across=True), strict=True)
+    assert numbers == [pytest.approx([getattr(one, end) for one in found]) for end in ("value", "low", "high")]
+    assert sorted(places) == list(places)
     assert [x.tolist() for x, _ in lines(axes)[4:]] == [[0, 0], [1, 1]] * 4
     assert [text.get_text() for text in axes.texts][::2] == [course.agent for course in typical.courses()]
     assert f"{found[0].value:.2f} [" in axes.texts[1].get_text()

@@ -74,3 +74,14 @@ def test_every_difference_has_a_mark_with_its_name_and_zero_in_the_middle_of_the
 
 def test_a_study_of_other_conditions_has_no_such_figure():
     assert why(Results.model_construct(rows=[])) is None
+
+
+def test_agents_have_one_axis_and_one_without_contrasts_has_it_right_below_its_only_row():
+    rows = [effect("false_report_effect", "total", 0.4), *(effect("arm_contrast", of, 0.2) for of in CONTRASTS)]
+    rows += [effect("false_report_effect", "total", 0.1).model_copy(update={"agent": "human-inspired"})]
+    rows += [success(arm, 30) for arm in COUNTS]
+    rows += [success(arm, 30).model_copy(update={"agent": "human-inspired"}) for arm in COUNTS]
+    long, short = (axes for axes in why(Results.model_construct(rows=rows)).axes if axes.get_xlabel())
+    assert long.get_xlim() == short.get_xlim()
+    assert long.get_ylim() == short.get_ylim()
+    assert short.spines["bottom"].get_position() == ("data", 0.6)

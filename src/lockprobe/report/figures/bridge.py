@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Dash, Style
 from lockprobe.report.figures.settings import own_settings
@@ -24,8 +24,11 @@ __all__ = ["bridge"]
 _LONGEST = 34
 """Characters of the agent's name."""
 
-_WIDTH = 4.4
-"""Of a panel, in inches."""
+_WIDTH, _WIDE = 4.4, 4.0
+"""Of a panel, and above a bar in it, in inches."""
+
+_TITLE = 2
+"""Lines of the title of a panel."""
 
 _NAMES = {
     PICTURES: "pictures",
@@ -48,10 +51,11 @@ def bridge(found: Results, size: Literal["screen", "column"] = "screen") -> Figu
         if row.of in _NAMES:
             panels.setdefault((row.agent, row.modality), []).append(row)
     shown = [(found, rows) for rows in panels.values()]
-    most = max((height(_forest(*one)) for one in shown), default=0.0)
+    most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
+    sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
     if size == "column":
-        return sheet(shown, _draw, columns=1, heights=[most], width=_WIDTH) if len(shown) > 1 else None
-    return sheet(shown, _draw, heights=[most], width=_WIDTH)
+        return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
+    return sheet(shown, _draw, **sizes)
 
 
 def _forest(found: Results, rows: Sequence[Estimate]) -> list[ForestRow]:
@@ -75,7 +79,7 @@ def _draw(axes: Axes, panel: tuple[Results, list[Estimate]]) -> None:
         (0.0, FAINT, "-"),
         *([(pictures, INK, (0, (4, 3)))] if pictures is not None else []),
     ]
-    forest(axes, _forest(found, rows), limits, levels=levels)
+    forest(axes, _forest(found, rows), limits, levels=levels, wide=_WIDE)
     axes.set_xlabel("steps more than with true reports in words")
     first = rows[0]
     title(axes, safe_name(first.agent, _LONGEST), safe_name(f"{spoken(first.modality)}; n = {first.clusters} blocks"))

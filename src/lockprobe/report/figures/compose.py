@@ -74,8 +74,8 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
     if not panels:
         return {}
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    inner = {name: Bbox.union([one.bbox for _, one in own]) for name, own in panels.items()}
-    outer = {name: Bbox.union([_tight(one, renderer) for _, one in own]) for name, own in panels.items()}
+    inner = {name: Bbox.union([_inner(one, renderer) for _, one in own]) for name, own in panels.items()}
+    outer = {name: Bbox.union([_outer(one, renderer) for _, one in own]) for name, own in panels.items()}
     margins = np.max([np.abs(np.subtract(outer[name].extents, inner[name].extents)) for name in panels], axis=0)
     boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
     boxes |= {name: artist.get_window_extent(renderer) for name, artist in named if not isinstance(artist, Axes)}
@@ -86,9 +86,22 @@ def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
     }
 
 
-def _tight(axes: Artist, renderer: Any) -> Bbox:
-    """What axes cover with all that is written about them."""
-    return Bbox(np.asarray(axes.get_tightbbox(renderer)))
+def _inner(axes: Axes, renderer: Any) -> Bbox:
+    """What axes cover, down to their horizontal axis where that stands above their lower end, or to a text without."""
+    bottom, stands = axes.bbox.y0, axes.spines["bottom"].get_position()
+    if not axes.axison:
+        bottom = min((text.get_window_extent(renderer).y0 for text in axes.texts), default=bottom)
+    elif stands[0] == "data":
+        _, bottom = axes.get_yaxis_transform().transform((0.0, float(stands[1])))
+    return Bbox.from_extents(axes.bbox.x0, bottom, axes.bbox.x1, axes.bbox.y1)
+
+
+def _outer(axes: Axes, renderer: Any) -> Bbox:
+    """The same with all that is written about them."""
+    box, inner = Bbox(np.asarray(axes.get_tightbbox(renderer))), _inner(axes, renderer)
+    if inner.y0 > axes.bbox.y0:
+        box.y0 = np.asarray(axes.xaxis.get_tightbbox(renderer))[0, 1] if axes.axison else inner.y0
+    return box
 
 
 @own_settings()
@@ -113,6 +126,7 @@ def sheet(
     shown: Sequence[Shown],
     *draws: Callable[[Axes, Shown], None],
     heights: Sequence[float] = (),
+    around: float = 0.0,
     note: str = "",
     columns: int = 2,
     width: float = COLUMN,
@@ -124,6 +138,7 @@ def sheet(
         shown: What a panel shows each, such as the courses of agents.
         draws: What draws on a panel's axes, from the top.
         heights: Their heights in inches, the same for all panels; or that of every row of axes.
+        around: What stands around axes is so high, in inches; the heights are then those of the axes alone.
         note: A text below all.
         columns: Panels beside each other, at most.
         width: Of a panel, in inches.
@@ -135,7 +150,7 @@ def sheet(
     ratios = [*(heights or [HEIGHT] * len(draws))]
     ratios *= bands * len(draws) // len(ratios)
     layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
-    figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
+    figure = Figure(figsize=(width * columns, sum(ratios) + around * len(ratios)), layout=layout)
     figure.set_label(CELLS if cells else "")
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
     grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)

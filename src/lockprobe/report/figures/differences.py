@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from lockprobe.foundation.formatting import bracketed, minus
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
-from lockprobe.report.figures.frame import FAINT, INK, agent_label, from_to, safe_name, title
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
+from lockprobe.report.figures.frame import FAINT, INK, agent_label, from_to, safe_name, title, title_lines
 from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style, colours
 from lockprobe.report.figures.primitives import Interval
 from lockprobe.report.figures.settings import own_settings
@@ -38,22 +38,32 @@ _LONGEST, _WHOLE = 38, 46
 _WIDEST = 1.5
 """Width of an interval from which on it says nothing and is not drawn; chosen by eye."""
 
-_TITLE, _NAMED = 0.25, 0.1
-"""Height of the second line of a title, and of the name of an axis, in inches."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Panel:
-    """Differences around a line at none. An axis without a label has no numbers either."""
+    """Differences around a line at none. An axis without a label has no numbers either.
+
+    ``room`` is the height of the axes, where they stand beside some with more rows.
+    """
 
     rows: Sequence[ForestRow]
     label: str
     title: Sequence[str]
     reach: float
+    room: float = 0.0
 
     @classmethod
     def of(cls, rows: Sequence[ForestRow], *titles: str, label: str = "difference, points") -> _Panel:
         return cls(rows, label, titles, _reach(rows))
+
+
+def _sheet(panels: Sequence[_Panel], columns: int, note: str = "") -> Figure | None:
+    """The panels, each row of them as high as the longest in it."""
+    bands = [panels[i : i + columns] for i in range(0, len(panels), columns)]
+    heights = [max(height(one.rows) for one in band) for band in bands]
+    shown = [replace(one, room=room) for band, room in zip(bands, heights, strict=True) for one in band]
+    lines = max((len(title_lines(*one.title)) for one in panels), default=0)
+    return sheet(shown, _draw, columns=columns, heights=heights, around=around(lines), note=note)
 
 
 def _reach(rows: Sequence[ForestRow]) -> float:
@@ -65,7 +75,7 @@ def _reach(rows: Sequence[ForestRow]) -> float:
 def _draw(axes: Axes, panel: _Panel) -> None:
     """Rows of differences of shares, on an axis in points."""
     reach = panel.reach
-    forest(axes, panel.rows, (-reach, reach), levels=((0.0, FAINT, "-"),))
+    forest(axes, panel.rows, (-reach, reach), levels=((0.0, FAINT, "-"),), room=panel.room)
     ticks = range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)
     inside = [tick for tick in ticks if abs(tick) <= 100 * reach]
     names = [minus(f"{tick:+d}") if tick else "0" for tick in inside] if panel.label else []
@@ -88,8 +98,8 @@ def _row(
 def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
     """Every condition against the control, and crossings of two interventions that stand in no grid.
 
-    A panel for each agent that has conditions to compare. In a column, panels are below each other; None for a single
-    panel, which fits a column as it is.
+    A panel for each agent that has conditions to compare, those with most of them first. In a column, panels are below
+    each other; None for a single panel, which fits a column as it is.
     """
     own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
@@ -108,10 +118,10 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
         panels.append(_Panel.of(rows, safe_name(who, _LONGEST), pairs, label=label))
     reach = max((one.reach for one in panels), default=0.0)  # one axis, so that agents can be compared
     panels = [replace(one, reach=reach) for one in panels]
+    panels.sort(key=lambda one: -len(one.rows))
     if size == "column":
-        heights = [height(one.rows) for one in panels]
-        return sheet(panels, _draw, columns=1, heights=heights) if len(panels) > 1 else None
-    return sheet(panels, _draw, heights=[max(height(one.rows) for one in panels)]) if panels else None
+        return _sheet(panels, 1) if len(panels) > 1 else None
+    return _sheet(panels, min(2, len(panels)) or 1)
 
 
 @own_settings()
@@ -132,7 +142,7 @@ def side_by_side(found: Results) -> Figure | None:
     panels = [_Panel.of(rows, over, more)]
     if changes := [row for pair in pairs for row in _clearest_change(found, pair)]:
         panels.append(_Panel.of(changes, "change from the lowest flip rate, at the clearest difference"))
-    return sheet(panels, _draw, columns=1, heights=[height(panel.rows) for panel in panels])
+    return _sheet(panels, 1)
 
 
 def _clearest_change(found: Results, pair: Estimate) -> list[ForestRow]:
@@ -158,7 +168,8 @@ def _versus(found: Results, row: Estimate) -> str:
 def by_condition(found: Results) -> Figure | None:
     """Every two agents under each condition that is no flip rate, and the difference in what the condition changes.
 
-    The agents are chosen as in :func:`side_by_side`. None if no agents are compared.
+    A panel for each pair and quantity, a row for each condition. The agents are chosen as in :func:`side_by_side`. None
+    if no agents are compared.
     """
     rates = {one.name: one.p for one in found.design.conditions}
     titles = {
@@ -173,13 +184,16 @@ def by_condition(found: Results) -> Figure | None:
         pairs = [row for row in own if row.family.partition(",")[0] == first]
         left = len(pairs[SHOWN:])
         more = f"the first {SHOWN}, {left} more in the tables" if left else ""
-        rows = [
-            _row(_versus(found, row), row, detected=row.detected, where=f"{safe_name(row.condition, _LONGEST)}: ")
-            for row in pairs[:SHOWN]
-        ]
-        if rows:
-            panels.append(_Panel.of(rows, said, more))
-    return sheet(panels, _draw, columns=1, heights=[height(panel.rows) for panel in panels]) if panels else None
+        compared = grouped(pairs[:SHOWN], lambda row: _versus(found, row))
+        rows = {pair: [_under(row) for row in under] for pair, under in compared.items()}
+        reach = _reach([row for under in rows.values() for row in under])
+        made = [_Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
+        panels += [replace(panel, reach=reach) for panel in made]
+    return _sheet(panels, 1)
+
+
+def _under(row: Estimate) -> ForestRow:
+    return _row(safe_name(row.condition, _LONGEST), row, detected=row.detected)
 
 
 @own_settings()
@@ -197,10 +211,9 @@ def comparison_drawing(found: Sequence[StudyDifference], names: Mapping[Side, st
         label = "difference in success, points" if i == len(pairs) else ""
         named = (safe_name(names[second], _WHOLE), f"\N{MINUS SIGN} {safe_name(names[first], _WHOLE)}")
         panels.append(_Panel(rows, label, named, reach))
-    heights = [height(one.rows) + _TITLE - (0 if one.label else _NAMED) for one in panels]
     left = len(found) - sum(len(one.rows) for one in panels)
     note = f"{left} more differences are in the tables" if left else ""
-    return sheet(panels, _draw, columns=1, heights=heights, note=note)
+    return _sheet(panels, 1, note)
 
 
 def pair_rows(found: Sequence[StudyDifference]) -> dict[tuple[Side, Side], list[ForestRow]]:

@@ -22,8 +22,8 @@ __all__ = ["cell_lines", "dose_grid"]
 
 _COLOURS = mpl.colormaps["Blues"]
 
-_DARK = 0.55
-"""Share from which on text on its colour is white."""
+_DARK = 0.78
+"""Share from which on white is easier to read on its colour than ink."""
 
 _LONGEST = 38
 """Characters of a name above a panel."""

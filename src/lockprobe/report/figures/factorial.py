@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed, percent
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Style
 from lockprobe.report.figures.settings import own_settings
@@ -23,8 +23,11 @@ __all__ = ["factorial"]
 _LONGEST = 34
 """Characters of the agent's name."""
 
-_WIDTH = 4.4
-"""Of a panel, in inches."""
+_WIDTH, _WIDE = 4.4, 4.0
+"""Of a panel, and above a bar in it, in inches."""
+
+_TITLE = 2
+"""Lines of the title of a panel."""
 
 
 @own_settings()
@@ -37,10 +40,11 @@ def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> F
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
     shown = [(found, _sorted(rows)) for rows in panels.values()]
-    most = max((height(_forest(*one)) for one in shown), default=0.0)
+    most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
+    sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
     if size == "column":
-        return sheet(shown, _draw, columns=1, heights=[most], width=_WIDTH) if len(shown) > 1 else None
-    return sheet(shown, _draw, heights=[most], width=_WIDTH)
+        return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
+    return sheet(shown, _draw, **sizes)
 
 
 def _share(found: Results, row: Estimate) -> Estimate | None:
@@ -65,7 +69,7 @@ def _draw(axes: Axes, panel: tuple[Results, list[Estimate]]) -> None:
     found, rows = panel
     change_ticks(axes.xaxis, rows)
     ticks = axes.get_xticks(), [tick.get_text() for tick in axes.get_xticklabels()]
-    forest(axes, _forest(found, rows), axes.get_xlim(), levels=[(0.0, INK, "-")])
+    forest(axes, _forest(found, rows), axes.get_xlim(), levels=[(0.0, INK, "-")], wide=_WIDE)
     axes.set_xticks(*ticks)
     axes.set_xlabel(f"change of {rows[0].of}, points; share of variance")
     first = rows[0]

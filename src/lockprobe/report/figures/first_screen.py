@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
 from lockprobe.report.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
-from lockprobe.report.figures.palette import Dash, Style, styles
+from lockprobe.report.figures.palette import Dash, Style, of_agent, styles
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p, staircase
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.readings import reading_name
@@ -31,13 +31,13 @@ _TICKS = 3
 _MOST = 8
 """Agents that are drawn: those that the study is about first."""
 
-_NAME = 24
+_NAME = 28
 """Characters of a name at the right edge."""
 
-_SHORT = 15
+_SHORT = 16
 """Characters of a name before the name of a kind of false reports."""
 
-_IN_COLUMN = 26
+_IN_COLUMN = 27
 """Characters of a name and its modality in a column."""
 
 _CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
@@ -48,6 +48,9 @@ _RANDOM = "random agents, exact"
 
 _OTHER: Dash = (0, (1, 1.2))
 """The line of an agent under another reading of a false report."""
+
+_LIGHTER = 0.3
+"""How much white is mixed into its colour."""
 
 _STAYS = {"others=kept": "lies stay"}
 """What readings are called where there is little room."""
@@ -84,11 +87,11 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     for course, style in shown:
         by_dose(axes, course.played, "success", style, linestyle=style.dash)
         labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
+    own = {(course.agent, course.modality): style.colour for course, style in shown}
     for course, style, words in _other_readings(found, shown):
         by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
-        labels.append(
-            (course.played[-1].value("success") or 0.0, f"{agent_label(course, _SHORT)}: {words}", style.colour)
-        )
+        named = f"{agent_label(course, _SHORT)}: {words}"
+        labels.append((course.played[-1].value("success") or 0.0, named, own[course.agent, course.modality]))
     share_axis(axes, "trials solved")
     p_axis(axes, cells)
     if chance := _chance(found):
@@ -107,13 +110,15 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
 
 
 def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
-    """The agents that the study is about under the other readings of a false report, with what these are."""
-    looks = {(course.agent, course.modality): style for course, style in shown if style.lead and not course.blind}
-    for axis, options in found.readings[1:]:
-        for course in found.courses(axis):
+    """The agents that heed reports under the other readings of a false report, paler, with what these are."""
+    looks = {(course.agent, course.modality): style for course, style in shown if not course.blind}
+    usual = found.readings[0][1] if found.readings else ""
+    for axis, options in found.readings:
+        for course in found.courses(axis) if options != usual else ():
             own = (course.agent, course.modality)
             if own in looks and len(course.played) > 1:
-                yield course, replace(looks[own], dash=_OTHER, lead=False), _STAYS.get(options, reading_name(options))
+                style = of_agent(course, replace(looks[own], dash=_OTHER, lead=False), _LIGHTER)
+                yield course, style, _STAYS.get(options, reading_name(options))
 
 
 def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:

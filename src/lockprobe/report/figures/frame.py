@@ -18,11 +18,13 @@ from matplotlib.axis import Axis
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
+from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.figures.palette import Dash
+from lockprobe.report.figures.palette import Dash, of_text
 from lockprobe.report.figures.settings import FAINT, INK, SMALL
+from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.rows import Cell, Course
+from lockprobe.report.rows import Cell, Course, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
 
 __all__ = [
@@ -33,6 +35,7 @@ __all__ = [
     "SMALL",
     "agent_label",
     "axis_label",
+    "axis_note",
     "blank",
     "counts",
     "dose_axes",
@@ -47,6 +50,7 @@ __all__ = [
     "shortened",
     "step_axis",
     "title",
+    "title_lines",
 ]
 
 EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
@@ -64,6 +68,9 @@ _BESIDE = 0.02
 
 _ROOM = 20.0
 """Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
+
+_STEPS = 5
+"""Parts of an axis of steps, at most: its ticks have two digits, and names at the right edge take some of the room."""
 
 _LEAST = 15
 """Characters that an agent keeps, however much has to be said of how it was shown the box."""
@@ -179,30 +186,54 @@ def axis_label(name: str) -> str:
     return f"{name} $p$" if name == FLIPS.name else name.replace("$", r"\$")
 
 
+def axis_note(axis: DoseAxis) -> str:
+    """What stands below a figure over flip rates whose false reports are not the usual ones."""
+    return capital(false_reports(axis.options)) if axis.of_flips and axis.options else ""
+
+
 def step_axis(axes: Axes, budget: int, label: str) -> None:
     """The axes of Fig. 3: interactions up to the budget, and a share."""
     share_axis(axes, label)
     axes.set(xlim=(0, budget + BEYOND), xlabel="number of interactions")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(_STEPS, integer=True, steps=[1, 2, 5, 10]))
 
 
 def blank(axes: Axes, why: str) -> None:
     """Axes that have nothing to show, and why."""
     axes.set_axis_off()
     text = "\n".join(textwrap.wrap(why, _LINE - 8))
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=FAINT)
+    axes.text(0.5, 0.95, text, transform=axes.transAxes, ha="center", va="top", color=FAINT)
 
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are."""
+    axes.set_title("\n".join(title_lines(*lines)), loc="left")
+
+
+def title_lines(*lines: str) -> list[str]:
+    r"""The lines of a title as they are set: a long one ends after a semicolon, or else between words.
+
+    >>> title_lines("n = 1200 trials per flip rate; bars: 95 % intervals", "")
+    ['n = 1200 trials per flip rate;', 'bars: 95\xa0% intervals']
+    """
     space = "\N{NO-BREAK SPACE}"
     together = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines if line]
-    wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
-    axes.set_title("\n".join(wrapped), loc="left")
+    wrapped = []
+    for line in together:
+        first, *others = re.split(r"(?<=;) ", line)
+        parts = [first]
+        for part in others:
+            joined = f"{parts[-1]} {part}"
+            parts[-1:] = [joined] if len(joined) <= _LINE else [parts[-1], part]
+        wrapped += [piece for part in parts for piece in textwrap.wrap(part, _LINE)]
+    return wrapped
 
 
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
-    """Names at the right edge, each at the height where its line ends, pushed apart where they would touch."""
+    """Names at the right edge, each at the height where its line ends, pushed apart where they would touch.
+
+    They have the colours of their lines, darker where text on white has to be.
+    """
     low, high = axes.get_ylim()
     beside: dict[str, Any] = {"transform": axes.transAxes}
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
@@ -218,4 +249,4 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
         height, (_, text, colour) = base + i * gap, labels[-place]
         if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
             axes.plot([1.005, 1.04], [end, height], color=colour, linewidth=0.7, clip_on=False, **beside)
-        axes.text(1.055, height, text, color=colour, va="center", ha="left", linespacing=1.05, **beside)
+        axes.text(1.055, height, text, color=of_text(colour), va="center", ha="left", linespacing=1.05, **beside)

@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed, p_value
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, forest
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import (
     EXACT,
     FAINT,
     INK,
     agent_label,
+    axis_note,
     blank,
     counts,
     dose_axes,
@@ -65,6 +66,9 @@ _TESTS = {
 }
 """What the rows of odds ratios are of, what the figure calls them and how they are drawn; the last is no evidence."""
 
+_TITLE = 3
+"""Lines of the title above the odds ratios."""
+
 
 @own_settings()
 def loops_against_success(found: Results) -> Figure | None:
@@ -76,7 +80,9 @@ def loops_against_success(found: Results) -> Figure | None:
 def loop_harm(found: Results) -> Figure | None:
     """In place of Fig. 5a: odds of solving after a loop over odds before, on one axis for all agents."""
     shown = _subjects(found)
-    return sheet(shown, partial(_harm, reach=_odds_reach(shown)), heights=(2.5,))
+    panels = [(course, _odds_rows(course)) for course in shown]
+    most = max((height(rows) for _, rows in panels), default=0.0)
+    return sheet(panels, partial(_harm, reach=_odds_reach(shown)), heights=(most,), around=around(_TITLE))
 
 
 @own_settings()
@@ -96,7 +102,8 @@ def loops_with_chance(found: Results) -> Figure | None:
 @own_settings()
 def loops_by_dose(found: Results, place: int) -> Figure | None:
     """Loop rates with their chance levels over another axis of the design, by its place among them."""
-    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], _with_chance)
+    axis = found.design.axes[place]
+    return sheet([course for course in found.courses(axis) if course.played], _with_chance, note=axis_note(axis))
 
 
 def _subjects(found: Results) -> list[Course]:
@@ -159,29 +166,34 @@ def _odds(course: Course, of: str) -> tuple[Estimate, float | None]:
     return row, course.value("odds_ratio_after_loop", f"{of}, blind agent")
 
 
-def _harm(axes: Axes, course: Course, reach: float) -> None:
+def _harm(axes: Axes, panel: tuple[Course, list[ForestRow]], reach: float) -> None:
     """Three odds ratios; the naive one, hollow, is no evidence. The axis ends at ``reach``, a factor around 1.
 
     Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
     """
+    course, rows = panel
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    odds = [_odds(course, of) for of in _TESTS]
+    blinds = [_odds(course, of)[1] for of in _TESTS]
     axes.set_xscale("log")
-    looks = [(name, of_agent(course, style) if style.lead else style) for name, style in _TESTS.values()]
-    rows = [ForestRow(name, _said(row), row, style) for (name, style), (row, _) in zip(looks, odds, strict=True)]
-    forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
-    for i, (_, blind) in enumerate(odds):
+    places = forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
+    for place, blind in zip(places, blinds, strict=True):
         if blind is not None:
-            axes.plot(blind, i, marker="|", color=INK, markersize=11, markeredgewidth=1.6)
+            axes.plot(blind, place, marker="|", color=INK, markersize=9, markeredgewidth=1.6)
     ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / reach <= tick <= reach]
     ticks = [tick for tick in ticks if reach < 30 or tick not in {0.3, 3}]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
     axes.set_xlabel("odds ratio of solving, after over before a loop")
     n = sum(cell.trials for cell in (course.cells[:1] if course.blind else course.cells))
-    tick = "" if odds[0][1] is None else "|: a blind agent with the same habits"
+    tick = "" if blinds[0] is None else "|: a blind agent with the same habits"
     return title(axes, heading(course), f"n = {n} trials; bars: 95 % intervals", tick)
+
+
+def _odds_rows(course: Course) -> list[ForestRow]:
+    looks = {of: (name, of_agent(course, style) if style.lead else style) for of, (name, style) in _TESTS.items()}
+    found = {of: _odds(course, of)[0] for of in _TESTS}
+    return [ForestRow(name, _said(found[of]), found[of], style) for of, (name, style) in looks.items()]
 
 
 def _said(found: Estimate) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from hashlib import sha256
 from itertools import pairwise, product
 from typing import Any
@@ -19,7 +20,19 @@ import matplotlib as mpl
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.rows import Course
 
-__all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "colours", "of_agent", "shifts", "styles"]
+__all__ = [
+    "ACCENT",
+    "SUBJECTS",
+    "TARGET",
+    "Dash",
+    "Marker",
+    "Style",
+    "colours",
+    "of_agent",
+    "of_text",
+    "shifts",
+    "styles",
+]
 
 Dash = str | tuple[int, tuple[float, ...]]
 Marker = str | tuple[int, int, int]
@@ -60,6 +73,9 @@ _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {
     "cognitive:softmax-memory": ("#69C387", (4, 1, 0), _DOUBLE),
 }
 """Colour, marker and dash of the agents that ship; of an agent with options of its own they come out of its spec."""
+
+_LEGIBLE = 4.5
+"""Contrast of text to white."""
 
 _SHADES = {"symbolic": 0.0, "rgb": 0.45, "rgbd": -0.35}
 """How much white (above 0) or black is mixed into the colour of an agent that is shown the box in several ways."""
@@ -171,6 +187,23 @@ def _mixed(colour: str, white: float) -> str:
     end = 1.0 if white > 0 else 0.0
     red, green, blue = (part + abs(white) * (end - part) for part in mpl.colors.to_rgb(colour))
     return mpl.colors.to_hex((red, green, blue))
+
+
+@cache
+def of_text(colour: str) -> str:
+    """The colour, as dark as text on white has to be (contrast of 4.5, WCAG 2.2).
+
+    >>> of_text("#69C387"), of_text("#222222")
+    ('#447f58', '#222222')
+    """
+    darker = (_mixed(colour, -part / 20) if part else colour for part in range(20))
+    return next((one for one in darker if _contrast(one) >= _LEGIBLE), colour)
+
+
+def _contrast(colour: str) -> float:
+    """Contrast to white."""
+    linear = [part / 12.92 if part <= 0.04 else ((part + 0.055) / 1.055) ** 2.4 for part in mpl.colors.to_rgb(colour)]
+    return 1.05 / (0.05 + 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
 
 
 def shifts(courses: Sequence[Course]) -> dict[tuple[str, str], float]:

@@ -1,9 +1,12 @@
-"""What a false report is: success by flip rate under each reading, above the shares of reports that were false."""
+"""What a false report is: success by flip rate under each reading, above the shares of reports that were false.
+
+The shares of a reading stand below its line and its name, and so the figure needs no legend of readings.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,8 +15,8 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
 from lockprobe.report.figures.palette import Dash, Marker, Style, of_agent
-from lockprobe.report.figures.primitives import by_dose, key, published, published_by_p
-from lockprobe.report.figures.settings import SMALL, own_settings
+from lockprobe.report.figures.primitives import by_dose, published, published_by_p
+from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.readings import reading_name
 from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
@@ -31,8 +34,11 @@ _LOOKS: tuple[tuple[Marker, Dash], ...] = (
 _SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_positions", "")}
 """What the strip holds: false outcomes of all steps, and reports with a false position."""
 
-_ROW = 0.19
+_ROW = 0.18
 """Height of a row of the strip, in inches."""
+
+_BLOCK = len(_SHARES) + 1.4
+"""Rows of a reading in the strip: its name, its shares and what stands between it and the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +58,8 @@ def readings(found: Results) -> Figure | None:
     """A panel for each agent that heeds reports and was played under several readings; None without any."""
     panels = [panel for panel in _panels(found) if len(panel.own) > 1]
     panels.sort(key=lambda panel: not panel.first.subject)
-    rows = max((len(_SHARES) * len(panel.own) for panel in panels), default=0)
-    return sheet(panels, _success, _strip, heights=(2.3, _ROW * rows + 0.1))
+    rows = _BLOCK * max((len(panel.own) for panel in panels), default=0)
+    return sheet(panels, _success, _strip, heights=(2.3, _ROW * rows + 0.2))
 
 
 def _panels(found: Results) -> list[_Panel]:
@@ -70,9 +76,8 @@ def _panels(found: Results) -> list[_Panel]:
 
 
 def _success(axes: Axes, panel: _Panel) -> None:
-    for words, style, course in panel.own:
+    for _, style, course in panel.own:
         by_dose(axes, course.played, "success", style, linestyle=style.dash)
-        key(axes, replace(style, colour=INK), words)
     cells = [cell for _, _, course in panel.own for cell in course.played]
     if panel.first.subject:
         published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
@@ -82,18 +87,20 @@ def _success(axes: Axes, panel: _Panel) -> None:
 
 
 def _strip(axes: Axes, panel: _Panel) -> None:
-    """The shares as numbers below the flip rates, in the colour of the reading."""
-    rows = [(name, of, style, course) for _, style, course in panel.own for name, of in _SHARES.items()]
-    for place, (_, (quantity, of), style, course) in enumerate(rows):
-        for cell in course.played:
-            if (share := cell.value(quantity, of)) is not None:
-                said = percent(share)
-                axes.text(cell.dose or 0.0, place, said, color=style.colour, fontsize=SMALL, ha="center", va="center")
+    """The shares as numbers below the flip rates, those of each reading below its name and its line."""
+    across, names = axes.get_yaxis_transform(), {}
+    for i, (words, style, course) in enumerate(panel.own):
+        top = i * _BLOCK
+        axes.plot([-0.3, -0.2, -0.1], [top] * 3, markevery=[1], transform=across, clip_on=False, **style.line)
+        axes.text(-0.06, top, words, transform=across, color=INK, ha="left", va="center")
+        for below, (name, (quantity, of)) in enumerate(_SHARES.items(), start=1):
+            names[top + below] = name
+            for cell in course.played:
+                if (share := cell.value(quantity, of)) is not None:
+                    axes.text(cell.dose or 0.0, top + below, percent(share), color=INK, ha="center", va="center")
     p_axis(axes, [cell for _, _, course in panel.own for cell in course.played])
-    axes.set(
-        ylim=(len(rows) - 0.5, -0.5), xticks=[], xlabel="share of reports that were false", yticks=range(len(rows))
-    )
-    axes.set_yticklabels([name for name, *_ in rows], fontsize=SMALL, color=INK)
-    axes.tick_params(length=0)
+    axes.set(ylim=(len(panel.own) * _BLOCK - 0.9, -0.5), xticks=[], xlabel="share of reports that were false")
+    axes.set_yticks(list(names), list(names.values()))
+    axes.tick_params(length=0, pad=7)
     axes.spines[:].set_visible(False)
     axes.grid(visible=False)

@@ -15,6 +15,7 @@ from lockprobe.report.figures.frame import (
     FAINT,
     INK,
     agent_label,
+    axis_note,
     blank,
     counts,
     dose_axes,
@@ -79,9 +80,10 @@ def success_by_dose(found: Results, place: int) -> Figure | None:
 
     Agents that act the same at every dose, or were played at a single one, are left out beside others.
     """
-    played = [course for course in found.courses(found.design.axes[place]) if course.played]
+    axis = found.design.axes[place]
+    played = [course for course in found.courses(axis) if course.played]
     several = [course for course in played if len(course.played) > 1 and not course.blind]
-    return sheet(several or played, draw_success_by_dose)
+    return sheet(several or played, draw_success_by_dose, note=axis_note(axis))
 
 
 @own_settings()
@@ -155,7 +157,7 @@ def _rises_and_falls(course: Course) -> str:
     """Whether success rises and then falls, by the test that is concluded from."""
     test = course.get("test", "shape")
     if test is None or test.p_value is None:
-        return "rise and fall: not tested, needs three doses"
+        return "rise and fall: not tested; needs three doses"
     return f"rise and fall, two-lines test: {p_value(test.p_value, '$P$')}"
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed
 from lockprobe.report.figures.compose import HEIGHT, sheet
-from lockprobe.report.figures.forest import ForestRow, forest, height
+from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import (
     EXACT,
     FAINT,
@@ -34,6 +34,15 @@ __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
+_WIDE = 2.8
+"""Width above the bars of areas, which stand below the curves, in inches."""
+
+_BRIGHTEST = 0.75
+"""Where the colours of flip rates end in a map of Matplotlib; beyond, they are too bright for lines on white."""
+
+_TITLE = 2
+"""Lines of the titles above the curves and the areas."""
+
 _OPTIMUM: Dash = (0, (8, 3))
 """How the shortest plan is drawn."""
 
@@ -56,7 +65,8 @@ def success_curves_corrected(found: Results) -> Figure | None:
     rows = _area_rows(found)
     if all(row.found.value is None for row in rows):
         return sheet([found], _curves_corrected)
-    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT, height(rows)])
+    beside = around(_TITLE)
+    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT - beside, height(rows, _WIDE)], around=beside)
 
 
 @own_settings()
@@ -136,7 +146,7 @@ def _areas(axes: Axes, found: Results) -> None:
     rows = _area_rows(found)
     ends = [0.0, 1.0, *(end for row in rows for end in (row.found.low, row.found.high) if end is not None)]
     levels = ((0.0, FAINT, ":"), (1.0, INK, _OPTIMUM))
-    forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels)
+    forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels, wide=_WIDE)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
     title(axes, "area under the curve; bars: 95 % intervals")
 
@@ -154,7 +164,7 @@ def _curves_of(axes: Axes, course: Course) -> None:
     named = doses if len(doses) <= _NAMED else [doses[0], doses[-1], *banded]
     labels: list[tuple[float, str, str]] = []
     for i, (cell, curve) in enumerate(counted):
-        colour = mpl.colors.to_hex(mpl.colormaps["viridis"](0.84 * i / max(1, len(counted) - 1)))
+        colour = mpl.colors.to_hex(mpl.colormaps["viridis"](_BRIGHTEST * i / max(1, len(counted) - 1)))
         style = Style(colour=colour, marker="")
         staircase(axes, curve.value, style)
         if cell.dose in banded:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import matplotlib as mpl
@@ -24,14 +25,17 @@ __all__ = ["change_ticks", "why"]
 
 _COLOURS = mpl.colormaps["Blues"]
 
-_DARK = 0.55
-"""Share from which on text on its colour is white."""
+_DARK = 0.78
+"""Share from which on white is easier to read on its colour than ink."""
 
 _LONGEST = 38
 """Characters of the agent's name."""
 
-_WIDTH, _GRID, _ROW, _AROUND = 4.6, 2.6, 0.24, 0.95
-"""Width of a panel; height of the squares, of a difference, and of what stands around the differences; in inches."""
+_WIDTH, _GRID, _ROW, _AROUND = 4.6, 1.6, 0.24, 0.78
+"""Width of a panel; height of the squares, of a difference, and of what stands around both; in inches."""
+
+_COLUMNS = 2
+"""Panels beside each other."""
 
 _LABELS = 1.3
 """Room for the names of differences, as a share of the width that the differences have."""
@@ -51,15 +55,26 @@ _NAMES = {"truth": "true reports", "lie": "false reports", "remark": "true, and 
 """What stands in the cells of plain reports."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    """An agent: the total effect, what is shown below the arms, and how many rows its neighbours have at most."""
+
+    total: Estimate
+    shown: Sequence[Estimate]
+    rows: int = 0
+
+
 @own_settings()
 def why(found: Results) -> Figure | None:
     """Success in the arms at the top and differences below, a panel for each agent."""
     asked = found.where("false_report_effect", of="total")
-    most = max((len(_differences(found, total)) for total in asked), default=0)
-    heights = [_GRID, _AROUND + _ROW * most]
-    return sheet(
-        asked, partial(_draw_arms, found), partial(_draw_differences, found), heights=heights, width=_WIDTH, cells=True
-    )
+    panels = [_Panel(total, _differences(found, total)) for total in asked]
+    bands = [panels[i : i + _COLUMNS] for i in range(0, len(panels), _COLUMNS)]
+    heights = [height for band in bands for height in (_GRID, _ROW * max(len(one.shown) for one in band))]
+    reach = max((_reach(one.shown) for one in panels), default=0.0)
+    draws = partial(_draw_arms, found), partial(_draw_differences, reach=reach)
+    shown = [replace(one, rows=max(len(beside.shown) for beside in band)) for band in bands for one in band]
+    return sheet(shown, *draws, heights=heights, around=_AROUND, columns=_COLUMNS, width=_WIDTH, cells=True)
 
 
 def _differences(found: Results, total: Estimate) -> list[Estimate]:
@@ -67,8 +82,9 @@ def _differences(found: Results, total: Estimate) -> list[Estimate]:
     return [total, *found.where("arm_contrast", agent=total.agent, modality=total.modality)]
 
 
-def _draw_arms(found: Results, axes: Axes, total: Estimate) -> None:
+def _draw_arms(found: Results, axes: Axes, panel: _Panel) -> None:
     """Success in every arm as a cell with its interval; darker is more."""
+    total = panel.total
     arms = {one.of: one for one in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
     for arm, (across, down, height) in _CELLS.items():
         if arm not in arms:
@@ -94,15 +110,18 @@ def _draw_arms(found: Results, axes: Axes, total: Estimate) -> None:
     title(axes, safe_name(Subject.of(total.agent).name, _LONGEST), rate)
 
 
-def _draw_differences(found: Results, axes: Axes, total: Estimate) -> None:
-    """The total effect and the contrasts of arms, in points, from the top."""
-    shown = _differences(found, total)
-    axes.axvline(0, color=FAINT, linewidth=0.8, zorder=1)
+def _draw_differences(axes: Axes, panel: _Panel, reach: float) -> None:
+    """The total effect and the contrasts of arms, in points, from the top, on one axis for all agents."""
+    total, shown = panel.total, panel.shown
+    bottom = len(shown) - 0.4
+    axes.plot([0, 0], [bottom, -0.6], color=FAINT, linewidth=0.8, zorder=1)
     for place, one in enumerate(shown):
         style = Style(colour=INK if one is total else SUBJECTS[0], lead=one is total)
         estimates(axes, [place], [one], style, across=True, markersize=5, elinewidth=1.4)
-    axes.set(ylim=(len(shown) - 0.4, -0.6), yticks=[])
-    change_ticks(axes.xaxis, shown)
+    axes.set(ylim=(panel.rows - 0.4, -0.6), yticks=[])
+    if len(shown) < panel.rows:
+        axes.spines["bottom"].set_position(("data", bottom))
+    _change_ticks(axes.xaxis, reach)
     low, high = axes.get_xlim()
     axes.set_xlim(low - _LABELS * (high - low), high)
     for place, name in enumerate(["false reports", *(one.of for one in shown[1:])]):
@@ -115,7 +134,14 @@ def _draw_differences(found: Results, axes: Axes, total: Estimate) -> None:
 
 def change_ticks(axis: Axis, changes: Iterable[Estimate]) -> None:
     """Limits and ticks for changes of success, as far in both directions as they and their intervals need."""
-    reach = max(0.2, *(1.1 * abs(end or 0) for one in changes for end in (one.low, one.high, one.value)))
+    _change_ticks(axis, _reach(changes))
+
+
+def _reach(changes: Iterable[Estimate]) -> float:
+    return max(0.2, *(1.1 * abs(end or 0) for one in changes for end in (one.low, one.high, one.value)))
+
+
+def _change_ticks(axis: Axis, reach: float) -> None:
     step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
     ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
     axis.set_view_interval(-reach, reach, ignore=True)

@@ -380,7 +380,7 @@ def _caption(found: Results) -> Caption:
         "Grey: between random agents with/without immediate repeats."
         f"{' Stars: another model and box.' if stars else ''}",
         "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs."
-        f"{' Dotted: other kinds of false reports.' * (len(found.readings) > 1)}"
+        f"{' Dotted: other kinds of false reports.' * (len({options for _, options in found.readings}) > 1)}"
         if found.several_p
         else "",
     )
