@@ -150,7 +150,7 @@ def baselines_answer(summary: StudySummary) -> str:
     After a sentence that begins with the same cause it says "they".
     """
     changed, first = changed_baselines(summary), capital(cause(summary.axis))
-    said = _changes(changed, summary.axis) if changed else ""
+    said = _changes(changed, summary.axis, baselines=True) if changed else ""
     repeats = said.startswith(first) and flips_answer(summary).startswith(f"{first} ")
     return f"They{said.removeprefix(first)}" if repeats else said
 
@@ -196,7 +196,7 @@ def _course(agent: AgentSummary) -> CourseKind:
     return agent.inference.course.kind if agent.inference.course else "not tested"
 
 
-def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
+def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = False) -> str:
     """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
     hidden = [agent for agent in agents if _course(agent) not in _DOES]
     if len(hidden) == len(agents):
@@ -206,7 +206,11 @@ def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
         courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
-        parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
+        parts = [
+            _DOES[kind].format(who=f"the baseline{'s' * (len(own) > 1)} " * baselines + _listed(own))
+            for kind, own in courses.items()
+            if own
+        ]
         said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
         if len(said.split()) <= _WORDS:
             break
