@@ -12,18 +12,18 @@ from functools import partial
 from importlib.resources import files
 from pathlib import Path
 
-from lockprobe.foundation.formatting import p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.format import tex_text
 from lockprobe.report.methods import methods_tex
+from lockprobe.report.paper_table import table_tex
 from lockprobe.report.report_files import File, made_figure
-from lockprobe.report.rows import Cell, Estimate, Results
+from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure
 from lockprobe.report.sections import all_sections
 
-__all__ = ["paper_files", "table_tex", "write_paper"]
+__all__ = ["paper_files", "write_paper"]
 
 PAPER = "paper"
 """The directory, in that of the study."""
@@ -31,11 +31,6 @@ PAPER = "paper"
 _CAPTION = (
     "Success of each agent. Bars: 95 % intervals of single shares; changes are tested in pairs. Grey: between random "
     "agents with and without immediate repeats. Stars: what Zenkri and Brock report, of another model and box."
-)
-
-_TABLE = (
-    "Success with 95 % intervals, and its change from the control. P values are corrected within their families; a "
-    "change is detected if P is below 0.05 and its interval excludes 0."
 )
 
 
@@ -66,7 +61,7 @@ def paper_files(found: Results) -> Iterator[File]:
     yield "methods.tex", methods_tex(found)
     yield "answer.tex", f"{tex_text(found.answer)}\n"
     yield "references.bib", _template("references.bib").replace("VERSION", found.lockprobe)
-    document = _template("example.tex").replace("CAPTION", tex_text(_CAPTION)).replace("TABLE", tex_text(_TABLE))
+    document = _template("example.tex").replace("CAPTION", tex_text(_CAPTION))
     yield "example.tex", document
 
 
@@ -79,50 +74,3 @@ def _as_pdf(found: Results, figure: Figure) -> bytes | None:
 
     made = made_figure(found.own, figure)
     return None if made is None else pages_as_pdf([made])
-
-
-def table_tex(found: Results) -> str:
-    """Every agent under every condition in six columns: who, where, trials, solved, the change, and its P value."""
-    where = "condition" if found.beside_flips else "flip rate"
-    head = (
-        rf"agent & {where} & trials & \multicolumn{{2}}{{l}}{{solved, \%}} & \multicolumn{{2}}{{l}}{{change, points}}"
-    )
-    lines = [
-        rf"\begin{{tabular}}{{l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr}}",
-        r"\toprule",
-        rf"{head} & \emph{{P}} \\",
-    ]
-    last = ""
-    for cell in found.cells:
-        success = cell.get("success")
-        if success is None or success.value is None:
-            continue
-        if cell.agent != last:
-            lines.append(r"\midrule" if not last else r"\addlinespace")
-        named = tex_text(cell.label) if cell.agent != last else ""
-        at = f"{cell.p:g}" if cell.p is not None and not found.beside_flips else tex_text(cell.condition)
-        lines.append(f"{{}}{named} & {at} & {success.n} & {_share(success)} & {_change(found, cell)} \\\\")
-        last = cell.agent
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"]) + "\n"
-
-
-def _share(row: Estimate) -> str:
-    """A share in per cent, and its interval."""
-    assert row.value is not None
-    return f"{100 * row.value:.0f} & {_interval(row)}"
-
-
-def _change(found: Results, cell: Cell) -> str:
-    """The change from the control, its interval and its P value; empty for the control, and where none was tested."""
-    for row in found.against_control():
-        ours = (row.agent, row.condition) == (cell.agent, cell.condition) and row.modality in ("", cell.modality)
-        if ours and row.value is not None:
-            return f"${100 * row.value:+.0f}$ & {_interval(row, '+')} & {tex_text(p_cell(row.p_value))}"
-    return " & & "
-
-
-def _interval(row: Estimate, sign: str = "") -> str:
-    if row.low is None or row.high is None:
-        return ""
-    low, high = (f"{100 * end:{sign}.0f}" for end in (row.low, row.high))
-    return f"$[{low}, {high}]$"
