@@ -91,19 +91,13 @@ def _shown(found: Results) -> str:
 
 def _agents(found: Results) -> str:
     agents = [str(agent) for agent in found.study.get("agents", ())]
-    said = [_agent(found, agent) for agent in agents if agent != PEOPLE]
+    said = [_code(agent) for agent in agents if agent != PEOPLE]
     many = next((row.value for row in found.where("people", agent=PEOPLE, condition="")), None)
     people = "" if PEOPLE not in agents else count(int(many), "participant") if many else "people"
     models = f"{count(len(said), 'agent')} ({listed(said)})" if said else ""
     ours = [agent for called in found.facts_about("design") for agent in called.split(", ")]
     strategy = f" {_STRATEGY.format(listed([_code(one) for one in ours]))}" if ours else ""
     return f"The box was played by {listed([one for one in (people, models) if one])}.{strategy}"
-
-
-def _agent(found: Results, agent: str) -> str:
-    """An agent by its name and, where these differ, its spec."""
-    spec = found.facts_about(agent).get("spec", "")
-    return f"{_code(agent)} = {_code(spec)}" if spec else _code(agent)
 
 
 def _baselines(found: Results) -> str:
@@ -195,7 +189,7 @@ def _tested(found: Results) -> str:
 
 def _kept(found: Results) -> str:
     return (
-        rf"The settings have the hash {_code(found.settings_hash)}, and the records "
+        rf"The settings (\texttt{{study.json}}) have the hash {_code(found.settings_hash)}, and the records "
         rf"{_code(found.results_hash)}; \texttt{{lockprobe verify}} recomputes every number from the records."
     )
 

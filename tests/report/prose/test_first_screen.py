@@ -279,7 +279,7 @@ def test_agents_near_chance_are_said_to_be():
     assert not_above_chance(answer(a={0: 40}, b={0: 5}, c={0: 30})) == (
         f"When told the truth, {b} {fewer}; no difference from them was detected for c."
     )
-    a = "a (15 %, simultaneous exact 95 % interval 4 to 33 %)"
+    a, b = "a (15 %, simultaneous exact 95 % interval 4 to 33 %)", "b (12 %, 3 to 30 %)"
     assert not_above_chance(answer(a={0: 6}, b={0: 5}, c={0: 40})) == f"When told the truth, {a} and {b} {fewer}."
 
 
@@ -337,7 +337,7 @@ def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
         "detected."
     )
     assert interaction_said(answer(a={0: 10, 0.4: 25}, d={0: 10, 0.4: 25}, c={0: 20, 0.4: 31})) == (
-        "No difference between the effect on a or d and that on c was detected."
+        "No difference in effect between a or d and c was detected."
     )
 
 
@@ -406,7 +406,7 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
         (
             "re-observed",
             STATES,
-            "the reported outcome is inverted; a false position is corrected as soon as another joint is attempted.",
+            "the reported outcome is inverted; a false position is corrected when another joint is attempted.",
         ),
         (
             "integrated",

@@ -80,9 +80,7 @@ def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     (part,) = SECTIONS[0].show(found)
     said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
-    assert (
-        "the reported outcome is inverted; a false position is corrected as soon as another joint is attempted" in said
-    )
+    assert "the reported outcome is inverted; a false position is corrected when another joint is attempted" in said
     assert "The paper does not say which of these false reports it has" in said
     assert f"Trials that {AGENT} solved, against no feedback at all: " in said
     assert "solved fewer trials with false reports that stay than with false reports" in part.answer

@@ -267,7 +267,7 @@ def _differs(affected: Sequence[str], unlike: Sequence[str], rest: Sequence[str]
     """From which effects those on some agents were found to differ, and from which not."""
     those = _listed(rest, "or") if rest else ""
     if not unlike:
-        return f"No difference between the effect on {_listed(affected, 'or')} and that on {those} was detected."
+        return f"No difference in effect between {_listed(affected, 'or')} and {those} was detected."
     effects = f"The effect{'s' * (len(affected) > 1)} on {_listed(affected)}"
     open_ = f"; no difference from that on {those} was detected" if rest else ""
     return f"{effects} {'were' if affected[1:] else 'was'} found to differ from that on {_listed(unlike)}{open_}."
@@ -323,19 +323,25 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
     random = f"random agents without immediate repeats ({percent(by_chance)})"
     undetected = f"was detected for {_listed(rest, 'or')}" if rest else ""
     if below:
-        fewer = _listed([f"{name} ({_rate(found[name], len(shares))})" for name in below])
+        first = below[0]
+        rates = {name: f"{percent(found[name].value)}, {_ends(found[name])}" for name in below}
+        rates[first] = f"{percent(found[first].value)}, {_kind(found[first], len(shares))} {_ends(found[first])}"
+        fewer = _listed([f"{name} ({rate})" for name, rate in rates.items()])
         open_ = f"; no difference from them {undetected}" if rest else ""
         return f"{capital(where)}, {fewer} solved fewer boxes than {random}{open_}."
     return f"{capital(where)}, no difference from {random} {undetected}." if rest else ""
 
 
-def _rate(one: Proportion | ClusteredProportion, agents: int) -> str:
-    """A share with the interval by which it was compared, and the kind of this interval."""
+def _kind(one: Proportion | ClusteredProportion, agents: int) -> str:
+    """What the interval is by which a share was compared."""
     if isinstance(one, ClusteredProportion):
-        kind = ""
-    else:
-        kind = "simultaneous " * (agents > 1) + "exact " * (not isinstance(one, SequentialShare))
-    return f"{percent(one.value)}, {kind}95 % interval {range_of(one.low, one.high)}"
+        return "95 % interval"
+    exact = "exact " * (not isinstance(one, SequentialShare))
+    return f"{'simultaneous ' * (agents > 1)}{exact}95 % interval"
+
+
+def _ends(one: Proportion | ClusteredProportion) -> str:
+    return range_of(one.low, one.high)
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:

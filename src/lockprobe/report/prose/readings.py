@@ -20,7 +20,7 @@ _KNOWN: Mapping[tuple[str, str], str] = {
 
 _POSITION, _OUTCOME = "the reported position of the attempted joint is inverted", "the reported outcome is inverted"
 
-_CORRECTED = "a false position is corrected as soon as another joint is attempted"
+_CORRECTED = "a false position is corrected when another joint is attempted"
 _STAY = "a false position stays until its joint is attempted again"
 
 BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."

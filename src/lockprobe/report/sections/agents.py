@@ -31,9 +31,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
-    """The spec of an agent with a name, what it said it was, and which models answered, by their provider's names."""
-    if trial.agent != trial.group:
-        yield trial.group, {"spec": trial.agent}
+    """What the agent said it was, and which models answered in its place, as their provider names them."""
     yield trial.group, trial.facts
     for served in dict.fromkeys(step.decision.served for step in trial.steps):
         if served:

@@ -144,7 +144,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         ranked: Whether any agent has a rank.
     """
     rows, costly = _table(found), _costly(found)
-    yield Cells([row[:8] for row in rows], cards=True)
+    yield Cells([row[:8] for row in rows])
     rank = (
         " Rank: by success among agents that saw the box alike, from the best to the worst rank compatible with the "
         f"paired comparisons{'; baselines are not ranked' * any(not one.subject for one in found.design.players)}."

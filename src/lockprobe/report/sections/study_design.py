@@ -19,7 +19,7 @@ _READINGS = {
     READINGS["position", "kept"]: " (a false position stays until its joint is attempted again)",
     READINGS[
         "outcome", "fresh"
-    ]: " (the outcome is inverted; a false position is corrected as soon as another joint is attempted)",
+    ]: " (the outcome is inverted; a false position is corrected when another joint is attempted)",
     READINGS[
         "outcome", "kept"
     ]: " (the outcome is inverted; a false position stays until its joint is attempted again)",
