@@ -102,7 +102,8 @@ def _agents(found: Results) -> str:
 
 def _baselines(found: Results) -> str:
     agents = map(str, found.study.get("agents", ()))
-    others = [_code(agent) for agent in agents if found.subjects and agent not in found.subjects]
+    played = {one.agent for one in found.design.players}
+    others = [_code(agent) for agent in agents if found.subjects and agent in played and agent not in found.subjects]
     return f"{listed(others)} {'are baselines' if others[1:] else 'is a baseline'}." if others else ""
 
 

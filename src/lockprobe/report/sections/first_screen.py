@@ -417,7 +417,8 @@ def _show(found: Results) -> Iterator[Part]:
     numbers = takewhile(bool, (found.facts_about(f"{_ABOUT} {i}") for i in count(1)))
     cards = cards_of(numbers)
     named = {*found.subjects, *(str(card["agent"]) for card in cards)}
-    baselines = [agent for agent in found.study.get("agents", ()) if agent not in named]
+    played = {one.agent for one in found.design.players}
+    baselines = [agent for agent in found.study.get("agents", ()) if agent in played and agent not in named]
     values = {
         "baselines": listed(baselines, named=4) if baselines else "",
         "said": dict.fromkeys(_SAID, "") | said,
