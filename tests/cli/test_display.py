@@ -7,6 +7,9 @@ from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.display import LiveDisplay, watch
+from lockprobe.cli.format_cost import money
+from lockprobe.cli.progress import Plain
+from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
@@ -31,7 +34,24 @@ def test_the_live_table_shows_what_was_spent(tmp_path):
     spent = Ledger(planned, read_calls(tmp_path)).total.dollars
     assert spent > 0
     assert f"${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[0]
-    assert f"Calls: ${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[1]
+    assert f"All calls: ${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[1]
+
+
+def test_a_budget_counts_calls_of_unknown_cost_at_most(tmp_path, capsys):
+    """The sum that counts against a budget and the sum of all calls may differ, and both lines say why."""
+    planned = study(StudyOptions(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
+    plan = next(planned.plans("llm:openai/gpt-4o"))
+    with Journal.open(tmp_path, planned) as journal:
+        plain = Plain()
+        plain.begin(planned, journal, 1)
+        usage = Usage(calls=1, input_tokens=1000, output_tokens=1000)
+        journal.calls.write(call_of(plan, usage=usage))
+        counted = plain.tally.ledger.total.dollars
+        plain.stopped(BudgetReached(counted, 0.5, 0.4, of="trial"), 1, 1)
+        plain.stopped(BudgetReached(counted + 0.1, 0.5, 0.4, of="trial"), 1, 1)
+    exact, bound = (line for line in capsys.readouterr().out.splitlines() if line.startswith("Budget reached"))
+    assert exact.startswith(f"Budget reached: {money(counted)} of $0.50 spent")
+    assert bound.startswith(f"Budget reached: at most {money(counted + 0.1)} of $0.50 spent")
 
 
 def test_who_works_the_plant_reads_no_reports(capsys):

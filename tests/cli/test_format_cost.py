@@ -79,3 +79,5 @@ def test_what_was_spent_is_money_where_it_is_known_and_tokens_elsewhere():
     assert spent_in_words(Spending(usage=usage)) == "1,500 tokens in, 80 out"
     told = spent_in_words(Spending(usage=usage, dollars=0.0, retries=1, failed=2, broken_off=1))
     assert told == "$0.00 spent, 1 retry, 2 calls failed, 1 call broken off"
+    told = spent_in_words(Spending(usage=usage, dollars=0.086, dollars_unknown=0.027, broken_off=2))
+    assert told == "$0.086 spent, 2 calls broken off; at most $0.027 more, uncounted"

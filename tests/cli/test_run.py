@@ -371,7 +371,7 @@ def test_faults_and_spending_are_told_on_the_way(tmp_path, provider, capsys):
         play(tmp_path / "s", retries=0, trials=2)
     said = capsys.readouterr().out
     assert "2 errors: model 2" in said
-    assert "Calls: $0.00 spent, 2 calls failed" in said
+    assert "All calls: $0.00 spent, 2 calls failed" in said
     answer(truthful)
     play(tmp_path / "s", trials=2, json=True)
     last = [event for event in events(capsys) if event["event"] == "trial"][-1]

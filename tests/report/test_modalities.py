@@ -73,7 +73,7 @@ def test_every_claim_of_the_section_is_measured(report):
 
 def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report):
     found, _ = report
-    labels = ["viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)", "human-inspired"]
+    labels = ["viewer (RGB)", "viewer (RGB-D)", "viewer (positions and outcomes in words)", "human-inspired"]
     assert [cell.label for cell in found.cells] == [found.label(c.agent, c.modality) for c in found.cells] == labels
     assert "steps to solve, log-rank" in {row.test for row in found.where("naive_test")}
     drawn = {path.name for path in (directory / "figures").iterdir()}
@@ -81,7 +81,7 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report)
     assert not {"fig4.png", "fig5b.png", "courses.png"} & drawn
     tables = tables_of(found)
     for name in ("loops", "speed", "rationality", "detectors"):
-        assert {"viewer (RGB)", "viewer (ground truth)"} <= {row[0] for row in tables[name]}, name
+        assert {"viewer (RGB)", "viewer (positions and outcomes in words)"} <= {row[0] for row in tables[name]}, name
 
 
 @pytest.mark.parametrize(

@@ -94,8 +94,8 @@ def test_a_modality_more_changes_no_p_value_of_another(tmp_path):
         own = of_family(one, family)
         assert own
         assert [row for row in own if row not in of_family(both, family)] == []
-    assert "ground-truth states" in both.answer
-    assert "ground truth, tell=outcome" in both.answer
+    assert "positions in words" in both.answer
+    assert "outcomes in words" in both.answer
 
 
 def test_every_dose_stands_in_the_table_of_effects_with_the_p_value_of_its_axis(whole):

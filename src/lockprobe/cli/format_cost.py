@@ -181,12 +181,13 @@ def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
 
 
 def spent_in_words(spent: Spending) -> str:
-    """The cost of calls, in a few words; empty without calls."""
+    """The cost of calls, in a few words, and what calls of unknown cost can have cost; empty without calls."""
     if not (spent.usage.calls or spent.failed or spent.broken_off):
         return ""
     tokens = f"{about(spent.usage.input_tokens)} tokens in, {about(spent.usage.output_tokens)} out"
     said = tokens if spent.dollars is None else f"{money(spent.dollars)} spent"
-    return said + "".join(_also(spent))
+    unknown = f"; at most {money(spent.dollars_unknown)} more, uncounted" if spent.dollars_unknown else ""
+    return said + "".join(_also(spent)) + unknown
 
 
 def spent_facts(spent: Spending) -> dict[str, object]:

@@ -227,7 +227,7 @@ class Plain:
             self.say(line)
         if self._budget is None:
             return
-        before = f", of which {money(self._budget.spent)} is spent" if self._budget.spent else ""
+        before = f", of which {self._at_most(self._budget.spent)} is spent" if self._budget.spent else ""
         left = self._budget.allowed - self._budget.spent
         lasts = left >= sum(one.dollars(one.full, cached=False) or 0.0 for one in found)
         self.say(
@@ -321,12 +321,18 @@ class Plain:
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
         """Say that the budget is spent, how many trials of the study are owed, and how to go on."""
         self.close()
-        spent = money(self._spent_at_last(reached))
+        spent = self._at_most(self._spent_at_last(reached))
         lacking = "a call" if reached.of == "call" else f"another trial, which can take {money(reached.needed)}"
         self.say(
             f"Budget reached: {spent} of {money(reached.budget)} spent, too little is left for {lacking}; "
             f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
         )
+
+    def _at_most(self, spent: float) -> str:
+        """What counts against the budget, which takes calls of unknown cost at their upper bound."""
+        counted = None if self.tally.ledger is None else self.tally.ledger.total.dollars
+        bound = "at most " if counted is not None and money(counted) != money(spent) else ""
+        return f"{bound}{money(spent)}"
 
     def _spent_at_last(self, reached: BudgetReached) -> float:
         """What is spent when the last call has returned."""
@@ -368,7 +374,7 @@ class Plain:
 
     def _spent(self) -> None:
         if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):
-            self.say(f"Calls: {said}")
+            self.say(f"All calls: {said}")
 
     def recorded(self, directory: Path) -> None:
         """Say the hash of the records after the last trial of the run."""

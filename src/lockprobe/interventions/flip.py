@@ -25,8 +25,8 @@ studies. ``transient`` is memoryless, ``sticky`` is latched; ``outcome-only`` is
 
 DEFAULT: FlipKind = "re-observed"
 """The reading of the paper's study. The paper leaves the reading open, so this is a judgement: it is the only one that
-inverts a share p of the outcomes (Sec. 3.2), tells them through states, and looks afresh at the other joints, as the
-next picture would show them ("mimicking the effect of misinterpreting a visual observation")."""
+inverts a share p of the outcomes (Sec. 3.2), tells them through states, and shows the other joints as they are, as the
+next picture would ("mimicking the effect of misinterpreting a visual observation")."""
 
 _replace = quick_replace(Percept)
 

@@ -79,13 +79,11 @@ class Cells:
     Attributes:
         rows: The text.
         numeric_from: The first column of numbers, which are not broken into lines.
-        cards: Whether each row is a list of its cells on a narrow screen.
     """
 
     block: ClassVar[str] = "cells"
     rows: TextTable
     numeric_from: int = 2
-    cards: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +94,12 @@ class Table:
         name: Name of its files.
         cells: Makes its rows of text from the results; no file is written where it gives none.
         numeric_from: The first column of numbers.
-        cards: Whether each row is a list of its cells on a narrow screen.
     """
 
     block: ClassVar[str] = "table"
     name: str
     cells: Callable[[Results], TextTable]
     numeric_from: int = 2
-    cards: bool = False
 
 
 @dataclass(frozen=True, slots=True)

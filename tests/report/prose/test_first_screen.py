@@ -267,16 +267,20 @@ def test_how_many_trials_of_people_is_not_said_where_their_interval_has_no_end()
 def test_agents_near_chance_are_said_to_be():
     """Random agents without immediate repeats solve 69 % of chain-4 in 20 steps."""
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
-    said = "When told the truth, {} random agents without immediate repeats (69 %)."
-    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not detectably exceed")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a and b did not detectably exceed")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format("a and b did not detectably exceed")
-    less = "When told the truth, {} solved fewer boxes than random agents without immediate repeats (69 %)."
-    assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("a and b")
-    assert not_above_chance(answer(a={0: 5}, b={0: 40})) == less.format("a")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(
-        "a, b and c did not detectably exceed"
+    chance = "random agents without immediate repeats (69 %)"
+    undetected = f"When told the truth, no difference from {chance} was detected for "
+    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == f"{undetected}a."
+    assert not_above_chance(answer(a={0: 22}, b={0: 30}, c={0: 40})) == f"{undetected}a or b."
+    fewer = f"solved fewer boxes than {chance}"
+    assert not_above_chance(answer(a={0: 5})) == (
+        f"When told the truth, a (12 %, exact 95 % interval 4 to 27 %) {fewer}."
     )
+    b = "b (12 %, simultaneous exact 95 % interval 3 to 30 %)"
+    assert not_above_chance(answer(a={0: 40}, b={0: 5}, c={0: 30})) == (
+        f"When told the truth, {b} {fewer}; no difference from them was detected for c."
+    )
+    a, b = "a (15 %, simultaneous exact 95 % interval 4 to 33 %)", "b (12 %, 3 to 30 %)"
+    assert not_above_chance(answer(a={0: 6}, b={0: 5}, c={0: 40})) == f"When told the truth, {a} and {b} {fewer}."
 
 
 @pytest.mark.parametrize("trials", [1, 2, 3, 4, 6, 12, 17, 40])
@@ -289,7 +293,7 @@ def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance
     for count in range(trials + 1):
         shares = {name: proportion(count, trials) for name in map(str, range(agents))}
         said = no_advantage_said(shares, "when told the truth", chance)
-        below += by_chance.pmf(count) * ("solved less" in said)
+        below += by_chance.pmf(count) * ("solved fewer" in said)
         above += by_chance.pmf(count) * (not said)
     assert 1 - (1 - below) ** agents <= 0.05
     assert 1 - (1 - above) ** agents <= 0.05
@@ -300,7 +304,7 @@ def test_at_every_look_intervals_of_shares_hold_for_all_agents_at_once():
     chance = (one.high + one.at_level(1 - 0.05 / 10).high) / 2
     assert "solved fewer" in no_advantage_said({"a": one}, "when told the truth", chance)
     many = dict.fromkeys("abcdefghij", one)
-    assert "did not detectably exceed" in no_advantage_said(many, "when told the truth", chance)
+    assert "no difference from" in no_advantage_said(many, "when told the truth", chance)
 
 
 def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
@@ -310,22 +314,30 @@ def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
 
 def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
     """Two effects that differ, two that do not, and none where both were detected."""
-    assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21})).startswith(
-        "A difference in effect between the two agents was detected on the 40 trials that both finished under both "
-        "reports ("
+    assert re.fullmatch(
+        r"A difference in effect between b and a was detected, from a flip rate of 0 to 0\.4 \(change of a minus that of "
+        r"b: \+60 points, 95 % interval \+31 to \+89; P < 0\.001; 40 trials that both finished\)\.",
+        interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21})),
     )
     same = interaction_said(answer(a={0: 10, 0.4: 25}, b={0: 20, 0.4: 31}))
     assert re.fullmatch(
-        "No difference in effect between the two agents was detected on the 40 trials that both finished under both "
-        r"reports \(\S\d+ points, 95 % interval \S\d+ to \S\d+; P = [\d.]+\)\.",
+        r"No difference in effect between (a and b|b and a) was detected, from a flip rate of 0 to 0\.4 \(change of . "
+        r"minus that of .: \S\d+ points, 95 % interval \S\d+ to \S\d+; P = [\d.]+; 40 trials that both finished\)\.",
         same,
     )
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 30, 0.4: 5})) == ""
     assert interaction_said(answer(a={0: 20, 0.4: 21}, b={0: 20, 0.4: 20})) == ""
     three = interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}, c={0: 20, 0.4: 20}))
     assert three == (
-        "A difference between two such effects was detected in 2 of 2 pairs of agents, on the 40 trials that both "
-        "finished under both reports."
+        "The effect on a was found to differ from that on b (at a flip rate of 0.4) and c (at a flip rate of 0.4)."
+    )
+    some = {"b": {0: 20, 0.4: 21}, "c": {0: 20, 0.4: 31}}
+    assert interaction_said(answer(a={0: 10, 0.4: 25}, **some)) == (
+        "The effect on a was found to differ from that on b (at a flip rate of 0.4); no difference from that on c was "
+        "detected."
+    )
+    assert interaction_said(answer(a={0: 10, 0.4: 25}, d={0: 10, 0.4: 25}, c={0: 20, 0.4: 31})) == (
+        "No difference in effect between a or d and c was detected."
     )
 
 
@@ -339,7 +351,7 @@ def test_a_comparison_of_effects_names_the_trials_that_both_agents_share():
         for p in (0, 0.4)
         for i in range(n)
     ]
-    assert "on the 18 trials that both finished under both reports (" in interaction_said(summarise(trials))
+    assert "; 18 trials that both finished)." in interaction_said(summarise(trials))
 
 
 def test_the_first_sentence_says_on_which_trials_two_reports_are_compared():
@@ -391,11 +403,15 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
         ("memoryless", STATES, "the reported position of the attempted joint is inverted in one report."),
         ("latched", STATES, "the reported position of the attempted joint is inverted until its next attempt."),
         ("independent", STATES, "a reported position is inverted, for every joint in every report."),
-        ("re-observed", STATES, "the reported outcome is inverted; the next report looks at the other joints afresh."),
+        (
+            "re-observed",
+            STATES,
+            "the reported outcome is inverted; a false position is corrected when another joint is attempted.",
+        ),
         (
             "integrated",
             STATES,
-            "the reported outcome is inverted; false positions stay until their joint is attempted again.",
+            "the reported outcome is inverted; a false position stays until its joint is attempted again.",
         ),
         ("outcome-only", "symbolic?tell=outcome", "the reported outcome is inverted."),
     ],

@@ -82,5 +82,5 @@ def test_an_agent_that_was_shown_the_box_in_two_ways_is_named_with_each():
     shown = ("symbolic", "symbolic?tell=state")
     trials = [make_trial(SOLUTION, agent="llm:a", modality=one, trial=i + 1) for one in shown for i in range(8)]
     assert section_answers(summarise(trials, box("chain-4")))["agents_compared"] == (
-        "Highest success: llm:a (ground truth), llm:a (ground-truth states), 100 % each."
+        "Highest success: llm:a (positions and outcomes in words), llm:a (positions in words), 100 % each."
     )

@@ -45,7 +45,7 @@ def test_its_rows_are_of_every_arm(found):
 
 def test_the_first_screen_and_the_section_say_the_verdict(found):
     answer = found.answer_of("overview")
-    assert f"{AGENT} takes fewer steps with ground-truth states, form=json than with words" in answer
+    assert f"{AGENT} takes fewer steps with positions as JSON than with words" in answer
     assert "account for the difference: 100 % [" in answer
     assert "Not known: random never said what its actions did" in answer
     page = page_of("report", found)

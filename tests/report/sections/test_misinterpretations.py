@@ -25,7 +25,11 @@ def test_table_1_is_laid_out_as_in_the_paper(tmp_path, modal):
     assert table[0] == [
         "Input Modality", "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations",
     ]  # fmt: skip
-    assert [row[0] for row in table[1:]] == ["viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)"]
+    assert [row[0] for row in table[1:]] == [
+        "viewer (RGB)",
+        "viewer (RGB-D)",
+        "viewer (positions and outcomes in words)",
+    ]
     assert [row[2] for row in table[1:]] == ["10, in 10 of 10 trials", "30, in 10 of 10 trials", "4, in 4 of 10 trials"]
     assert [row[0] for row in corrected[1:]] == [row[0] for row in table[1:]]
     details = part_of(found, "details")
@@ -101,8 +105,8 @@ def test_what_the_viewer_misreads_stands_beside_every_other_agent_under_the_same
     assert {line[0]: line[head.index("floor")].partition(" [")[0] for line in rows} == {
         "viewer (RGB)": NONE,
         f"{LOW} (RGB)": "20 %",
-        "viewer (ground truth)": NONE,
-        f"{LOW} (ground truth)": NONE,
+        "viewer (positions and outcomes in words)": NONE,
+        f"{LOW} (positions and outcomes in words)": NONE,
     }
     assert "the scripted viewer misread 20 %" in part_of(found)
     alone = found_in(tmp_path / "alone", modality_study((LOW,), ("rgb",), trials=3), low)

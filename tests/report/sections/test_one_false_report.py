@@ -68,7 +68,9 @@ def test_every_effect_is_in_the_table_or_among_those_that_are_not_estimated(tmp_
     page, details = (part(page_of(name, found), "one_false_report") for name in ("report", "details"))
     assert found.said("one_false_report", "effect")[0][:60] in page
     assert "Effects that are not estimated for <code>cognitive:<wbr>perseverant</code>" in details
-    assert "Fewer than 15 trials hold the outcome, or miss it: " in details
+    lines = re.findall(r"<summary>(\d+) effects?: (.*?)</summary>", details)
+    assert "fewer than 15 trials hold the outcome, or miss it" in [reason for _, reason in lines]
+    assert sum(int(many) for many, _ in lines) == len(missing)
 
 
 def test_agents_are_called_with_their_modality_and_a_table_without_rows_is_left_out(tmp_path):

@@ -58,7 +58,7 @@ def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(f
 def test_a_row_for_every_reading_and_rate_and_the_difference_between_readings_in_pairs(found):
     shown = table(found, "readings")
     assert [(row["agent"], row["what a false report is"], row["flip rate"]) for row in shown[:4]] == [
-        (AGENT, "outcome inverted, fresh look", "0.4"), (AGENT, "outcome inverted, fresh look", "0.6"),
+        (AGENT, "outcome inverted, then corrected", "0.4"), (AGENT, "outcome inverted, then corrected", "0.6"),
         (AGENT, "outcome inverted, stays", "0.4"), (AGENT, "outcome inverted, stays", "0.6"),
     ]  # fmt: skip
     (row, _) = [one for one in table(found, "readings-compared") if one["agent"] == AGENT]
@@ -83,7 +83,7 @@ def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     (part,) = SECTIONS[0].show(found)
     said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
-    assert "the reported outcome is inverted; the next report looks at the other joints afresh" in said
+    assert "the reported outcome is inverted; a false position is corrected when another joint is attempted" in said
     assert "The paper does not say which of these false reports it has" in said
     assert f"Trials that {AGENT} solved, against no feedback at all: " in said
     assert "solved fewer trials with false reports that stay than with false reports" in part.answer

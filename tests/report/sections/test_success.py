@@ -110,7 +110,7 @@ def test_the_contrast_is_the_clearest_difference(found):
             best = min(rows, key=lambda row: (row.p_value, -abs(row.value)))
             assert (clearest.value, clearest.p_value, clearest.doses) == (best.value, best.p_value, best.doses)
             assert clearest.corrected_for == 3  # flip rates; agents and baselines are families of one each
-            assert f"<td>0 and {best.doses['flip.p']:g}, the " in section(found)
+            assert f">0 and {best.doses['flip.p']:g}, the " in section(found)
 
 
 def test_broken_trials_bound_every_difference(broken):

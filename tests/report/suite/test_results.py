@@ -92,7 +92,7 @@ def test_agents_that_look_have_scores_of_each_modality(tmp_path):
     study = suite_studies(SMALL, ["viewer"])["fork-pictures"]
     write_study(tmp_path / "fork-pictures", study, [])
     assert [one.name for one in suite_results(tmp_path).entries] == [
-        "viewer (RGB)", "viewer (RGB-D)", "viewer (ground-truth states)",
+        "viewer (RGB)", "viewer (RGB-D)", "viewer (positions in words)",
     ]  # fmt: skip
 
 

@@ -131,7 +131,7 @@ def test_where_nothing_is_a_trend_is_seldom_found():
 def test_modalities_are_named_and_ordered_as_in_the_paper():
     shown = ["symbolic", "rgbd?depth=gray&near=0.5", "symbolic?source=verdict", "rgb"]
     assert [spoken(one) for one in sorted(shown, key=by_fidelity)] == [
-        "RGB", "RGB-D, depth=gray, near=0.5", "ground truth", "verdicts of the arm",
+        "RGB", "RGB-D, depth=gray, near=0.5", "positions and outcomes in words", "verdicts of the arm",
     ]  # fmt: skip
 
 
@@ -139,7 +139,11 @@ def test_a_summary_keeps_modalities_apart_and_names_them():
     trials = [trial for modality in ("rgb", "symbolic") for trial in trials_of(modality, SOON)]
     trials += trials_of("symbolic", LATE, agent="human-inspired")
     summary = summarise(trials)
-    assert [agent.name for agent in summary.agents] == ["viewer (RGB)", "viewer (ground truth)", "human-inspired"]
+    assert [agent.name for agent in summary.agents] == [
+        "viewer (RGB)",
+        "viewer (positions and outcomes in words)",
+        "human-inspired",
+    ]
     assert [effect.agent for effect in summary.modalities] == ["viewer"]
     assert len(summary.paces) == 3
     alone = summarise(trials_of("rgb", SOON))

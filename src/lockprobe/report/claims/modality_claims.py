@@ -105,7 +105,7 @@ def _steps(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Claim
     shows, p_value = _sooner(effect, lowest, highest)
     outside = any(verdict == "not compatible" for _, verdict, *_ in found.values())
     here = "; ".join(f"{said} with {spoken(modality)}" for modality, (said, *_) in found.items())
-    test = "95 % intervals of the steps, from the bands, and log-rank of RGB against ground truth"
+    test = "95 % intervals of the steps, from the bands, and log-rank of RGB against positions in words"
     return here, "not compatible" if outside else verdict_of(None, shows), test, p_value
 
 

@@ -149,7 +149,7 @@ CLAIMS = (
         place="Sec. 3.1, Fig. 3",
         quote="under RGB input, GPT o1 reaches 80% success after 11 steps, whereas the ground-truth state input "
         "requires 15 steps",
-        value="80 % by step 11 (RGB) and 15 (ground truth)",
+        value="80 % by step 11 (RGB) and 15 (positions in words, its ground truth)",
         measure="modality-steps",
     ),
     PaperClaim(
@@ -184,7 +184,7 @@ CLAIMS = (
         recomputed="the paper does not say what is inverted against what, nor whether a false position stays in "
         "later reports; agents of one family fit its numbers within 5 to 7 points (root mean square) under each of "
         "four readings; its logs would decide: at a flip rate of 0.4 an unattempted joint changes in 20 % to 40 % of "
-        "reports if the next look is fresh, and never if false positions stay",
+        "reports if false positions are corrected in the next report, and never if they stay",
         measure="reading",
     ),
     PaperClaim(

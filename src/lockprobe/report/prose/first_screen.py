@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Literal
 
-from lockprobe.foundation.formatting import capital, change, listed, p_value, percent
+from lockprobe.foundation.formatting import capital, change, listed, p_value, percent, range_of
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
-from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.subject import Subject, subject_of, subjects_by_name
 from lockprobe.report.prose.success import alike_said
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
 from lockprobe.statistics.clustered import ClusteredProportion
@@ -150,7 +150,7 @@ def baselines_answer(summary: StudySummary) -> str:
     After a sentence that begins with the same cause it says "they".
     """
     changed, first = changed_baselines(summary), capital(cause(summary.axis))
-    said = _changes(changed, summary.axis) if changed else ""
+    said = _changes(changed, summary.axis, baselines=True) if changed else ""
     repeats = said.startswith(first) and flips_answer(summary).startswith(f"{first} ")
     return f"They{said.removeprefix(first)}" if repeats else said
 
@@ -196,7 +196,7 @@ def _course(agent: AgentSummary) -> CourseKind:
     return agent.inference.course.kind if agent.inference.course else "not tested"
 
 
-def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
+def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = False) -> str:
     """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
     hidden = [agent for agent in agents if _course(agent) not in _DOES]
     if len(hidden) == len(agents):
@@ -206,7 +206,11 @@ def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
         courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
-        parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
+        parts = [
+            _DOES[kind].format(who=f"the baseline{'s' * (len(own) > 1)} " * baselines + _listed(own))
+            for kind, own in courses.items()
+            if own
+        ]
         said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
         if len(said.split()) <= _WORDS:
             break
@@ -228,7 +232,7 @@ def interaction_said(summary: StudySummary) -> str:
     """Whether a detected effect differs from those that were not detected; empty without such a pair of agents."""
     detected = {(one.agent, one.modality): _course(one) in _DOES for one in summary.subjects if not one.blind}
     tested = [
-        (pair.interaction.clearest.change, pair.interaction.p_adjusted)
+        (pair, pair.interaction, pair.interaction.p_adjusted)
         for pair in summary.comparisons
         if pair.interaction is not None
         and pair.interaction.p_adjusted is not None
@@ -236,19 +240,37 @@ def interaction_said(summary: StudySummary) -> str:
     ]
     if not tested:
         return ""
-    found = sum(p < ALPHA for _, p in tested)
-    if len(tested) > 1:
-        common = sorted({gap.blocks for gap, _ in tested})
-        on = f"{common[0]} to {common[-1]}" if len(common) > 1 else str(common[0])
+    names = {key: one.name for key, one in subjects_by_name(summary).items()}
+    if len(tested) == 1:
+        ((pair, found, p),) = tested
+        first, second, gap = names[pair.first], names[pair.second], found.clearest.change
         return (
-            f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents, on the "
-            f"{on} trials that both finished under both reports."
+            f"{'A' if p < ALPHA else 'No'} difference in effect between {first} and {second} was detected, from a "
+            f"{summary.axis.name} of {found.lowest:g} to {found.clearest.dose:g} (change of {second} minus that of "
+            f"{first}: {change(gap.value, gap.low, gap.high)}; {p_value(p)}; {gap.blocks} trials that both finished)."
         )
-    ((gap, p),) = tested
-    return (
-        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {gap.blocks} trials "
-        f"that both finished under both reports ({change(gap.value, gap.low, gap.high)}; {p_value(p)})."
-    )
+    others: dict[str, tuple[list[str], list[str]]] = {}
+    for pair, found, p in tested:
+        affected, other = sorted((pair.first, pair.second), key=lambda agent: not detected[agent])
+        unlike, rest = others.setdefault(names[affected], ([], []))
+        if p < ALPHA:
+            unlike.append(f"{names[other]} ({at_dose(found.clearest.dose, summary.axis)})")
+        else:
+            rest.append(names[other])
+    agents: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
+    for affected_name, (unlike, rest) in others.items():
+        agents.setdefault((tuple(unlike), tuple(rest)), []).append(affected_name)
+    return " ".join(_differs(own, unlike, rest) for (unlike, rest), own in agents.items())
+
+
+def _differs(affected: Sequence[str], unlike: Sequence[str], rest: Sequence[str]) -> str:
+    """From which effects those on some agents were found to differ, and from which not."""
+    those = _listed(rest, "or") if rest else ""
+    if not unlike:
+        return f"No difference in effect between {_listed(affected, 'or')} and {those} was detected."
+    effects = f"The effect{'s' * (len(affected) > 1)} on {_listed(affected)}"
+    open_ = f"; no difference from that on {those} was detected" if rest else ""
+    return f"{effects} {'were' if affected[1:] else 'was'} found to differ from that on {_listed(unlike)}{open_}."
 
 
 def smaller_budget_said(summary: StudySummary) -> str:
@@ -284,23 +306,42 @@ def not_above_chance(summary: StudySummary) -> str:
 
 
 def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
-    """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
+    """Which agents solve fewer boxes than random agents without immediate repeats, and which may solve as many.
 
-    With several agents intervals hold for all of them at once, since the sentence also says of those that it does not
-    name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say *less* too often.
+    Empty if all solve more. With several agents intervals hold for all of them at once, since the sentence also says
+    of those that it does not name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's
+    say *fewer* too often.
 
     Args:
         shares: Agent -> its success.
         where: Under which reports.
         by_chance: Success of the random agents, [0, 1].
     """
-    shares = {name: _of_all(one, len(shares)) for name, one in shares.items()}
-    weak = [name for name, one in shares.items() if one.low <= by_chance]
-    if not weak:
-        return ""
-    fewer = all(shares[name].high < by_chance for name in weak)
-    did = "solved fewer boxes than" if fewer else "did not detectably exceed"
-    return f"{capital(where)}, {_listed(weak)} {did} random agents without immediate repeats ({percent(by_chance)})."
+    found = {name: _of_all(one, len(shares)) for name, one in shares.items()}
+    below = [name for name, one in found.items() if one.high < by_chance]
+    rest = [name for name, one in found.items() if one.low <= by_chance <= one.high]
+    random = f"random agents without immediate repeats ({percent(by_chance)})"
+    undetected = f"was detected for {_listed(rest, 'or')}" if rest else ""
+    if below:
+        first = below[0]
+        rates = {name: f"{percent(found[name].value)}, {_ends(found[name])}" for name in below}
+        rates[first] = f"{percent(found[first].value)}, {_kind(found[first], len(shares))} {_ends(found[first])}"
+        fewer = _listed([f"{name} ({rate})" for name, rate in rates.items()])
+        open_ = f"; no difference from them {undetected}" if rest else ""
+        return f"{capital(where)}, {fewer} solved fewer boxes than {random}{open_}."
+    return f"{capital(where)}, no difference from {random} {undetected}." if rest else ""
+
+
+def _kind(one: Proportion | ClusteredProportion, agents: int) -> str:
+    """What the interval is by which a share was compared."""
+    if isinstance(one, ClusteredProportion):
+        return "95 % interval"
+    exact = "exact " * (not isinstance(one, SequentialShare))
+    return f"{'simultaneous ' * (agents > 1)}{exact}95 % interval"
+
+
+def _ends(one: Proportion | ClusteredProportion) -> str:
+    return range_of(one.low, one.high)
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:

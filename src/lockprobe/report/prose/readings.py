@@ -20,7 +20,8 @@ _KNOWN: Mapping[tuple[str, str], str] = {
 
 _POSITION, _OUTCOME = "the reported position of the attempted joint is inverted", "the reported outcome is inverted"
 
-_STAY = "false positions stay until their joint is attempted again"
+_CORRECTED = "a false position is corrected when another joint is attempted"
+_STAY = "a false position stays until its joint is attempted again"
 
 BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
 """Of several readings (``docs/readings.md``)."""
@@ -41,19 +42,19 @@ def reading_name(options: str) -> str:
     """A reading by what is inverted and what becomes of it, for tables and legends.
 
     >>> reading_name(""), reading_name("others=kept"), reading_name("keep=0.5")
-    ('outcome inverted, fresh look', 'outcome inverted, stays', 'keep=0.5')
+    ('outcome inverted, then corrected', 'outcome inverted, stays', 'keep=0.5')
     """
     said = Spec.parse(f"flip?{options}").options if options else {}
     if said.keys() - {"inverts", "others"}:
         return options
     if said.get("others") == "noisy":
         return "every position inverted independently"
-    stay = "stays" if said.get("others") == "kept" else "fresh look"
+    stay = "stays" if said.get("others") == "kept" else "then corrected"
     return f"{said.get('inverts', 'outcome')} inverted, {stay}"
 
 
 def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
-    """What is inverted with the probability that the flip rate is, and what the next report does with it.
+    """What is inverted with the probability that the flip rate is, and how long reports keep to it.
 
     Args:
         flip: What a false report is.
@@ -65,11 +66,11 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
         return "a reported position is inverted, for every joint in every report"
     if flip.inverts == "position":
         return f"{_POSITION} {'until its next attempt' if flip.keep == 1 else 'in one report'}"
-    return f"{_OUTCOME}; {_STAY if flip.keep == 1 else 'the next report looks at the other joints afresh'}"
+    return f"{_OUTCOME}; {_STAY if flip.keep == 1 else _CORRECTED}"
 
 
 def untested_said(agents: Sequence[str], how: str, trials: int, cost: str = "") -> str:
-    """That agents played only false reports that the next look corrects, and what the others would take, or nothing.
+    """That agents played only false reports that are soon corrected, and what the others would take, or nothing.
 
     Args:
         agents: What tables call them.

@@ -106,7 +106,7 @@ def _misread_table(found: Results) -> TextTable:
     return table if len(table) > 1 else []
 
 
-_TABLE = Table("bridge", _table, numeric_from=3, cards=True)
+_TABLE = Table("bridge", _table, numeric_from=3)
 _MATRIX = Table("misread", _misread_table, numeric_from=3)
 
 FIGURE = Figure(

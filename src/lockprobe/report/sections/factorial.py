@@ -83,7 +83,7 @@ def _table(found: Results) -> TextTable:
     return table if len(table) > 1 else []
 
 
-_TABLE = Table("factorial", _table, numeric_from=3, cards=True)
+_TABLE = Table("factorial", _table, numeric_from=3)
 
 _FIGURE = Figure(
     "factorial",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, takewhile
 
@@ -27,7 +27,7 @@ from lockprobe.report.prose.first_screen import (
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.report.prose.readings import BOTH_FIT
 from lockprobe.report.prose.robot import broken_said
-from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
+from lockprobe.report.prose.several_answers import of_conditions, several_answers
 from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
@@ -45,6 +45,7 @@ from lockprobe.report.sections.key_numbers import (
     why_numbers,
 )
 from lockprobe.report.sections.readings import untested
+from lockprobe.report.sections.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.bridge.arms import bridges_of
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
@@ -132,13 +133,15 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    lacking = lacking_agents(numbers)
     screen = (
-        _of_conditions(numbers.flips, numbers.others, numbers.study)
+        _of_conditions(numbers.flips, numbers.others, numbers.study, lacking)
         if numbers.others is not None
-        else _of_flips(numbers.flips, numbers.study)
+        else _of_flips(numbers.flips, numbers.study, lacking)
     )
     if numbers.opened.every_look:
         screen = _at_every_look(screen, numbers)
+    screen = replace(screen, answer=with_lacking(screen.answer, numbers, lacking))
     rules = broken_said(numbers.rules)  # random agents play a box that keeps them
     screen = _with_few_cards(screen)
     screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
@@ -200,7 +203,7 @@ def _judged_at_one_look(numbers: StudyNumbers) -> bool:
     return bool(bridges_of(arms)) or any(factorials_of(arms, modality) for modality in modalities)
 
 
-def _of_flips(summary: StudySummary, study: Study) -> _Screen:
+def _of_flips(summary: StudySummary, study: Study, lacking: Container[str] = ()) -> _Screen:
     """The first screen of a study of flips or modalities."""
     box, several = study.box.name, len({one.dose for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
@@ -216,7 +219,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     return _Screen(
         question=question,
         trial=trial_said(study.max_steps, varied, study.flip, study.modalities),
-        answer=answer or several_answers(of_axis(summary)),
+        answer=answer or several_answers(answered_questions(summary, lacking)),
         changed_nothing=_joined(*map(idle_doses_said, subjects)),
         chance=not_above_chance(summary),
         interaction=_joined(smaller_budget_said(summary), interaction_said(summary)),
@@ -227,7 +230,9 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     )
 
 
-def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Study) -> _Screen:
+def _of_conditions(
+    flips: StudySummary, found: ConditionStudySummary, study: Study, lacking: Container[str] = ()
+) -> _Screen:
     """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
     axes, spec_of = _tested_axes(flips, found), found.design.spec_of
     judged = _judged(found)
@@ -241,14 +246,14 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     elif any(factorials_of(found.design.arms, modality) for modality in found.design.modalities):
         said = _of_factorial(found, study)
     else:
-        questions = [question for one in axes for question in of_axis(one)]
-        if effects or not questions:
+        questions = [question for one in axes for question in answered_questions(one, lacking)]
+        if effects or not (questions or any(agent in lacking for agent in judged)):
             other = bool(questions) or any(not one.intervention for one in named)
             questions += of_conditions(effects, other=other)
         said = _Screen(
             question=_asked(axes, found, study),
             trial=trial_said(study.max_steps, varied_by(study.conditions)),
-            answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
+            answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1 and bool(questions))),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
             numbers=tuple(row for one in axes for row in map(axis_numbers, (*one.judged, *changed_baselines(one)))),
@@ -261,7 +266,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         idle += unheeded_said(found.unheeded, judged)
     said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
     if flips in axes:
-        said = _with_flips(_of_flips(flips, study), said)
+        said = _with_flips(_of_flips(flips, study, lacking), said)
     return said
 
 
@@ -412,7 +417,8 @@ def _show(found: Results) -> Iterator[Part]:
     numbers = takewhile(bool, (found.facts_about(f"{_ABOUT} {i}") for i in count(1)))
     cards = cards_of(numbers)
     named = {*found.subjects, *(str(card["agent"]) for card in cards)}
-    baselines = [agent for agent in found.study.get("agents", ()) if agent not in named]
+    played = {one.agent for one in found.design.players}
+    baselines = [agent for agent in found.study.get("agents", ()) if agent in played and agent not in named]
     values = {
         "baselines": listed(baselines, named=4) if baselines else "",
         "said": dict.fromkeys(_SAID, "") | said,

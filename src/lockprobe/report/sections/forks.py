@@ -83,7 +83,7 @@ def _value(outcome: str, row: Estimate | None) -> str:
     return NONE if row is None or row.value is None else value_said(outcome, row.value)
 
 
-_TABLE = Table("forks", _table, numeric_from=5, cards=True)
+_TABLE = Table("forks", _table, numeric_from=5)
 
 FIGURE = Figure(
     "forks",

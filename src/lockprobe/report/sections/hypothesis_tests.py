@@ -153,7 +153,7 @@ def _blocks(found: Results) -> Iterator[Block]:
         yield Text(f"With one flip rate, effects of false reports cannot be tested{said}.")
     courses = [course for course in found.courses() if course.subject]
     if overview := _overview(courses):
-        yield Cells(overview, 1, cards=True)
+        yield Cells(overview, 1)
         yield Note(
             "One test for each question, with its P value. It keeps its error rate in the simulations of the audit.",
             "P values are not corrected for the number of questions.",

@@ -144,7 +144,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         ranked: Whether any agent has a rank.
     """
     rows, costly = _table(found), _costly(found)
-    yield Cells([row[:8] for row in rows], cards=True)
+    yield Cells([row[:8] for row in rows])
     rank = (
         " Rank: by success among agents that saw the box alike, from the best to the worst rank compatible with the "
         f"paired comparisons{'; baselines are not ranked' * any(not one.subject for one in found.design.players)}."
@@ -162,9 +162,9 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         yield Cells([[row[1], *row[8:]] for row in rows], 1)
         yield Note(
             Markup(
-                "Tokens as counted by the provider, for all trials of this report including broken ones; cached: share "
-                "of input tokens read from the provider's cache. <code>lockprobe status</code> gives the cost of "
-                "failed calls."
+                "Tokens as counted by the provider, for the trials of this table, broken ones too; cached: share of "
+                "input tokens read from the provider's cache. <code>lockprobe status</code> gives the cost of all "
+                "calls: with those of other conditions, of unfinished trials, and failed ones."
             ),
             "Costs are empty if no price is known, and exclude replies without a token count.",
             Markup(" ").join(said for one in _ranked(found) for said in _prices(found, one)),

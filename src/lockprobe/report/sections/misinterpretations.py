@@ -196,7 +196,7 @@ def _blocks(found: Results) -> Iterator[Block]:
     head, *rows = _table1_corrected(found)
     if len(rows) > _MANY:
         first = {cell.label: row for cell, row in reversed([*zip(_asked(found), rows, strict=True)])}
-        yield Cells([head, *reversed(first.values())], 1, cards=True)
+        yield Cells([head, *reversed(first.values())], 1)
         three = [Detail("Three separate errors under every condition", three)]
     yield from three
     note = Note(

@@ -148,13 +148,13 @@ def _blocks(found: Results) -> Iterator[Block]:
         yield left_out
 
 
-def _left_out(found: Results) -> Iterator[tuple[str, dict[str, list[str]]]]:
-    """Every agent with effects that are not estimated, by the reason."""
+def _left_out(found: Results) -> Iterator[tuple[str, dict[str, dict[str, list[str]]]]]:
+    """Every agent with effects that are not estimated: by the reason, then by the outcome, among which reports."""
     for row in found.where(_REPORTS):
-        reasons: dict[str, list[str]] = {}
+        reasons: dict[str, dict[str, list[str]]] = {}
         for name, reason in found.facts_about(_about(row.agent, row.modality)).items():
             what, where = _words(name)
-            reasons.setdefault(reason, []).append(f"{what} ({where})")
+            reasons.setdefault(reason, {}).setdefault(what, []).append(where)
         if reasons:
             yield name_of(found, row.agent, row.modality), dict(sorted(reasons.items()))
 

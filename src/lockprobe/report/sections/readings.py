@@ -42,7 +42,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def untested(numbers: StudyNumbers) -> str:
-    """That agents were played with false reports that the next look corrects alone, and what the others would take."""
+    """That agents were played with only false reports that are soon corrected, and what the others would take."""
     study, rates = numbers.study, sum(rate > 0 for rate in numbers.study.p)
     crossed = bool(numbers.others and numbers.others.whys)  # a study of controls has one reading: the other is a study
     rates, how = (len(study.conditions), "--flip integrated") if crossed else (rates, "--readings fresh,kept")

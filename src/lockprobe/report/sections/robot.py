@@ -72,7 +72,7 @@ def _table(found: Results) -> TextTable:
     return table
 
 
-_ROBOT = Table("robot", _table, numeric_from=1, cards=True)
+_ROBOT = Table("robot", _table, numeric_from=1)
 
 
 def _show(found: Results) -> Iterator[Part]:

@@ -218,7 +218,10 @@ def _fig3_caption(found: Results) -> Caption:
     budget = max((len(one.x) - 1 for one in found.curves if one.quantity == "success_by_step" and one.agent), default=0)
     if not set(lowest.values()) <= {0.0} or budget < min(REFERENCE_STEPS, *STEPS_TO_80.values()):
         return Caption(text)
-    stars = "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (ground truth)."
+    stars = (
+        "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
+        "words, its ground truth)."
+    )
     return Caption(f"{text} {stars}")
 
 

@@ -15,10 +15,14 @@ from lockprobe.trial.record import STATES
 __all__ = ["SECTIONS"]
 
 _READINGS = {
-    READINGS["position", "fresh"]: " (a false position is gone in the next report)",
+    READINGS["position", "fresh"]: " (a false position is corrected in the next report)",
     READINGS["position", "kept"]: " (a false position stays until its joint is attempted again)",
-    READINGS["outcome", "fresh"]: " (the outcome is inverted, and the next report shows the other joints afresh)",
-    READINGS["outcome", "kept"]: " (the outcome is inverted, and positions add up what was told)",
+    READINGS[
+        "outcome", "fresh"
+    ]: " (the outcome is inverted; a false position is corrected when another joint is attempted)",
+    READINGS[
+        "outcome", "kept"
+    ]: " (the outcome is inverted; a false position stays until its joint is attempted again)",
 }
 """What a false report is."""
 

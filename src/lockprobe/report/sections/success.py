@@ -91,7 +91,7 @@ def _loops_begin(course: Course) -> str:
     return "later" if (course.value("test_direction", "looping") or 0) < 0 else "sooner"
 
 
-_COURSES = Table("courses", _course_table, numeric_from=1, cards=True)
+_COURSES = Table("courses", _course_table, numeric_from=1)
 
 
 _STARS = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}

@@ -164,8 +164,8 @@ def _arm_table(found: Results) -> TextTable:
     return table if len(table) > 1 else []
 
 
-_WHY = Table("why", _table, numeric_from=3, cards=True)
-_ARM = Table("arms", _arm_table, numeric_from=3, cards=True)
+_WHY = Table("why", _table, numeric_from=3)
+_ARM = Table("arms", _arm_table, numeric_from=3)
 
 _FIGURE = Figure(
     "why",
@@ -261,7 +261,7 @@ def _told(found: Results) -> Part:
         arms = [one for one in shown if one.agent == agent]
         blocks += [
             Heading(agent, code=True),
-            Cells([_TOLD, *map(_told_row, arms)], numeric_from=len(_TOLD), cards=True),
+            Cells([_TOLD, *map(_told_row, arms)], numeric_from=len(_TOLD)),
         ]
         blocks += [Steps(one, strip=True) for one in arms if one.of in ("truth", "lie")]
     return Part("One trial in every arm", answer, blocks, "told")

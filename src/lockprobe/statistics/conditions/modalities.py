@@ -1,7 +1,7 @@
 """The effect of the modality on one agent (paper, Sec. 3.1, Fig. 3, Table 1).
 
-The paper orders its modalities by fidelity: RGB, RGB-D, ground truth. Trials of equal repetition and trial share their
-luck over modalities, so they are clusters or pairs.
+The paper orders its modalities by fidelity: RGB, RGB-D, ground truth (true positions in words). Trials of equal
+repetition and trial share their luck over modalities, so they are clusters or pairs.
 
 False-positive rates of the trend at .05 in 4000 studies of 3 modalities, with luck shared by none and by half of the
 trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 with 30
@@ -25,8 +25,14 @@ from lockprobe.trial.record import Trial
 
 __all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "spoken"]
 
-_SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": "ground truth"}
-"""The paper's modalities from low to high fidelity, in its words."""
+_SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": ""}
+"""The paper's modalities from low to high fidelity. Its ground truth is :data:`_CONTENTS` in :data:`_FORMS`."""
+
+_CONTENTS: Mapping[str, str] = {"both": "positions and outcomes", "state": "positions", "outcome": "outcomes"}
+"""What a report in words tells."""
+
+_FORMS: Mapping[str, str] = {"words": "in words", "json": "as JSON", "table": "as a table"}
+"""The form of a report in words."""
 
 _SOURCES: Mapping[str | None, str] = {"verdict": "verdicts of the arm", "camera": "readings of the camera"}
 """Sources of reports in words that are not the truth; the paper has none of them."""
@@ -91,17 +97,18 @@ class ModalityEffect:
 
 
 def spoken(modality: str) -> str:
-    """A modality in the paper's words, with its options.
+    """A modality in plain words, with its options. What the paper calls ground truth can be false here.
 
-    >>> spoken("rgbd?depth=height"), spoken("symbolic?tell=state")
-    ('RGB-D, depth=height', 'ground-truth states')
+    >>> spoken("rgbd?depth=height"), spoken("symbolic?tell=state"), spoken("symbolic?form=json")
+    ('RGB-D, depth=height', 'positions in words', 'positions and outcomes as JSON')
     """
     spec = Spec.parse(modality, "modality")
     called = _SPOKEN.get(spec.full_name, spec.full_name)
     if (source := spec.options.get("source")) in _SOURCES:
         return ", ".join((_SOURCES[source], *_said(spec.without(["source"]))))
-    if spec.full_name == "symbolic" and spec.options.get("tell") == "state":
-        called, spec = "ground-truth states", spec.without(["tell"])
+    if spec.full_name == "symbolic":
+        content, form = (spec.options.get(one, default) for one, default in (("tell", "both"), ("form", "words")))
+        called, spec = f"{_CONTENTS[content]} {_FORMS[form]}", spec.without(["tell", "form"])
     return ", ".join((called, *_said(spec)))
 
 

@@ -1,0 +1,114 @@
+"""The table of an article: ``paper.tex``, every agent under every condition, in parts that fit a page each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from lockprobe.foundation.formatting import p_cell
+from lockprobe.report.format import tex_text
+from lockprobe.report.rows import Cell, Estimate, Results
+
+__all__ = ["table_tex"]
+
+_CAPTION = (
+    "Success with 95 % intervals, and its change from the control. P values are corrected within their families; a "
+    "change is detected if P is below 0.05 and its interval excludes 0."
+)
+
+_CONTINUED = "Success and its change from the control (continued)."
+
+_LINES = 33.0
+"""Lines of a part at most, which leaves room for its head and its caption on a page of an article."""
+
+_GAP = 0.5
+"""Lines between two agents, rounded up."""
+
+_NO_CHANGE = " & & "
+
+_Changes = Mapping[tuple[str, str], Sequence[Estimate]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A row of the table: the agent, which only the first of its rows in a part names, and its other cells."""
+
+    agent: str
+    label: str
+    cells: str
+
+
+def table_tex(found: Results) -> str:
+    """Six columns: who, where, trials, solved, the change, and its P value. Every part is a float of its own."""
+    where = "condition" if found.beside_flips else "flip rate"
+    head = (
+        rf"agent & {where} & trials & \multicolumn{{2}}{{l}}{{solved, \%}} & \multicolumn{{2}}{{l}}{{change, points}} "
+        r"& \emph{P} \\"
+    )
+    columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
+    parts = list(_parts(list(_rows(found)))) or [[]]
+    return "\n".join(_float(part, columns, head, first=part is parts[0]) for part in parts)
+
+
+def _rows(found: Results) -> Iterator[_Row]:
+    changes: dict[tuple[str, str], list[Estimate]] = {}
+    for row in found.against_control():
+        changes.setdefault((row.agent, row.condition), []).append(row)
+    for cell in found.cells:
+        success = cell.get("success")
+        if success is None or success.value is None:
+            continue
+        at = f"{cell.p:g}" if cell.p is not None and not found.beside_flips else tex_text(cell.condition)
+        cells = f"{at} & {success.n} & {100 * success.value:.0f} & {_interval(success)} & {_change(changes, cell)}"
+        yield _Row(cell.agent, tex_text(cell.label), cells)
+
+
+def _parts(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
+    """Rows by page: an agent whose rows do not fit begins on the next page, and is divided where no page holds it."""
+    own: dict[str, list[_Row]] = {}
+    for row in rows:
+        own.setdefault(row.agent, []).append(row)
+    most, part, left = int(_LINES), list[_Row](), _LINES
+    for of in own.values():
+        for block in (of[i : i + most] for i in range(0, len(of), most)):
+            if part and len(block) + _GAP > left:
+                yield part
+                part, left = [], _LINES
+            left -= len(block) + _GAP * bool(part)
+            part = [*part, *block]
+    if part:
+        yield part
+
+
+def _float(rows: Sequence[_Row], columns: str, head: str, *, first: bool) -> str:
+    lines = [r"\begin{table*}"] if first else [r"\begin{table*}", r"\addtocounter{table}{-1}"]
+    lines += [r"\centering", rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head]
+    last = ""
+    for row in rows:
+        if row.agent != last:
+            lines.append(r"\addlinespace" if last else r"\midrule")
+        lines.append(f"{{}}{row.label if row.agent != last else ''} & {row.cells} \\\\")
+        last = row.agent
+    caption = tex_text(_CAPTION if first else _CONTINUED)
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", rf"\caption{{{caption}}}", r"\end{table*}", ""])
+
+
+def _change(changes: _Changes, cell: Cell) -> str:
+    """The change from the control, its interval and its P value; empty for the control, and where none was tested."""
+    for row in changes.get((cell.agent, cell.condition), ()):
+        if row.modality in ("", cell.modality) and row.value is not None:
+            return f"${_points(row.value)}$ & {_interval(row, '+')} & {tex_text(p_cell(row.p_value))}"
+    return _NO_CHANGE
+
+
+def _interval(row: Estimate, sign: str = "") -> str:
+    if row.low is None or row.high is None:
+        return ""
+    low, high = (_points(end) if sign else f"{100 * end:.0f}" for end in (row.low, row.high))
+    return f"$[{low}, {high}]$"
+
+
+def _points(value: float) -> str:
+    """A difference in points with its sign; 0 has none."""
+    said = f"{100 * value:+.0f}"
+    return "0" if said in ("+0", "-0") else said
