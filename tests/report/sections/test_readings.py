@@ -96,7 +96,7 @@ def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):
     success, strip = figure.axes
     assert len({line.get_linestyle() for line in success.lines if line.get_marker() in {"o", "s"}}) == 2
     names = [text for text in strip.texts if "inverted" in text.get_text()]
-    assert [text.get_text() for text in names] == ["outcome inverted, fresh look", "outcome inverted, stays"]
+    assert [text.get_text() for text in names] == ["outcome inverted, then corrected", "outcome inverted, stays"]
     assert len(strip.texts) - len(names) == 2 * 2 * 3  # readings, outcomes and positions, rates
     figure.draw_without_rendering()
     assert touching(figure) == []

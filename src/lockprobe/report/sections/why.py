@@ -173,9 +173,9 @@ _FIGURE = Figure(
     Caption(
         "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
         "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
-        "Brackets are 95 % Wilson intervals. Below: the total effect of false reports (filled) and, if it was "
-        "detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the number of "
-        "agents.",
+        "Brackets are 95 % Wilson intervals. The other panels: the total effect of false reports (filled) and, if it "
+        "was detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the "
+        "number of agents.",
     ),
     draw="lockprobe.report.figures.why:why",
     applies=lambda found: bool(_asked(found)),
