@@ -66,7 +66,8 @@ class Excess:
             return None
         if columns == 0:
             return 1.0
-        return chi_squared_tail(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total, columns)
+        beyond = float(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total)
+        return chi_squared_tail(beyond, columns)
 
 
 def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:
