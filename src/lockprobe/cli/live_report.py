@@ -20,6 +20,9 @@ from lockprobe.trial.record import Step, Trial
 __all__ = ["LiveReport"]
 
 FIRST_PAUSE = 60.0
+"""Seconds until the first report where a slow agent begins before anything has been played."""
+
+PAUSE = 120.0
 """Seconds from the first report to the next. Each further pause is twice as long: a study of hours is not slowed."""
 
 WAITED = 30.0
@@ -53,7 +56,7 @@ class LiveReport:
         self._directory = directory
         self._simulated = False
         self._played = 0
-        self._pause = FIRST_PAUSE
+        self._pause = PAUSE
         self._next: float | None = None  # None: no slow agent's turn has come
         self._writing: subprocess.Popen[bytes] | None = None
         self._first: subprocess.Popen[bytes] | None = None  # of which nothing has been told yet
@@ -117,7 +120,7 @@ class LiveReport:
             self._writing = subprocess.Popen(  # noqa: S603 - ourselves
                 command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
             )
-            if self._pause == FIRST_PAUSE:
+            if self._pause == PAUSE:
                 self._first = self._writing
             else:
                 os.setpriority(os.PRIO_PROCESS, self._writing.pid, 10)
