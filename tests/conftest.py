@@ -86,6 +86,7 @@ SLOW = {
     "test_no_model_takes_more_than_its_sum": (),
     "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
     "test_over_many_agents_a_course_is_seldom_said_that_is_none": (),
+    "test_p_values_are_corrected_within_a_kind_as_statsmodels_does": (),
     "test_several_processes_change_no_byte": (),
     "test_the_first_lie_in_a_truthful_world_is_that_of_forks": (),
     "test_the_papers_correlation_finds_harm_where_there_is_none": (),
@@ -110,6 +111,7 @@ SLOW = {
         "shared-luck",
         "saturating",
     ),
+    "test_where_plants_have_cameras_only_so_many_trials_are_held": (),
     "test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead": ("1-False", "2-True"),
 }
 """Tests that hold at length, or by simulation, what shorter ones hold too: each with its slow cases, or with all."""

@@ -59,8 +59,9 @@ def test_the_first_study(tmp_path):
     assert quoted in text_of("learner.md")
     early = Counter(trial.p for trial in played if trial.agent == LEARNER and trial.solved and len(trial.steps) <= 7)
     assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
-    shares = f"{percent(early[0.0] / 300)} to {percent(early[0.2] / 300)}"
-    assert f"Within 7 steps {LEARNER} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
+    truth, lies = (percent(early[p] / 300) for p in (0.0, 0.2))
+    fewer = f"solved fewer at a flip rate of 0.2 ({lies}) than when told the truth ({truth})"
+    assert f"Within 7 steps {LEARNER} {fewer}." in " ".join(found.said("overview", "interaction"))
     courses = found.facts_about("course of success")
     assert [next(said for name, said in courses.items() if name.startswith(agent)) for agent in FIRST] == [
         "higher at some flip rate",

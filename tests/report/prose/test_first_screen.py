@@ -80,13 +80,15 @@ def test_the_answer_says_what_the_tests_say(courses, said):
 
 
 LATE = [1] * 15 + SOLVED
+FEWER = "Within 4 steps a solved fewer at a flip rate of 0.4 (0 %) than when told the truth (50 %)."
+MORE = "Within 4 steps a solved more at a flip rate of 0.4 (50 %) than when told the truth (0 %)."
 
 
 @pytest.mark.parametrize(
     ("told", "lied_to", "said"),
     [
-        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, "Within 4 steps a solved fewer: 50 % to 0 %."),
-        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, "Within 4 steps a solved more: 0 % to 50 %."),
+        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, FEWER),
+        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, MORE),
         ([SOLVED] * 20 + [UNSOLVED] * 20, [SOLVED] * 35 + [UNSOLVED] * 5, ""),
     ],
 )

@@ -278,8 +278,9 @@ def smaller_budget_said(summary: StudySummary) -> str:
     for agent in summary.subjects:
         if one := agent.inference.reversal:
             more = "more" if one.second.count > one.first.count else "fewer"
-            rates = f"{percent(one.first.value)} to {percent(one.second.value)}"
-            return f"Within {one.budget} steps {subject_of(agent).name} solved {more}: {rates}."
+            changed = f"{at_dose(one.clearest, agent.axis)} ({percent(one.second.value)})"
+            usual = f"{at_dose(one.lowest, agent.axis)} ({percent(one.first.value)})"
+            return f"Within {one.budget} steps {subject_of(agent).name} solved {more} {changed} than {usual}."
     return ""
 
 

@@ -21,6 +21,8 @@ class Reversal:
 
     Attributes:
         budget: Steps, fewer than the whole budget.
+        lowest: The lowest p.
+        clearest: The p of the clearest difference.
         first: Solved within these steps at the lowest p.
         second: The same at the p of the clearest difference.
         p_value: McNemar's exact test, corrected for all smaller budgets and for the agents that are judged together
@@ -28,6 +30,8 @@ class Reversal:
     """
 
     budget: int
+    lowest: float
+    clearest: float
     first: Proportion
     second: Proportion
     p_value: float
@@ -46,10 +50,10 @@ def reversal(outcomes: Outcomes, found: AnyDifference) -> Reversal | None:
         None if no difference was detected, no smaller budget reverses it, trials do not come in pairs (people), or what
         is said must hold at every look.
     """
-    clearest = found.clearest
-    if clearest is None or clearest.p_value >= ALPHA or outcomes.crossed or outcomes.order is not None:
+    least, clearest = found.lowest, found.clearest
+    if least is None or clearest is None or clearest.p_value >= ALPHA or outcomes.crossed or outcomes.order is not None:
         return None
-    lowest, higher = (outcomes.at(outcomes.dose == p) for p in (found.lowest, clearest.dose))
+    lowest, higher = (outcomes.at(outcomes.dose == p) for p in (least, clearest.dose))
     budgets = range(1, int(outcomes.length.max()))
     reversed_at: list[Reversal] = []
     for budget in budgets:
@@ -57,7 +61,16 @@ def reversal(outcomes: Outcomes, found: AnyDifference) -> Reversal | None:
         test = paired(one, two)
         if test.value * clearest.value < 0 and (p_value := test.p_value * len(budgets) * found.agents) < ALPHA:
             first, second = (proportion(int(solved.sum()), len(solved)) for solved in (one, two))
-            reversed_at.append(Reversal(budget=budget, first=first, second=second, p_value=p_value))
+            reversed_at.append(
+                Reversal(
+                    budget=budget,
+                    lowest=least,
+                    clearest=clearest.dose,
+                    first=first,
+                    second=second,
+                    p_value=p_value,
+                )
+            )
     return min(reversed_at, key=lambda one: (one.p_value, one.budget), default=None)
 
 
