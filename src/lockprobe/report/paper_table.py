@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import p_cell
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import tex_text
 from lockprobe.report.rows import Cell, Estimate, Results
 
@@ -51,9 +52,7 @@ def table_tex(found: Results) -> str:
 
 
 def _rows(found: Results) -> Iterator[_Row]:
-    changes: dict[tuple[str, str], list[Estimate]] = {}
-    for row in found.against_control():
-        changes.setdefault((row.agent, row.condition), []).append(row)
+    changes = grouped(found.against_control(), lambda row: (row.agent, row.condition))
     for cell in found.cells:
         success = cell.get("success")
         if success is None or success.value is None:
@@ -65,9 +64,7 @@ def _rows(found: Results) -> Iterator[_Row]:
 
 def _parts(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
     """Rows by page: an agent whose rows do not fit begins on the next page, and is divided where no page holds it."""
-    own: dict[str, list[_Row]] = {}
-    for row in rows:
-        own.setdefault(row.agent, []).append(row)
+    own = grouped(rows, lambda row: row.agent)
     most, part, left = int(_LINES), list[_Row](), _LINES
     for of in own.values():
         for block in (of[i : i + most] for i in range(0, len(of), most)):
