@@ -60,6 +60,11 @@ class ModelCheck:
     view: str
     renderer: str
 
+    @property
+    def holds(self) -> bool:
+        """Whether every push, and every drag of the arm, went as the rules say."""
+        return not any(push.disagreement for push in (*self.pushes, *(self.dragged or ())))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Advice:
@@ -110,7 +115,7 @@ def check(
         print(json_.dumps(_facts(box, found, seen, advice, out)))
     else:
         print("\n".join(map(printable, _lines(box, found, seen, advice, out))))
-    raise typer.Exit(1 if any(push.disagreement for push in (*seen.pushes, *(seen.dragged or ()))) else 0)
+    raise typer.Exit(0 if seen.holds else 1)
 
 
 def _sizes(box: Lockbox) -> dict[str, object]:
@@ -229,7 +234,7 @@ def _not_reached(box: Lockbox, seen: ModelCheck) -> list[Configuration]:
 def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path) -> dict[str, object]:
     return {
         "box": box.name,
-        "holds": not any(push.disagreement for push in (*seen.pushes, *(seen.dragged or ()))),
+        "holds": seen.holds,
         **_sizes(box),
         "model": str(seen.model),
         **_counts(box, seen.pushes),
