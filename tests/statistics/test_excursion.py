@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from lockprobe import population, run_trial
 from lockprobe.simulation.exact.excursions import lie_effects
@@ -98,6 +99,17 @@ def test_an_effect_is_left_out_with_its_reason_where_one_block_alone_carries_a_c
     assert found == NotEstimated(outcome="solved", among="all", reason="a covariate varies in one block alone")
     whole = excursion(points, "solved", cluster != 7)
     assert np.isfinite([whole.effect, whole.standard_error]).all()
+
+
+def test_the_effects_of_several_agents_are_corrected_for_their_number(trials):
+    alone = excursions(decision_points(trials))
+    found = alone.corrected(4)
+    assert alone.corrected(1) == alone
+    assert found.agents == 4
+    for one, among in zip(alone.estimates, found.estimates, strict=True):
+        assert among.p_value == pytest.approx(min(1.0, 4 * one.p_value))
+        reach = scipy.stats.t.ppf(1 - 0.05 / 8, one.freedom) * one.standard_error
+        assert (among.low, among.high) == pytest.approx((max(-1, one.effect - reach), min(1, one.effect + reach)))
 
 
 def test_shuffled_trials_give_the_same(trials):

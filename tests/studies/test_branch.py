@@ -17,7 +17,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 
 ASKED = {"p": [0.0, 0.4], "trials": 6, "repetitions": 1}
 
@@ -47,7 +47,7 @@ def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
     same = 0
     for name, fork in by_name(forks).items():
         parent = parents[name.parent]
-        told = "lie" if flipped(parent, name.at - 1) else "truth"
+        told = "lie" if false_reports(parent)[name.at - 1] else "truth"
         if (name.arm, name.time) == (told, 1):
             same += 1
             assert (fork.opening, fork.steps, fork.ending) == (parent.opening, parent.steps, parent.ending)
@@ -63,7 +63,7 @@ def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_act
         assert (mine.joint, mine.moved, mine.state, mine.decision) == (
             theirs.joint, theirs.moved, theirs.state, theirs.decision
         )  # fmt: skip
-        assert flipped(fork, name.at - 1) == (name.arm in ("lie", "truth-lie", "lie-lie"))
+        assert false_reports(fork)[name.at - 1] == (name.arm in ("lie", "truth-lie", "lie-lie"))
         assert ("Correction:" in mine.told) == (name.arm in CROSSED)
         assert (mine.told_moved is None) == (name.arm == "withheld")
         assert bool(fork.steps[name.at].remark) == (name.arm == "remark")
@@ -101,13 +101,13 @@ def test_later_reports_are_as_in_the_condition_or_true(tmp_path):
     _, forks = played(tmp_path, planned, at=["5"], truthful=True)
     assert forks
     for name, fork in by_name(forks).items():
-        told = [flipped(fork, i) for i in range(4, len(fork.steps) - 1)]
+        told = false_reports(fork)[4:]
         assert told == [name.arm == "lie"] + [False] * (len(told) - 1)
     trials = load(tmp_path)
     with Journal.open(tmp_path / FORKS, planned) as journal:
         play_forks(branching(planned, trials, at=["5"]), journal)
     lies = {
-        str(name): [flipped(fork, i) for i in range(5, len(fork.steps) - 1)]
+        str(name): false_reports(fork)[5:]
         for name, fork in by_name(load(tmp_path / FORKS)).items()
         if not name.truthful
     }

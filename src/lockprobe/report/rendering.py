@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
@@ -44,8 +44,12 @@ def _templates() -> Any:
 
 def _shown(value: Any) -> Any:
     """A value as a page prints it: text on one line and printable, the P of P values in italics; markup is our own."""
-    if not isinstance(value, str) or hasattr(value, "__html__"):
-        return value
+    return value if not isinstance(value, str) or hasattr(value, "__html__") else _escaped(str(value))
+
+
+@lru_cache(maxsize=10_000)
+def _escaped(value: str) -> Any:
+    """A text as a page prints it; cells of tables are often alike."""
     from markupsafe import Markup, escape
 
     text = str(escape(printable(re.sub(r"\s", " ", value))))

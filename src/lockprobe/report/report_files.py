@@ -7,7 +7,7 @@ pictures that agents saw come from the records. Equal records give equal files.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -43,6 +43,27 @@ class _Drawn:
     image: Image
 
 
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """What files and pages are put together from.
+
+    Attributes:
+        drawn: The figures by name.
+        trials: The data of the trial explorer.
+        photographs: Pictures that agents saw, by the names of their files.
+        texts: The files of numbers: results and tables.
+    """
+
+    drawn: Mapping[str, _Drawn]
+    trials: str
+    photographs: Mapping[str, str]
+    texts: Sequence[File]
+
+
+_Made = Callable[[Results], Any]
+"""What is made of results, by this process or by another one."""
+
+
 def report_files(
     opened: OpenedStudy,
     *,
@@ -67,32 +88,51 @@ def report_files(
     with leaving_out() as failed:
         found = results_of(study_numbers(opened, each=each))
         tell("drawing the figures")
-        drawn = _drawn(found, collecting(each))
-        box = opened.settings.get("box", {})
-        trials = section("Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box))
-        photographs = section("What agents saw", lambda: embedded(opened.directory, found.own), dict[str, str])
-        files = list(_files(found, drawn, photographs, trials))
+        parts = _parts(opened, found, collecting(each))
+        files = list(_files(found, parts))
         failed.extend(opened.left_out)
         if failed:  # pages and results name what is not in them
             found = with_left_out(found, failed)
-            files = list(_files(found, drawn, photographs, trials))
+            files = list(_files(found, replace(parts, texts=_texts(found))))
     for one in failed:
         left_out(one)
     yield from files
 
 
-def _drawn(found: Results, each: Each) -> dict[str, _Drawn]:
-    """The figures that pages show, in all their forms; those that cannot be drawn are left out."""
-    asked: dict[str, tuple[Figure, str]] = {}
+def _parts(opened: OpenedStudy, found: Results, each: Each) -> _Parts:
+    """All that pages are put together from; the explorer first, since it needs trials, which this process has."""
+    box, figures = opened.settings.get("box", {}), _figures(found)
+    made: Iterable[_Made] = (
+        lambda found: section(
+            "Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box)
+        ),
+        _texts,
+        *figures.values(),
+    )
+    trials, texts, *drawn = each(partial(_make, found), made)
+    return _Parts(
+        drawn={name: one for name, one in zip(figures, drawn, strict=True) if one is not None},
+        trials=trials,
+        photographs=section("What agents saw", lambda: embedded(opened.directory, found.own), dict[str, str]),
+        texts=texts,
+    )
+
+
+def _make(found: Results, made: _Made) -> Any:
+    return made(found)
+
+
+def _figures(found: Results) -> dict[str, _Made]:
+    """The figures that pages and sections show, by name."""
+    asked: dict[str, _Made] = {}
     parts = [(one.source, figures_of([one])) for page in PAGES for one in parts_of(found, page)]
     for source, figures in (*parts, *((one.source, one.figures) for one in all_sections())):
         for figure in figures:
             with of_package(source):
                 applies = partial(figure.applies, found if source else found.own)
                 if figure.name not in asked and section(f"Figure {figure.name}", applies, bool):
-                    asked[figure.name] = _alone(figure), source
-    done = each(partial(_draw, found), asked.values())
-    return {name: drawn for name, drawn in zip(asked, done, strict=True) if drawn is not None}
+                    asked[figure.name] = partial(_draw, _alone(figure), source)
+    return asked
 
 
 def _alone(figure: Figure) -> Figure:
@@ -104,9 +144,8 @@ def _whatever(found: Results) -> bool:
     return True
 
 
-def _draw(found: Results, asked: tuple[Figure, str]) -> _Drawn | None:
+def _draw(figure: Figure, source: str, found: Results) -> _Drawn | None:
     """A figure of a package; None if there is nothing to draw, or it cannot be drawn."""
-    figure, source = asked
     read = found if source else found.own
 
     def draw() -> _Drawn | None:
@@ -133,25 +172,33 @@ def made_figure(found: Results, figure: Figure) -> Any:
     return getattr(import_module(module), function)(found, *figure.arguments)
 
 
-def _files(found: Results, drawn: Mapping[str, _Drawn], photographs: Mapping[str, str], trials: str) -> Iterator[File]:
-    yield "results.json", results_text(found)
-    for name, table in tables_of(found).items():
-        for form, write in (("csv", as_csv), ("tex", as_tex)):
-            yield f"tables/{name}.{form}", write(table) if table else None
-    for name, figure in drawn.items():
+def _files(found: Results, parts: _Parts) -> Iterator[File]:
+    yield from parts.texts
+    for name, figure in parts.drawn.items():
         for form, picture in figure.files.items():
             yield f"figures/{name}.{form}", picture
-    for name in {one.name for of in all_sections() for one in of.figures} - drawn.keys():
+    for name in {one.name for of in all_sections() for one in of.figures} - parts.drawn.keys():
         for form in _FORMS:
             yield f"figures/{name}.{form}", None
-    images = {name: figure.image for name, figure in drawn.items()}
+    images = {name: figure.image for name, figure in parts.drawn.items()}
     for page in PAGES:
         shown = page in _ALWAYS or parts_of(found, page)
-        yield f"{page}.html", page_of(page, found, images, photographs, trials) if shown else None
+        yield f"{page}.html", page_of(page, found, images, parts.photographs, parts.trials) if shown else None
 
 
 _ALWAYS = ("claims", "audit", "report")
 """Pages that every report has."""
+
+
+def _texts(found: Results) -> list[File]:
+    """The files of numbers."""
+    forms = (("csv", as_csv), ("tex", as_tex))
+    tables = [
+        (f"tables/{name}.{form}", write(table) if table else None)
+        for name, table in tables_of(found).items()
+        for form, write in forms
+    ]
+    return [("results.json", results_text(found)), *tables]
 
 
 def results_text(found: Results) -> str:

@@ -112,16 +112,20 @@ def compact_svg(svg: bytes) -> bytes:
     return re.sub(rb'(?<= id=")[^"]*|(?<=#)[A-Za-z][\w-]*(?=[")])', lambda name: names.get(name[0], name[0]), svg)
 
 
+_COLOUR = re.compile(rb"(?<=: )#[0-9a-f]{6}\b")
+"""A colour in a style."""
+
+
 def with_dark_colours(svg: bytes) -> bytes:
     """The figure with each colour as a variable, which has another value where a dark page is read."""
-    colours = list(dict.fromkeys(re.findall(rb"(?<=[:] )#[0-9a-f]{6}\b", svg)))
+    colours = list(dict.fromkeys(_COLOUR.findall(svg)))
     if not colours:
         return svg
     light = "".join(f"--{i:x}:{colour.decode()};" for i, colour in enumerate(colours))
     night = "".join(f"--{i:x}:{dark(colour.decode())};" for i, colour in enumerate(colours))
     style = f"<style>:root{{{light}}}@media (prefers-color-scheme:dark){{:root{{{night}}}}}</style>"
-    for i, colour in enumerate(colours):
-        svg = re.sub(rb"(?<=[:] )" + colour + rb"\b", b"var(--%x)" % i, svg)
+    names = {colour: b"var(--%x)" % i for i, colour in enumerate(colours)}
+    svg = _COLOUR.sub(lambda found: names[found[0]], svg)
     end = svg.index(b">", svg.index(b"<svg ")) + 1
     return svg[:end] + style.encode() + svg[end:]
 

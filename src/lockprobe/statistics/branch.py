@@ -23,7 +23,7 @@ from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.statistics.summary import is_reference
 from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 
 __all__ = ["RULES", "TRUTH", "BranchEffect", "BranchOutcome", "branch_effects", "check_rule", "fork_steps"]
 
@@ -103,7 +103,7 @@ def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
 
 def _first_lie(trial: Trial) -> int:
     """The step with the first false report; 0 without one."""
-    return next((n for n in range(1, len(trial.steps)) if flipped(trial, n - 1)), 0)
+    return next((n for n, false in enumerate(false_reports(trial), 1) if false), 0)
 
 
 def _before_onset(trial: Trial) -> int:

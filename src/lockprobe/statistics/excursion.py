@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.rationality import judge, prior_for
 from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 
 __all__ = [
     "FEWEST",
@@ -108,6 +108,7 @@ class Excursion:
         standard_error: Clustered by luck.
         points: Number of decision points.
         clusters: Number of clusters of luck.
+        freedom: Degrees of freedom of Student's t.
         smallest: Minimum detectable effect: the effect that this standard error detects with a power of 80 %.
     """
 
@@ -120,6 +121,7 @@ class Excursion:
     standard_error: float
     points: int
     clusters: int
+    freedom: int
     smallest: float
 
 
@@ -145,6 +147,17 @@ class Excursions:
     estimates: tuple[Excursion, ...]
     left_out: tuple[NotEstimated, ...]
     agents: int = 1
+
+    def corrected(self, agents: int) -> Excursions:
+        """The same effects, judged together with those of other agents.
+
+        Args:
+            agents: The number of agents, this one among them.
+        """
+        estimates = tuple(
+            replace(one, **_one_of(agents, one.effect, one.standard_error, one.freedom)) for one in self.estimates
+        )
+        return replace(self, agents=agents, estimates=estimates)
 
 
 def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
@@ -179,7 +192,7 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
     """Every report but the last: whether it was false, its step, the truth, the loop, and what came of it."""
     actions, steps = trial.actions, trial.steps
     tried = {(steps[0].state, steps[0].joint)} if steps else set()
-    optimal = _optimal(trial)
+    false, optimal = false_reports(trial), _optimal(trial)
     for i in range(len(steps) - 1):
         on = continuation(actions[: i + 1])
         after = steps[i + 1]
@@ -187,7 +200,7 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
         end = i + 1 + SOON
         soon = float(trial.solved and len(steps) <= end) if end <= trial.budget else np.nan
         yield (
-            float(flipped(trial, i)),
+            float(false[i]),
             i + 1,
             float(steps[i].moved),
             float(on is not None),
@@ -218,14 +231,10 @@ def continuation(actions: tuple[str, ...]) -> str | None:
     return None
 
 
-def excursions(points: DecisionPoints, agents: int = 1) -> Excursions:
+def excursions(points: DecisionPoints) -> Excursions:
     """The effect of one lie on every outcome: over all points, by kind of lie, and inside or outside loops.
 
     Effects that cannot be estimated are left out, each with its reason.
-
-    Args:
-        points: Decision points.
-        agents: Number of agents that are judged together.
     """
     everywhere = np.ones(len(points), dtype=np.bool_)
     among: dict[Among, NDArray[np.bool_]] = {
@@ -240,11 +249,10 @@ def excursions(points: DecisionPoints, agents: int = 1) -> Excursions:
         for name, chosen in among.items():
             if outcome == "leaves" and name in ("in a loop", "elsewhere"):
                 continue
-            found.append(excursion(points, outcome, chosen, name, agents))
+            found.append(excursion(points, outcome, chosen, name))
     return Excursions(
         estimates=tuple(one for one in found if isinstance(one, Excursion)),
         left_out=tuple(one for one in found if isinstance(one, NotEstimated)),
-        agents=agents,
     )
 
 
@@ -253,7 +261,6 @@ def excursion(
     outcome: Outcome,
     chosen: NDArray[np.bool_],
     among: Among = "all",
-    agents: int = 1,
 ) -> Excursion | NotEstimated:
     """The effect of one lie on an outcome over a subset of decision points.
 
@@ -262,7 +269,6 @@ def excursion(
         outcome: The outcome.
         chosen: The subset, shape (points,), chosen by facts known before the coin toss.
         among: Name of the subset.
-        agents: As for :func:`excursions`.
 
     Returns:
         Why there is no estimate: too few trials (:data:`FEWEST`), too few clusters, or a cluster that alone carries a
@@ -291,19 +297,27 @@ def excursion(
     if (found := _least_squares(design, y, cluster)) is None:
         return without("a covariate varies in one block alone")
     effect, error = found
-    reach = student_quantile(1 - ALPHA / 2 / agents, freedom)
     return Excursion(
         outcome=outcome,
         among=among,
         effect=effect,
-        low=max(-1.0, effect - reach * error),
-        high=min(1.0, effect + reach * error),
-        p_value=min(1.0, agents * student_tails(effect / error, freedom)) if error else 1.0,
         standard_error=error,
         points=len(y),
         clusters=clusters,
-        smallest=(reach + _POWER) * error,
+        freedom=freedom,
+        **_one_of(1, effect, error, freedom),
     )
+
+
+def _one_of(agents: int, effect: float, error: float, freedom: int) -> dict[str, Any]:
+    """The interval, P value and detectable effect of one of so many agents, as fields of :class:`Excursion`."""
+    reach = student_quantile(1 - ALPHA / 2 / agents, freedom)
+    return {
+        "low": max(-1.0, effect - reach * error),
+        "high": min(1.0, effect + reach * error),
+        "p_value": min(1.0, agents * student_tails(effect / error, freedom)) if error else 1.0,
+        "smallest": (reach + _POWER) * error,
+    }
 
 
 def _moments_by_cluster(design: Array, first: NDArray[np.intp]) -> Iterator[Array]:

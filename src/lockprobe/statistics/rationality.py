@@ -297,12 +297,12 @@ def _reading(trial: Trial) -> KnownReading:
 
 def _told(trial: Trial) -> list[Told]:
     """Every attempt and its report, with joints as numbers."""
-    numbers, shown = _numbers(trial), _shown(trial)
+    numbers, shown, states_only = _numbers(trial), _shown(trial), trial.states_only
     positions = {told: _positions(trial, numbers, told) for told in set(shown)}
     found: list[Told] = [
         (
             joint := numbers[step.joint],
-            ReportedAttempt(joint, bool(step.told_moved), positions[told], trial.states_only),
+            ReportedAttempt(joint, bool(step.told_moved), positions[told], states_only),
         )
         for step, told in zip(trial.steps, shown, strict=True)
     ]

@@ -92,7 +92,8 @@ def robot_senses(trials: Sequence[Trial]) -> RobotSenses | None:
     Returns:
         None if no step has a verdict or a reading.
     """
-    attempts = [one for trial in trials for one in _attempts(trial) if one.has_verdict or one.has_reading]
+    sensing = [trial for trial in trials if any(step.sensed for step in trial.steps)]
+    attempts = [one for trial in sensing for one in _attempts(trial) if one.has_verdict or one.has_reading]
     if not attempts:
         return None
     told = defaultdict[SourceKind, dict[str, None]](dict)

@@ -33,7 +33,7 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
 
 __all__ = [
@@ -139,9 +139,8 @@ class Branching:
 
     def _as_recorded(self, trial: Trial, name: ForkName) -> bool:
         """Whether a fork gives the same reports as the record, at the fork and later."""
-        said = "lie" if flipped(trial, name.at - 1) else TRUTH
-        later = range(name.at, len(trial.steps) - 1)
-        return name.arm == said and not (name.truthful and any(flipped(trial, i) for i in later))
+        false = false_reports(trial)[name.at - 1 :]
+        return name.arm == ("lie" if false[0] else TRUTH) and not (name.truthful and any(false[1:]))
 
 
 def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from lockprobe.trial.record import Moment, Outcome, Task, Trial
 
-__all__ = ["flipped", "in_words", "told_moved", "told_positions"]
+__all__ = ["false_reports", "in_words", "told_moved", "told_positions"]
 
 
 def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
@@ -45,15 +46,17 @@ def told_positions(moment: Moment) -> tuple[bool, ...] | None:
     return moment.shown
 
 
-def flipped(trial: Trial, i: int) -> bool:
-    """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
+def false_reports(trial: Trial) -> list[bool]:
+    """Whether each report after which the trial went on was inverted.
 
     What an agent infers from two reports of positions is inverted if outcomes are. Where positions are inverted
     (``flip?inverts=position``), the earlier report may be false too; then the report itself counts: it is false if it
     shows the attempted joint in the wrong position.
     """
-    step = trial.steps[i]
     if not (trial.states_only and any(channel.get("inverts") == "position" for channel in trial.channels)):
-        return step.told_falsely
-    place = trial.joints.index(step.joint)
-    return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]
+        return [step.told_falsely for step in trial.steps[:-1]]
+    places = [trial.joints.index(step.joint) for step in trial.steps]
+    return [
+        step.told_state is not None and step.told_state[place] != after.state[place]
+        for place, (step, after) in zip(places, pairwise(trial.steps), strict=False)
+    ]

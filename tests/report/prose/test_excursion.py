@@ -8,7 +8,7 @@ from lockprobe.statistics.excursion import Excursion, Excursions, NotEstimated
 def effect(value, p_value):
     return Excursion(
         outcome="solved", among="all", effect=value, low=value - 0.03, high=value + 0.03, p_value=p_value,
-        standard_error=0.015, points=2000, clusters=30, smallest=0.045,
+        standard_error=0.015, points=2000, clusters=30, freedom=24, smallest=0.045,
     )  # fmt: skip
 
 

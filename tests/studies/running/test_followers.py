@@ -29,7 +29,7 @@ from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing.provider import ScriptedProvider, completion, joints, pictures, turns, words
 from lockprobe.trial.loop import play
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 
 LOOPING, YOKED = "flip?p=0.8&while=looping", "yoked?p=0.8&how=looping"
 STUDY = study(
@@ -51,7 +51,7 @@ def pairs(trials):
 
 
 def lies(trial):
-    return [i + 1 for i in range(len(trial.steps) - 1) if flipped(trial, i)]
+    return [i + 1 for i, false in enumerate(false_reports(trial)) if false]
 
 
 def test_every_trial_has_as_many_lies_at_other_steps(directory):

@@ -49,6 +49,7 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
     out = io.BytesIO()
     engine = figure.get_layout_engine()
     if engine:
+        _place_empty_labels(figure)
         figure.set_dpi(_DPI)
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
@@ -61,6 +62,14 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
     figure.savefig(out, format=form, dpi=_DPI, **own)
     return out.getvalue()
+
+
+def _place_empty_labels(figure: Figure) -> None:
+    """Give axes without a label a place for it; else Matplotlib measures all numbers of an axis to find it one."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if not axis.get_label_text():
+                axis.set_label_coords(0.0, 0.0)
 
 
 def _places(figure: Figure) -> dict[str, tuple[float, ...]]:

@@ -46,7 +46,7 @@ def effects_on(heeding: dict[Who, Subject], trials: Sequence[Trial]) -> Iterator
     there = {who: decision_points(t for t in trials if (t.group, t.modality) == who) for who in heeding}
     found = {who: excursions(points) for who, points in there.items() if len(points)}
     if (agents := sum(bool(effects.estimates) for effects in found.values())) > 1:
-        found = {who: excursions(there[who], agents) for who in found}
+        found = {who: effects.corrected(agents) for who, effects in found.items()}
     for who, effects in found.items():
         own: dict[str, Any] = {"agent": who[0], "modality": who[1], "axis": FLIPS.name}
         yield Estimate(quantity=_REPORTS, **own, unit="reports", value=len(there[who]))

@@ -17,7 +17,6 @@ from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.statistics.outcomes import Outcomes, ended, outcomes
 from lockprobe.statistics.reference import Reference
-from lockprobe.trial.record import Trial
 
 __all__ = ["Regret", "Standing", "standing"]
 
@@ -83,7 +82,7 @@ def standing(of: AxisTrials, conditions: Sequence[ConditionSummary], reference: 
         modality=of.modality,
         success=_share(found, found.solved, np.ones(len(found))),
         steps_to_80=curve.steps_to(0.8),
-        regret=_regret(trials, reference),
+        regret=_regret(found, max((trial.budget for trial in trials), default=0), reference),
         loops=_share(found, found.looped, np.ones(len(found))),
         chance=_pooled([(c.behaviour.chance_uniform, c.success.n) for c in conditions]),
         chance_no_repeat=_pooled([(c.behaviour.chance_no_repeat, c.success.n) for c in conditions]),
@@ -106,9 +105,7 @@ def _pooled(shares: Sequence[tuple[float | None, int]]) -> float | None:
     return sum(share * n for share, n in known) / sum(n for _, n in known) if known else None
 
 
-def _regret(trials: Sequence[Trial], reference: Reference | None) -> Regret | None:
-    counted = outcomes(trials)
-    budget = max((trial.budget for trial in trials), default=0)
+def _regret(counted: Outcomes, budget: int, reference: Reference | None) -> Regret | None:
     if reference is None or reference.optimum is None or not len(counted) or not budget:
         return None
     best = (budget - reference.optimum + 1) / budget

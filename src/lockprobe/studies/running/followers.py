@@ -33,7 +33,7 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Fact, Trial
-from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.told_outcome import false_reports
 
 __all__ = ["Followers", "as_recorded", "check_sources"]
 
@@ -195,7 +195,7 @@ def _replayed(one: Replayed, plan: Plan, followed: Trial) -> Replayed:
 
 def _lies(trial: Trial) -> int:
     """How many reports of a trial were false; nobody acts on the last one."""
-    return sum(flipped(trial, i) for i in range(len(trial.steps) - 1))
+    return sum(false_reports(trial))
 
 
 def _at_random(plan: Plan, followed: Trial, false: int) -> tuple[int, ...]:
