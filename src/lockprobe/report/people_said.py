@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from lockprobe.foundation.formatting import interval, percent, share
 from lockprobe.foundation.grouping import grouped
-from lockprobe.people.progress import Flow
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.people import People
 from lockprobe.statistics.relative_steps import RelativeSteps
+
+if TYPE_CHECKING:
+    from lockprobe.people.progress import Flow
 
 __all__ = ["compared_said", "conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
 

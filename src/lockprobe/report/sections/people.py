@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.progress import Flow, flow_of
-from lockprobe.people.step_times import times_of_steps
 from lockprobe.report.format import TextTable
 from lockprobe.report.people_said import (
     compared_said,
@@ -32,6 +30,9 @@ from lockprobe.statistics.relative_steps import RelativeSteps
 from lockprobe.statistics.response_times import ResponseTimes, response_times
 from lockprobe.studies.study import Study
 
+if TYPE_CHECKING:
+    from lockprobe.people.progress import Flow
+
 __all__ = ["SECTIONS"]
 
 _BY_PERSON = "by person"
@@ -47,6 +48,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     opened, found = numbers.opened, numbers.people
     if not opened.study.invited and found is None:
         return
+    from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
+    from lockprobe.people.step_times import times_of_steps
+
     flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
     for of, count in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
