@@ -52,16 +52,16 @@ def test_other_conditions_change_no_p_value_and_every_contrast_is_corrected_for_
         for spec in specs
     }
     (factor,) = factors_of(arms_of(map(read_condition, specs)))
-    found = [*factor_effects(cells, factor, (agent,))]
+    found = [make() for make in factor_effects(cells, factor, (agent,))]
     assert [(one.control, one.effects[0].condition, one.agents) for one in found] == [
         ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", STICKY, 2),
     ]  # fmt: skip
     (beside,) = factors_of(arms_of(map(read_condition, ("nudge", *specs, "truth"))))
-    assert [*factor_effects(cells, beside, (agent,))] == found
+    assert [make() for make in factor_effects(cells, beside, (agent,))] == found
 
 
 def test_an_agent_that_plays_alike_is_in_no_contrast():
     both = ("flip?p=0.4", STICKY)
     cells = {("random", one): [run_trial(agent="random", condition=one, trial=i + 1) for i in range(4)] for one in both}
     (factor,) = factors_of(arms_of(map(read_condition, both)))
-    assert [*factor_effects(cells, factor, ("random",))] == []
+    assert [make() for make in factor_effects(cells, factor, ("random",))] == []

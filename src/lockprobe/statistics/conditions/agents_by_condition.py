@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from operator import call
 
+from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_comparison.interaction import Interaction
 from lockprobe.statistics.agent_comparison.leaderboard import comparisons
 from lockprobe.statistics.agent_comparison.pair import AgentComparison, ComparisonAt
@@ -61,7 +64,11 @@ class ComparisonUnder:
 
 
 def agents_by_condition(
-    cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design, orders: Mapping[str, BlockOrder] = NO_ORDERS
+    cells: Mapping[tuple[str, str], Sequence[Trial]],
+    design: Design,
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
+    *,
+    each: Each = map,
 ) -> tuple[ComparisonUnder, ...]:
     """Compare the agents under every condition that is no flip rate.
 
@@ -71,8 +78,11 @@ def agents_by_condition(
         cells: The trials of every agent under every condition in which something was changed.
         design: The design of the study.
         orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+        each: A map function over conditions, sequential or parallel.
     """
-    found = [one for arm in design.arms if arm.label not in design.axis for one in _under(cells, design, arm, orders)]
+    arms = [arm for arm in design.arms if arm.label not in design.axis]
+    made = each(call, [_comparisons(cells, design, arm, orders) for arm in arms])
+    found = [one for arm, pairs in zip(arms, made, strict=True) for one in _under(design, arm, pairs)]
     families = [one.family for one in found]
     tested = holm_by_family(families, [one.at.success.p_value for one in found])
     changes = [None if one.change is None else one.change.p_value for one in found]
@@ -88,17 +98,23 @@ def agents_by_condition(
     )
 
 
-def _under(
+def _comparisons(
     cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design, arm: SeriesArm, orders: Mapping[str, BlockOrder]
-) -> Iterator[ComparisonUnder]:
+) -> Callable[[], tuple[AgentComparison, ...]]:
+    """What compares the agents under a condition and its control. It holds columns and no trials."""
     label, control = arm.label, design.control(arm.label)
     played = [(name, own) for name, own in cells.items() if name[1] in (label, control) and (name[0], label) in cells]
     trials = [trial for _, own in played for trial in own]
-    axes = (series.axis for series in design.other_axes if label in series.doses and label != control)
-    axis = next((" ".join(filter(None, (one.name, one.options, one.rest))) for one in axes), "")
     by_agent = on_axis(trials, _place(control if control != label else ""), orders)
     seed, of = trials[0].seed if trials else 0, [str(spec) for spec in arm.specs]
-    for pair in comparisons([entrant(members) for members in by_agent], seed, of):
+    return partial(comparisons, [entrant(members) for members in by_agent], seed, of)
+
+
+def _under(design: Design, arm: SeriesArm, pairs: Sequence[AgentComparison]) -> Iterator[ComparisonUnder]:
+    label, control = arm.label, design.control(arm.label)
+    axes = (series.axis for series in design.other_axes if label in series.doses and label != control)
+    axis = next((" ".join(filter(None, (one.name, one.options, one.rest))) for one in axes), "")
+    for pair in pairs:
         at = next((one for one in pair.at if one.dose == _CONDITION), None)
         if at is not None and not pair.copies:
             yield ComparisonUnder(

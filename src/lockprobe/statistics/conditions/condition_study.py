@@ -134,12 +134,14 @@ def summarise_conditions(
             "Every condition against the control", lambda: _effects(acting, design, _names(idle), orders), tuple
         ),
         on_axes=tuple(_on_axes(flips, series, design)),
-        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders), tuple),
+        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders, each), tuple),
         against_none=section(
-            "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders), tuple
+            "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders, each), tuple
         ),
         agents_compared=section(
-            "Agents compared under conditions", lambda: agents_by_condition(acting, design, orders), tuple
+            "Agents compared under conditions",
+            lambda: agents_by_condition(acting, design, orders, each=each),
+            tuple,
         ),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
@@ -282,9 +284,10 @@ def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]],
 
 
 def _of_factors(
-    cells: _Cells, factors: Iterable[Factor], design: Design, orders: Mapping[str, BlockOrder]
+    cells: _Cells, factors: Iterable[Factor], design: Design, orders: Mapping[str, BlockOrder], each: Each
 ) -> tuple[Effects, ...]:
-    return tuple(one for factor in factors for one in factor_effects(cells, factor, design.agents, orders))
+    made = [make for factor in factors for make in factor_effects(cells, factor, design.agents, orders)]
+    return tuple(one for one in each(call, made) if one is not None)
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:

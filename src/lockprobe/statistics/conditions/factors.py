@@ -7,15 +7,18 @@ trials that share their luck. In each modality the contrasts of one factor are a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.effects import Effect, Effects
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.difference import each_difference
-from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import is_reference
 from lockprobe.trial.record import Trial
@@ -92,8 +95,8 @@ def _is_number(text: str) -> bool:
 
 def factor_effects(
     cells: _Cells, factor: Factor, agents: Sequence[str], orders: Mapping[str, BlockOrder] = NO_ORDERS
-) -> Iterator[Effects]:
-    """What the levels of a factor did to each agent, against the first level.
+) -> Iterator[Callable[[], Effects | None]]:
+    """What computes what the levels of a factor did to each agent, against the first level; it holds no trials.
 
     Agents that the study is about are one family, and baselines another; each is corrected for its agents, and for all
     contrasts of the factor.
@@ -110,16 +113,30 @@ def factor_effects(
     for agent, group in asked:
         names = [label for label in group if (agent, label) in cells]
         first = cells[agent, names[0]][0]
-        rng = generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs)
-        many = sizes[baseline[agent]] * len(factor.groups)
-        compared = [outcomes(cells[agent, name], order=orders.get(agent)) for name in names]
-        tested = each_difference(compared, rng, agents=many)
-        if tested:
-            seen = tuple(Effect(condition=names[place], difference=one) for place, one in tested)
-            yield Effects(
-                agent=agent, modality=first.modality, control=names[0], effects=seen, interplays=(), agents=many,
-                axis=factor.name, family=f"{LEVELS}{factor.name}",
-            )  # fmt: skip
+        yield partial(
+            _of_agent,
+            agent,
+            first.modality,
+            {name: outcomes(cells[agent, name], order=orders.get(agent)) for name in names},
+            generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs),
+            factor.name,
+            sizes[baseline[agent]] * len(factor.groups),
+        )
+
+
+def _of_agent(
+    agent: str, modality: str, compared: Mapping[str, Outcomes], rng: np.random.Generator, factor: str, many: int
+) -> Effects | None:
+    """What the levels of a factor did to one agent; None without a common trial."""
+    names = list(compared)
+    tested = each_difference(list(compared.values()), rng, agents=many)
+    if not tested:
+        return None
+    seen = tuple(Effect(condition=names[place], difference=one) for place, one in tested)
+    return Effects(
+        agent=agent, modality=modality, control=names[0], effects=seen, interplays=(), agents=many, axis=factor,
+        family=f"{LEVELS}{factor}",
+    )  # fmt: skip
 
 
 def _can_differ(cells: _Cells, agent: str, group: Sequence[str]) -> bool:
