@@ -143,6 +143,22 @@ def test_an_agent_that_computes_here_begins_after_the_first_report(clock, tmp_pa
     assert said[3:] == ["process"]
 
 
+def test_where_a_model_computes_here_the_first_report_is_of_the_first_agent_that_is_no_baseline(clock, tmp_path):
+    said = []
+    model, random, careful, human = map(resolve, ("llm:local", "random", "cognitive:careful", "human-inspired"))
+    study = SimpleNamespace(simulated=False, run_agents=[model.spec, random.spec])
+    watching = SimpleNamespace(
+        begin=lambda *of: None, trial=lambda *of: None, agent=lambda source, owed: said.append(source.spec)
+    )
+    live = LiveReport(watching, tmp_path, begins=said.append, tell=said.append)
+    live.begin(study, SimpleNamespace(trials={}), 9)
+    for source in (random, careful, human, model):
+        live.agent(source, 3)
+        live.trial(None, None)
+    assert said == ["random", "cognitive:careful", 2, tmp_path / "report.html", "human-inspired", "llm:local"]
+    assert len(Process.begun) == 1  # the next is due two minutes later
+
+
 def test_it_waits_no_longer_than_half_a_minute(clock, tmp_path, monkeypatch):
     def late(self, timeout):
         raise TimeoutError(timeout)

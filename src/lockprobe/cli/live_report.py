@@ -10,8 +10,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from lockprobe.agents.catalogue import AgentSource
+from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.errors import UserMistake
+from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.study import Study
@@ -32,10 +33,12 @@ WAITED = 30.0
 class LiveReport:
     """Passes events on to another observer, and writes the report in a process of its own.
 
-    The first report starts when a slow agent begins, or a minute later if nothing has been played yet. An agent that
-    computes on this machine begins after it, as both would wait for the same processors. The pauses between later
-    reports double, and they are written with low priority. At most one process writes. Its output is discarded: the run
-    writes the last report itself. Without a directory there are no reports.
+    The first report starts when a slow agent begins, or a minute later if nothing has been played yet. If a language
+    model is to compute on this machine, the report starts before, when the first agent that is no baseline has been
+    played: the study is then seen while the others play. Who plays on this machine waits for the report, as both would
+    wait for the same processors. The pauses between later reports double, and they are written with low priority. At
+    most one process writes. Its output is discarded: the run writes the last report itself. Without a directory there
+    are no reports.
 
     Args:
         observer: Gets the events.
@@ -55,6 +58,8 @@ class LiveReport:
         self._observer, self._begins, self._tell = observer, begins, tell
         self._directory = directory
         self._simulated = False
+        self._embedded = False  # whether a model computes on this machine
+        self._turn = ""  # the agent that plays
         self._played = 0
         self._pause = PAUSE
         self._next: float | None = None  # None: no slow agent's turn has come
@@ -64,20 +69,27 @@ class LiveReport:
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Note how much was played before."""
         self._simulated = study.simulated
+        self._embedded = any(resolve(agent).engine == "process" for agent in study.run_agents)
         self._played = len(journal.trials)
         self._observer.begin(study, journal, owed)
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """Report the trials of the others before a slow agent begins."""
-        if self._next is None and (self._simulated or source.engine != "inline"):
+        """Report the trials of the others before a slow agent begins, or the first ones before an embedded model."""
+        is_slow = self._simulated or source.engine != "inline"
+        if self._next is None and (is_slow or (self._embedded and self._shows_something())):
             self._next = time.monotonic() + (0 if self._played else FIRST_PAUSE)
             self._renew()
-            if self._first is not None and source.engine == "process":
+            if self._first is not None and (source.engine == "process" or not is_slow):
                 self._begins(self._played)
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     self._first.wait(WAITED)
                 self._tell_of_first()
+        self._turn = source.spec
         self._observer.agent(source, owed)
+
+    def _shows_something(self) -> bool:
+        """Whether the agent that has just played is none of those that others are compared with."""
+        return bool(self._played and self._turn) and not is_reference(self._turn)
 
     def step(self, key: str, step: Step) -> None:
         """Pass a step on."""
