@@ -19,6 +19,7 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.sources import follows
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
@@ -151,7 +152,8 @@ def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     """
     condition = _condition(study, trial)
     plan = as_recorded(study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
-    acting, changed = _changed(plan.condition, name.arm, name.at, _label(trial, name.arm))
+    changes = _changed if follows(plan.condition) else _changed_for_all
+    acting, changed = changes(plan.condition, name.arm, name.at, _label(trial, name.arm))
     fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
 
@@ -162,12 +164,15 @@ def _condition(study: Study, trial: Trial) -> Condition:
     return found
 
 
-@lru_cache(maxsize=1024)
 def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple[Intervention, ...], Condition]:
     """The interventions of an arm, and the condition that includes them."""
     acting = arm_interventions(arm, at, condition, label)
     interventions = (*interventions_in(condition), *acting)
     return acting, replace(condition, interventions=interventions, name=f"fork: {arm}")
+
+
+_changed_for_all = lru_cache(maxsize=1024)(_changed)
+"""The same, made once; not for conditions that are equal and yet take something else from other trials in each."""
 
 
 def _label(trial: Trial, arm: str) -> str:
@@ -186,7 +191,7 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
         label: The label of the joint that ``force=JOINT`` names.
 
     Raises:
-        BadValue: If there is no such arm, or the condition's modality cannot tell it.
+        BadValue: If there is no such arm, or the condition cannot tell it.
     """
     kind, _, joint = arm.partition("=")
     if arm not in TOLD and (kind not in ACTS or (kind == "force") != bool(joint)):
@@ -197,6 +202,9 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
     spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
     flips = [one for one in interventions_in(condition) if isinstance(one, OutcomeFlip)]
     like = flips[0] if flips else OutcomeFlip()
+    if like.part == "position" and like.inverts == "outcome":
+        expected = "one without part=position, whose false positions the true report of an arm would take back"
+        raise BadValue("a condition to fork", condition.label, expected)
     if like.others == "noisy":
         like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
     made = tuple(

@@ -291,8 +291,14 @@ def _acting(asked: Condition, text: str) -> Condition:
         BadValue: If its dose is 0 although it has a name, or because none was given; or if it is called what another
             condition is.
     """
-    if asked.specs and asked.does_nothing and asked.p is None and (asked.name or "?" not in text):
-        raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
+    if asked.specs and asked.does_nothing:
+        said = {option for part in split_specs(text) for option in Spec.parse(part, "intervention").options}
+        doses = [names[0] for _, names in asked.acting if names]
+        if said.isdisjoint(doses):
+            expected = f"one that does something; without {doses[0]}= it is the truth"
+            raise BadValue("condition", text, expected)
+        if asked.name and asked.p is None:
+            raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
     if not asked.specs and not asked.name and any(spec_name(part) == PLANT for part in split_specs(text)):
         raise BadValue("condition", text, "one that changes the plant; the plant of the study is so already")
     if asked.name == TRUTH and not asked.does_nothing:

@@ -105,12 +105,13 @@ class Followers:
         """The plan with what its trial takes from other trials; None as long as one of these is owed.
 
         Args:
-            plan: Of a condition that follows others; any other stays as it is.
+            plan: Of a condition that follows others; any other stays as it is, and so does a fork: the record of its
+                parent says what it took.
 
         Raises:
             BadFile: If another study that it follows has changed.
         """
-        if not follows(plan.condition):
+        if plan.fork is not None or not follows(plan.condition):
             return plan
         made = [self._filled(one, plan) for one in interventions_in(plan.condition)]
         return None if None in made else _acting(plan, [one for one in made if one is not None])
