@@ -44,6 +44,6 @@ def test_more_trials_are_added_and_said(lockprobe, tmp_path):
     assert lockprobe(*asked, "--trials", "3")[0] == 0
     status, _, told = lockprobe(*asked, "--trials", "5")
     assert status == 0
-    assert told.startswith("Extended: planned for 3 trials per condition, and since ")
+    assert told.startswith("To be extended: planned for 3 trials per condition, and since ")
     assert "after 6 trials, for 5 trials per condition. The report shows what holds at every look." in told
     assert "extended    it was planned for 3 trials" in lockprobe("status", str(tmp_path / "b"))[1]

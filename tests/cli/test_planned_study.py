@@ -22,7 +22,7 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     assert (status, "Extended" in said) == (0, False)
     status, _, said = lockprobe(*ASKED, *rates, "--trials", 5)
     assert status == 0
-    assert said.startswith("Extended: planned for 3 trials per condition, and since ")
+    assert said.startswith("To be extended: planned for 3 trials per condition, and since ")
     assert "after 6 trials, for 5 trials per condition. The report shows what holds at every look." in said
     assert len(load("d")) == 10
     before = read_study("d")

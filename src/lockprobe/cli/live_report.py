@@ -115,6 +115,12 @@ class LiveReport:
         if self._writing is not None:
             self._writing.wait()
 
+    def stop(self) -> None:
+        """End the report that is being written, of a run that was refused: its settings do not stay."""
+        if self._writing is not None and self._writing.poll() is None:
+            self._writing.terminate()
+            self._writing.wait()
+
     def _tell_of_first(self) -> None:
         if self._first is not None and self._first.poll() is not None and self._directory is not None:
             if not self._first.poll():

@@ -55,7 +55,7 @@ def say_extended(planned: Study, directory: Path) -> None:
     """Say that a study is about to be extended, if it is."""
     before = len(read_study(directory).earlier) if (directory / SETTINGS).exists() else 0
     if len(planned.earlier) > before:
-        print(f"Extended: {extension_said(planned)}. {AT_EVERY_LOOK}", file=sys.stderr)
+        print(f"To be extended: {extension_said(planned)}. {AT_EVERY_LOOK}", file=sys.stderr)
 
 
 def _unsized(request: StudyOptions, asked: Mapping[str, object]) -> Study:

@@ -12,7 +12,7 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.cli.result import read_result
-from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached
+from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached, UserMistake
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
@@ -119,6 +119,9 @@ def _play_trials(
     except AgentsGivenUp:
         if not journal.trials:  # nothing was played: the command cannot be carried out
             raise
+    except UserMistake:
+        live.stop()
+        raise
     return None
 
 

@@ -10,12 +10,23 @@ from lockprobe.statistics.inference.association import LENGTH_CAVEAT
 
 __all__ = ["SECTIONS"]
 
-_ANSWER = "An effect that was not detected may be there. The box and the human-inspired strategy are reconstructions."
+_ANSWER = "An effect that was not detected may be there."
 
 
 def _show(found: Results) -> Iterator[Part]:
     errors = any(row.value for row in found.where("left_out", of="ended as error"))
-    yield Part("Limits", _ANSWER, [Template("limits", {"caveat": LENGTH_CAVEAT, "errors": errors})])
+    answer = " ".join([_ANSWER, *_reconstructed(found)])
+    yield Part("Limits", answer, [Template("limits", {"caveat": LENGTH_CAVEAT, "errors": errors})])
+
+
+def _reconstructed(found: Results) -> Iterator[str]:
+    """What the answer says of parts of the study that stand for those of the paper, which are not public."""
+    box = found.study.get("box", {}).get("name") == "chain-4"
+    strategy = bool(found.facts_about("design"))
+    if box and strategy:
+        yield "The box and the human-inspired strategy are reconstructions."
+    elif box or strategy:
+        yield f"The {'box' if box else 'human-inspired strategy'} is a reconstruction."
 
 
 SECTIONS = (Section(name="limits", title="Limits", show=_show),)
