@@ -61,6 +61,16 @@ def test_every_change_of_the_table_is_from_the_control_whatever_else_is_compared
     assert len(shares) == 8
 
 
+def test_the_caption_says_where_a_change_is_of_fewer_trials_than_the_shares(tmp_path):
+    planned = study("flips", agent="cognitive:careful", p=[0, 0.4], trials=6, repetitions=1)
+    directory = write_study(tmp_path / "study", planned)
+    assert "finished under both" not in table_tex(results(directory))
+    records = directory / "trials.jsonl"
+    lines = records.read_text("utf-8").splitlines(keepends=True)
+    records.write_text("".join(line for line in lines if "p=0.4/rep=1/trial=6" not in line), "utf-8")
+    assert table_tex(results(directory)).count("finished under both") == 1
+
+
 def of_many(agents):
     """Results with so many conditions of each agent, all of them solved in 3 of 10 trials."""
     share = Some(value=0.3, n=10, low=0.1, high=0.6)
@@ -69,7 +79,7 @@ def of_many(agents):
         for agent, conditions in agents.items()
         for i in range(conditions)
     ]
-    return Some(beside_flips=True, cells=cells, against_control=list)
+    return Some(beside_flips=True, cells=cells, against_control=list, design=Some(conditions=()))
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,9 @@ _CAPTION = (
     "change is detected if P is below 0.05 and its interval excludes 0."
 )
 
+_COMMON = " Changes are of the trials that were finished under both conditions."
+"""What the caption of an unfinished study adds, in which a change is not the difference of two shares of the table."""
+
 _CONTINUED = "Success and its change from the control (continued)."
 
 _LINES = 33.0
@@ -48,7 +51,18 @@ def table_tex(found: Results) -> str:
     )
     columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
     parts = list(_parts(list(_rows(found)))) or [[]]
-    return "\n".join(_float(part, columns, head, first=part is parts[0]) for part in parts)
+    first = f"{_CAPTION}{_COMMON * _of_fewer(found)}"
+    return "\n".join(_float(part, columns, head, "" if i else first) for i, part in enumerate(parts))
+
+
+def _of_fewer(found: Results) -> bool:
+    """Whether a change is of fewer trials than the shares of its condition and its control."""
+    trials = {(cell.agent, cell.condition): row.n or 0 for cell in found.cells if (row := cell.get("success"))}
+    control = {one.name: one.control for one in found.design.conditions}
+    return any(
+        (row.n or 0) < max(trials.get((row.agent, name), 0) for name in (row.condition, control.get(row.condition, "")))
+        for row in found.against_control()
+    )
 
 
 def _rows(found: Results) -> Iterator[_Row]:
@@ -77,7 +91,8 @@ def _parts(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
         yield part
 
 
-def _float(rows: Sequence[_Row], columns: str, head: str, *, first: bool) -> str:
+def _float(rows: Sequence[_Row], columns: str, head: str, first: str) -> str:
+    """A part of the table; ``first`` is the caption of the first one, and empty in the others."""
     lines = [r"\begin{table*}"] if first else [r"\begin{table*}", r"\addtocounter{table}{-1}"]
     lines += [r"\centering", rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head]
     last = ""
@@ -86,7 +101,7 @@ def _float(rows: Sequence[_Row], columns: str, head: str, *, first: bool) -> str
             lines.append(r"\addlinespace" if last else r"\midrule")
         lines.append(f"{{}}{row.label if row.agent != last else ''} & {row.cells} \\\\")
         last = row.agent
-    caption = tex_text(_CAPTION if first else _CONTINUED)
+    caption = tex_text(first or _CONTINUED)
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", rf"\caption{{{caption}}}", r"\end{table*}", ""])
 
 

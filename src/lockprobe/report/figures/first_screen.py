@@ -5,14 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from statistics import fmean
 from typing import Any, Literal
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
-from lockprobe.report.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
+from lockprobe.report.figures.frame import (
+    FAINT,
+    agent_label,
+    label_in_lines,
+    label_right,
+    p_axis,
+    share_axis,
+    shortened,
+    step_axis,
+)
 from lockprobe.report.figures.palette import Dash, Style, of_agent, styles
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p, staircase
 from lockprobe.report.figures.settings import own_settings
@@ -34,6 +45,9 @@ _MOST = 8
 _NAME = 28
 """Characters of a name at the right edge."""
 
+_FEW = 4
+"""Agents whose names have room for two lines."""
+
 _SHORT = 16
 """Characters of a name before the name of a kind of false reports."""
 
@@ -45,6 +59,9 @@ _CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorde
 
 _RANDOM = "random agents, exact"
 """What that range is called, beside agents that were played."""
+
+_BESIDE_STAR, _NEAR_STAR = 0.1, 0.13
+"""How far beside a star its name is, of the width of the axes, and how near in height a line would cross the name."""
 
 _OTHER: Dash = (0, (1, 1.2))
 """The line of an agent under another reading of a false report."""
@@ -67,7 +84,8 @@ def draw_overview(found: Results, size: Literal["screen", "column", "print"] = "
         size: That of the first screen, of a column of print, or of two.
     """
     shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
-    draw, (width, height) = _by_p if found.several_p else _by_step, _SIZES[size]
+    draw = partial(_by_p, stars_named=size != "column") if found.several_p else _by_step
+    width, height = _SIZES[size]
     figure = sheet([shown] if shown else [], partial(draw, found), heights=(height,), width=width)
     if figure and size == "column":  # the names of agents take half of it
         (axes,) = figure.axes
@@ -75,18 +93,18 @@ def draw_overview(found: Results, size: Literal["screen", "column", "print"] = "
         labels = [label.get_text() for label in axes.get_xticklabels()]
         axes.set_xticks(axes.get_xticks()[::every], labels[::every])
         for text in axes.texts:
-            text.set_text(shortened(text.get_text(), _IN_COLUMN))
+            text.set_text("\n".join(shortened(line, _IN_COLUMN) for line in text.get_text().split("\n")))
     return figure
 
 
-def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
-    """Shares with Wilson's intervals, beside the range of random agents."""
+def _by_p(found: Results, axes: Axes, shown: _Shown, *, stars_named: bool) -> None:
+    """Shares with Wilson's intervals, beside the range of random agents. In a column the caption names the stars."""
     courses = found.courses()
     labels = []
     cells = [cell for course in courses for cell in course.cells]
     for course, style in shown:
         by_dose(axes, course.played, "success", style, linestyle=style.dash)
-        labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
+        labels.append((course.played[-1].value("success") or 0.0, _named(course, shown), style.colour))
     own = {(course.agent, course.modality): style.colour for course, style in shown}
     for course, style, words in _other_readings(found, shown):
         by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
@@ -100,13 +118,26 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
         labels.append(((low + high) / 2, _RANDOM, FAINT))
     stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
     published(axes, stars, label="")
-    for place in stars:
-        side = 1 if place[0] < sum(axes.get_xlim()) / 2 else -1
-        beside: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if side > 0 else "right"}
-        beside["va"] = "center" if side > 0 else "bottom"  # a curve that rises to the peak passes below
-        beside["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
-        axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **beside)
+    for place in stars if stars_named else ():
+        _name_star(axes, place, [line.get_xydata() for line in axes.lines if len(line.get_xydata()) > 1])
     label_right(axes, labels)
+
+
+def _name_star(axes: Axes, place: tuple[float, float], lines: Sequence[Any]) -> None:
+    """Name a star beside it, above or below it where a line passes there."""
+    left, right = axes.get_xlim()
+    side = 1 if place[0] < (left + right) / 2 else -1
+    there = place[0] + side * _BESIDE_STAR * (right - left)
+    passing = [y for y in (np.interp(there, *line.T) for line in lines) if abs(y - place[1]) < _NEAR_STAR]
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if side > 0 else "right"}
+    style["va"] = "center" if not passing else "bottom" if fmean(passing) <= place[1] else "top"
+    style["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
+    axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **style)
+
+
+def _named(course: Course, shown: _Shown) -> str:
+    """The name at the end of a line, in two lines if it is long and there is room for them."""
+    return label_in_lines(course, _NAME) if len(shown) <= _FEW else agent_label(course, _NAME)
 
 
 def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
@@ -128,7 +159,7 @@ def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:
         curve = course.played[0].curve("success_by_step")
         share = curve.value if curve else ()
         staircase(axes, share, style, label="", first=1 + i % 4)
-        labels.append((share[-1] or 0.0, agent_label(course, _NAME), style.colour))
+        labels.append((share[-1] or 0.0, _named(course, shown), style.colour))
     if chance := _chance(found):
         low, high = (share[: budget + 1] for share in chance)
         axes.fill_between(range(budget + 1), low, high, step="post", **_CHANCE)

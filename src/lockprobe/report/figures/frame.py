@@ -60,6 +60,9 @@ computed rather than played."""
 BEYOND = 0.5
 """How far a curve runs on after the last step."""
 
+_WHOLE = 200
+"""More characters than a name has."""
+
 _GAP = 0.085
 """Least distance between labels at the right edge, in axes heights."""
 
@@ -100,6 +103,17 @@ def agent_label(agent: Course, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     extra = f" ({agent.shown})" if agent.shown else ""
     return safe_name(shortened(Subject.of(agent.agent).name, max(_LEAST, longest - len(extra))) + extra)
+
+
+def label_in_lines(agent: Course, longest: int) -> str:
+    """The agent's label, in two lines where one of so many characters would leave its end out."""
+    label = agent_label(agent, longest)
+    if not label.endswith("…"):
+        return label
+    whole = agent_label(agent, _WHOLE)
+    halves = [(whole[: found.end()], whole[found.end() :]) for found in re.finditer(r"[-_/:?&.]", whole)]
+    narrow = min(halves, key=lambda lines: max(map(_width, lines)), default=(whole, ""))
+    return "\n".join(narrow) if max(map(_width, narrow)) <= longest else label
 
 
 def heading(agent: Course) -> str:
@@ -232,8 +246,11 @@ def title_lines(*lines: str) -> list[str]:
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
     """Names at the right edge, each at the height where its line ends, pushed apart where they would touch.
 
+    A name of two lines pushes all apart by as much.
+
     They have the colours of their lines, darker where text on white has to be.
     """
+    gap = max([gap, *(_GAP * (1 + text.count("\n")) for _, text, _ in labels)])
     low, high = axes.get_ylim()
     beside: dict[str, Any] = {"transform": axes.transAxes}
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
