@@ -119,7 +119,7 @@ def _by_p(found: Results, axes: Axes, shown: _Shown, *, stars_named: bool) -> No
     stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
     published(axes, stars, label="")
     for place in stars if stars_named else ():
-        _name_star(axes, place, [line.get_xydata() for line in axes.lines if len(line.get_xydata()) > 1])
+        _name_star(axes, place, [line for xy in axes.lines if len(line := np.asarray(xy.get_xydata())) > 1])
     label_right(axes, labels)
 
 
