@@ -72,3 +72,10 @@ def test_a_study_of_baselines_alone_is_about_them(tmp_path):
     assert lacking_agents(numbers) == {}
     assert unfinished_agents(numbers) == {BASELINE: (20, 24)}
     assert results_of(numbers).answer.startswith("human-inspired has finished 20 of 24 trials. False reports lower")
+
+
+def test_an_answer_for_one_agent_comes_before_the_agents_that_are_still_to_come(tmp_path):
+    numbers = numbers_of(tmp_path, played(MODEL, solved={0: 10, 0.4: 0}), agents=(MODEL, "cognitive:careful"))
+    answer = results_of(numbers).answer
+    assert answer.startswith(f"False reports lower the success of {MODEL}")
+    assert answer.endswith("Still to come: cognitive:careful has finished none of 20 trials.")

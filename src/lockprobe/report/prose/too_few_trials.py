@@ -12,13 +12,18 @@ Finished = Mapping[str, tuple[int, int]]
 """Agent -> its finished trials, and those that are planned."""
 
 
-def too_few_said(agents: Finished) -> str:
+def too_few_said(agents: Finished, *, others: bool = False) -> str:
     """That agents have too few trials; empty without such an agent.
+
+    Args:
+        agents: These agents.
+        others: Whether there is an answer for others of those that the study is about.
 
     >>> too_few_said({"a": (4, 24), "b": (0, 24)})
     'Too few trials for an answer: a has finished 4 of 24 trials and b none of 24.'
     """
-    return f"Too few trials for an answer: {finished_said(agents)}" if agents else ""
+    begin = "Still to come" if others else "Too few trials for an answer"
+    return f"{begin}: {finished_said(agents)}" if agents else ""
 
 
 def finished_said(agents: Finished) -> str:

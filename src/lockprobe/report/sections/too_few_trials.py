@@ -59,6 +59,7 @@ def answered_questions(summary: StudySummary, lacking: Container[str]) -> list[Q
 def with_lacking(answer: str, numbers: StudyNumbers, lacking: Mapping[str, tuple[int, int]]) -> str:
     """The answer of a study, after how many trials it rests on; marked where baselines stand for all other agents.
 
+    Where there is an answer for some of the agents that the study is about, it comes before what is still to come.
     Nothing is added where no trial has ended.
     """
     if all(trial.error is not None for trial in numbers.trials):
@@ -67,4 +68,6 @@ def with_lacking(answer: str, numbers: StudyNumbers, lacking: Mapping[str, tuple
     going_on = finished_said(rest) if numbers.opened.every_look == "unfinished" else ""
     own = [numbers.study.label_of(agent) for agent in numbers.study.run_agents if not is_reference(agent)]
     instead = own and all(trial.group not in own for trial in numbers.trials)
+    if not _tested(numbers).isdisjoint(own):
+        return " ".join(filter(None, (going_on, answer, too_few_said(lacking, others=True))))
     return " ".join(filter(None, (too_few_said(lacking), going_on, of_baselines(answer) if instead else answer)))
