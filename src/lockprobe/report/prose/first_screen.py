@@ -185,10 +185,16 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
 
 def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
     """That no effect was detected, and up to which size intervals hold one, if that is not small."""
-    most = round(100 * max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0))
-    if most <= 100 * NARROW:
+    most = _not_excluded(differences)
+    if not most:
         return f"No effect of {effect} was detected."
     return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
+
+
+def _not_excluded(differences: Iterable[DifferenceAt | Paired]) -> int:
+    """The largest change in points that intervals hold; 0 if it is small."""
+    most = round(100 * max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0))
+    return most if most > 100 * NARROW else 0
 
 
 def _course(agent: AgentSummary) -> CourseKind:
@@ -199,10 +205,12 @@ def _course(agent: AgentSummary) -> CourseKind:
 def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = False) -> str:
     """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
     hidden = [agent for agent in agents if _course(agent) not in _DOES]
+    differences = [agent.contrast.difference for agent in hidden if agent.contrast]
     if len(hidden) == len(agents):
-        differences = [agent.contrast.difference for agent in hidden if agent.contrast]
         return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
+    most = _not_excluded(differences)
+    open_ = f" (changes of up to {most} points are not excluded)" if most else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
         courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
@@ -211,10 +219,10 @@ def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = Fa
             for kind, own in courses.items()
             if own
         ]
-        said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
+        said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}"
         if len(said.split()) <= _WORDS:
             break
-    return said
+    return f"{said}{open_}."
 
 
 def _with_rates(agent: AgentSummary) -> str:
