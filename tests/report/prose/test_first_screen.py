@@ -67,7 +67,7 @@ def _answer(courses):
         ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a was detected, and changes of up to 32 points"),
         ({"a": {0.4: 20}}, "a solved 50 % of 40 trials."),
         ({"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}}, "False reports raise the success of a; they lower the success of b."),
-        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a (12 % to 75 % at a flip rate of 0.4); no effect on that of b was detected (changes of up to 36 points are not excluded)."),
+        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a (12 % to 75 % at a flip rate of 0.4); no effect on that of b was detected (within ±36 points)."),
         ({"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}}, "Inconclusive: no effect of false reports on the success of a or b was detected"),
         ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents b solved the most: 75 % of 40 trials."),
     ],

@@ -210,7 +210,7 @@ def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = Fa
         return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
     most = _not_excluded(differences)
-    open_ = f" (changes of up to {most} points are not excluded)" if most else ""
+    open_ = f" (within ±{most} points)" if most else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
         courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
