@@ -155,7 +155,7 @@ class Experiment(SettingsPart):
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
         joins_per_minute: The most joins per minute from one address.
-        away_minutes: Minutes without an act after which a place is given to another person.
+        away_minutes: Minutes without an act after which a place may be given to somebody who finds no other.
         checks: Attention checks.
         questions: Questions at the end.
     """
