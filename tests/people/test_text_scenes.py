@@ -158,14 +158,19 @@ def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many,
     assert end.completion_url == ("" if code == "F1" else "https://example.org/x")
 
 
-def test_who_declines_or_finds_no_place_has_a_way_back():
-    ends = {"declined_url": "https://example.org/no", "full_code": "FULL", "withdrawn_code": "GONE"}
+def test_who_declines_withdraws_or_has_no_place_any_more_has_a_way_back():
+    ends = {
+        "declined_url": "https://example.org/no",
+        "full_code": "FULL",
+        "withdrawn_code": "GONE",
+        "late_code": "LATE",
+    }
     texts = TextScenes(WORDS, people_study(), Experiment(**ends))
     declined, full, late, gone = (texts.closed(why) for why in ("declined", "full", "late", "withdrawn"))
     assert (gone.completion_url, gone.completion_code) == ("", "GONE")
     assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
     assert (full.completion_url, full.completion_code) == ("", "FULL")
-    assert (late.completion_url, late.completion_code) == ("", "")
+    assert (late.completion_url, late.completion_code) == ("", "LATE")
 
 
 @pytest.mark.parametrize("asks", [True, False])

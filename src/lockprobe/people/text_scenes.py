@@ -8,7 +8,7 @@ from typing import Literal
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.deceptions import deceptions
 from lockprobe.people.diary import Joined
-from lockprobe.people.experiment import Experiment
+from lockprobe.people.experiment import EARLY_ENDS, Experiment
 from lockprobe.people.journey import Journey, Station, asks_comprehension
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.right_answers import ComprehensionQuestion, missed
@@ -30,9 +30,6 @@ from lockprobe.studies.study import Study
 __all__ = ["TextScenes"]
 
 Why = Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
-
-_WITH_CODE = ("declined", "full", "screened", "withdrawn")
-"""The ways to end early that have an address and a code."""
 
 
 class TextScenes:
@@ -63,7 +60,7 @@ class TextScenes:
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        url, code = self._back(why) if why in _WITH_CODE else ("", "")
+        url, code = self._back(why) if why in EARLY_ENDS else ("", "")
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def elsewhere(self, journey: Journey) -> Closed:
