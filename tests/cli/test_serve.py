@@ -117,6 +117,7 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
 def test_the_example_has_every_setting_as_it_is_by_default():
     given = tomllib.loads(EXAMPLE.read_text("utf-8"))
     example, default = read_experiment(EXAMPLE), Experiment()
+    assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
     named = set(given) | {"trials_each", "participants", "minutes"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
