@@ -2,10 +2,12 @@
 
 import asyncio
 import re
+from dataclasses import replace
 
 import pytest
 from seated import WORDS, people_study, under
 
+from lockprobe.boxes.families import box
 from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, stations
@@ -182,6 +184,27 @@ def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_wher
     assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
     assert [(one.panel.outcome, one.ask) for one in second.examples] == [("moved", asks)]
     assert texts_page(1, study, {}).examples == ()
+
+
+@pytest.mark.parametrize(
+    ("settings", "pictures", "said"),
+    [
+        ({}, (), "if_at_zero"),
+        ({"modalities": ("symbolic?tell=outcome",)}, (), None),
+        ({"modalities": ("symbolic?tell=outcome",)}, ("data:x",), "if_start_seen"),
+        ({"box": replace(box("chain-4"), initial=(True, False, False, False))}, (), "if_start_seen"),
+    ],
+)
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_the_instructions_say_where_joints_are_at_the_start_where_reports_or_pictures_do(
+    settings, pictures, said, language
+):
+    words, study = read_words(language), people_study(**settings)
+    ((modality, shown),) = asyncio.run(examples_of(study, Experiment())).items()
+    shown = shown._replace(before=shown.before.model_copy(update={"pictures": pictures}))
+    page = texts_page(1, study, {modality: shown}, words)
+    known = {name: getattr(words.instructions[0], name)[0] for name in ("if_at_zero", "if_start_seen")}
+    assert [name for name, sentence in known.items() if sentence in page.paragraphs] == ([said] if said else [])
 
 
 def texts_page(number, study, examples, words=WORDS):
