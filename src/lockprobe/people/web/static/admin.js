@@ -95,7 +95,7 @@ function show(progress) {
 function showTotals(progress) {
   const checks = progress.checks_right + progress.checks_wrong;
   const totals = [
-    ["Joined", progress.joined],
+    ["Joined (without withdrawn)", progress.joined],
     ["Finished", progress.finished],
     ["Away too long", progress.late],
     ["Screened out", progress.screened],
