@@ -218,8 +218,8 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
     if ends := _without_way_back(words, experiment):
         known = f"{ends[0]}_code or {ends[0]}_url" + (", and so on" if len(ends) > 1 else "")
         found.append(
-            f"completion_code is set, but no code and no address for these ends: {', '.join(ends)}. Set {known} in "
-            "people.toml."
+            f"completion_code is set, but no code and no address for these ends: {', '.join(ends)}. In people.toml set "
+            f"{known}."
         )
     return tuple(found)
 

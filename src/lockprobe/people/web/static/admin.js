@@ -97,7 +97,7 @@ function showTotals(progress) {
   const totals = [
     ["Joined (without withdrawn)", progress.joined],
     ["Finished", progress.finished],
-    ["Away too long", progress.late],
+    ["Place given away", progress.late],
     ["Screened out", progress.screened],
     ["Withdrawn", progress.withdrawn],
     ["Checks right", checks ? `${progress.checks_right}/${checks}` : "–"],
