@@ -46,7 +46,7 @@ def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(loc
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--people",), "--success: got None"),
+        (("--people",), "--success is missing, expected the share of boxes opened"),
         (("--people", "--success", "0.4"), "two or more shares"),
         (("why", "--people", "--success", "0.4,0.6"), "--people cannot be combined with why"),
         (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--harm", "0.5"), "--p, --harm"),

@@ -15,7 +15,7 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _reminders, _study_and_people, _with_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
@@ -117,11 +117,27 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
 def test_the_example_has_every_setting_as_it_is_by_default():
     given = tomllib.loads(EXAMPLE.read_text("utf-8"))
     example, default = read_experiment(EXAMPLE), Experiment()
+    assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
     named = set(given) | {"trials_each", "participants", "minutes"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}
     }
+
+
+@pytest.mark.parametrize(
+    ("settings", "ends"),
+    [
+        ({}, None),
+        ({"completion_code": "C"}, "declined, full, late, withdrawn"),
+        ({"completion_code": "C", "comprehension": {"rounds": 3}}, "declined, full, late, screened, withdrawn"),
+        ({"completion_code": "C", "comprehension": {"rounds": 3, "ask": False}}, "declined, full, late, withdrawn"),
+        ({"completion_code": "C", "late_code": "L", "full_code": "F", "declined_url": "https://a.b"}, "withdrawn"),
+    ],
+)
+def test_it_notes_the_ends_that_have_no_code_where_the_completion_has_one(settings, ends):
+    said = [line for line in _reminders(read_words("en"), Experiment(**settings)) if "these ends" in line]
+    assert [line.partition("these ends: ")[2].partition(".")[0] for line in said] == ([ends] if ends else [])
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from seated import Clock, Player, diary_of, go_on, opened, people_study, short, 
 
 from lockprobe.people.diary import Joined, Released
 from lockprobe.people.journey import Journey
-from lockprobe.people.responses import Agree
+from lockprobe.people.responses import Agree, Next
 from lockprobe.people.roster import Roster
 from lockprobe.people.scenes import Box
 from lockprobe.studies.records.journal import load
@@ -88,27 +88,64 @@ def test_nobody_is_sent_away_as_long_as_there_is_room(tmp_path):
     assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
 
 
-def test_who_comes_back_in_time_goes_on_and_who_comes_too_late_does_not(tmp_path):
+def test_who_comes_back_goes_on_however_late_as_long_as_nobody_needed_the_place(tmp_path):
     clock, study = Clock(), people_study()
     (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    take_part(tmp_path, study, short(), clock=clock)  # finds a free place
 
     async def comes_back():
         async with opened(tmp_path, study, short(), clock=clock) as reception:
-            clock.now += 20 * HOURS
+            clock.now += 1000 * HOURS
             first = await reception.enter(left.token, {})
             assert (first.scene, first.turn) == (left.scene, left.turn)
             player = Player(tmp_path, study, "round-robin")
             on = await go_on(reception, player, first, lambda shown: shown.scene.kind == "over")
-            clock.now += 25 * HOURS
-            late = await reception.act(on.token, on.lease, on.turn, await player.act(on), {})
-            again = await reception.enter(left.token, {})
-            return late, again, reception.progress()
+            clock.now += 1000 * HOURS
+            on = await reception.act(on.token, on.lease, on.turn, await player.act(on), {})  # in the same tab
+            return await go_on(reception, player, on), reception.progress()
 
-    late, again, progress = asyncio.run(comes_back())
-    assert late.scene.why == again.scene.why == "late"
-    assert late.may_withdraw
-    assert (progress.late, [one.free for one in progress.conditions]) == (1, [3, 4])
-    assert len(load(tmp_path)) == 1  # what was finished stays
+    shown, progress = asyncio.run(comes_back())
+    assert shown.scene.kind == "debrief"
+    assert (progress.late, progress.finished, len(load(tmp_path))) == (0, 2, 4)
+
+
+def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_with_more_time(tmp_path):
+    clock, study = Clock(), people_study(trials=2)
+    take_part(tmp_path, study, short(), clock=clock)
+    (left,) = take_part(tmp_path, study, short(), until=lambda shown: shown.scene.kind == "over", clock=clock)
+
+    async def comes_back(experiment):
+        async with opened(tmp_path, study, experiment, clock=clock) as reception:
+            tab = await reception.enter(left.token, {})
+            if tab.scene.kind != "closed":
+                clock.now += 25 * HOURS
+                new = await reception.enter(None, {})
+                new = await reception.act(new.token, new.lease, 1, Agree(agreed=True), {})
+                assert len(diary_of(tmp_path, new.identity)[0].slots) == 1
+                tab = await reception.act(tab.token, tab.lease, tab.turn, Next(), {})
+            again = await reception.enter(left.token, {})
+            assert tab.scene.why == again.scene.why == "late"
+            assert again.may_withdraw
+            return reception.progress()
+
+    for experiment in (short(), short(away_minutes=100_000)):
+        progress = asyncio.run(comes_back(experiment))
+        assert (progress.late, [one.free for one in progress.conditions]) == (1, [0, 0])
+    assert len(load(tmp_path)) == 3  # what was finished stays
+
+
+def test_who_has_just_come_back_is_not_sent_away_for_a_newcomer(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0,), trials=1)
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+
+    async def both():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            clock.now += 25 * HOURS
+            back = await reception.enter(left.token, {})
+            assert (await reception.enter(None, {})).scene.why == "full"
+            return await go_on(reception, Player(tmp_path, study, "round-robin"), back)
+
+    assert asyncio.run(both()).scene.kind == "debrief"
 
 
 def test_who_has_played_all_boxes_is_never_too_late(tmp_path):

@@ -2,10 +2,12 @@
 
 import asyncio
 import re
+from dataclasses import replace
 
 import pytest
 from seated import WORDS, people_study, under
 
+from lockprobe.boxes.families import box
 from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, stations
@@ -158,14 +160,19 @@ def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many,
     assert end.completion_url == ("" if code == "F1" else "https://example.org/x")
 
 
-def test_who_declines_or_finds_no_place_has_a_way_back():
-    ends = {"declined_url": "https://example.org/no", "full_code": "FULL", "withdrawn_code": "GONE"}
+def test_who_declines_withdraws_or_has_no_place_any_more_has_a_way_back():
+    ends = {
+        "declined_url": "https://example.org/no",
+        "full_code": "FULL",
+        "withdrawn_code": "GONE",
+        "late_code": "LATE",
+    }
     texts = TextScenes(WORDS, people_study(), Experiment(**ends))
     declined, full, late, gone = (texts.closed(why) for why in ("declined", "full", "late", "withdrawn"))
     assert (gone.completion_url, gone.completion_code) == ("", "GONE")
     assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
     assert (full.completion_url, full.completion_code) == ("", "FULL")
-    assert (late.completion_url, late.completion_code) == ("", "")
+    assert (late.completion_url, late.completion_code) == ("", "LATE")
 
 
 @pytest.mark.parametrize("asks", [True, False])
@@ -177,6 +184,27 @@ def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_wher
     assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
     assert [(one.panel.outcome, one.ask) for one in second.examples] == [("moved", asks)]
     assert texts_page(1, study, {}).examples == ()
+
+
+@pytest.mark.parametrize(
+    ("settings", "pictures", "said"),
+    [
+        ({}, (), "if_at_zero"),
+        ({"modalities": ("symbolic?tell=outcome",)}, (), None),
+        ({"modalities": ("symbolic?tell=outcome",)}, ("data:x",), "if_start_seen"),
+        ({"box": replace(box("chain-4"), initial=(True, False, False, False))}, (), "if_start_seen"),
+    ],
+)
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_the_instructions_say_where_joints_are_at_the_start_where_reports_or_pictures_do(
+    settings, pictures, said, language
+):
+    words, study = read_words(language), people_study(**settings)
+    ((modality, shown),) = asyncio.run(examples_of(study, Experiment())).items()
+    shown = shown._replace(before=shown.before.model_copy(update={"pictures": pictures}))
+    page = texts_page(1, study, {modality: shown}, words)
+    known = {name: getattr(words.instructions[0], name)[0] for name in ("if_at_zero", "if_start_seen")}
+    assert [name for name, sentence in known.items() if sentence in page.paragraphs] == ([said] if said else [])
 
 
 def texts_page(number, study, examples, words=WORDS):

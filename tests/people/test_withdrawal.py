@@ -235,9 +235,9 @@ def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
 
     async def both():
         async with opened(tmp_path, study, short(away_minutes=60), clock=clock) as reception:
-            clock.now += 7200
             (late,) = reception._roster
             await late.show()  # is held, so that letting go of it takes a moment
+            clock.now += 7200
             shown = await reception.enter(None, {})
             joins = reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
             return await asyncio.gather(joins, reception.withdraw(shown.token, shown.lease)), reception.progress()

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from math import ceil, floor
 
 from lockprobe.cli.printing import new_table, plain_console, print_table
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.simulation.power.people import (
     FEWEST,
     Design,
@@ -60,10 +60,11 @@ def power_people(
         json: Whether to print JSON.
 
     Raises:
-        BadValue: If a value makes no model, or persons are too few.
+        UserMistake: If a value is missing or makes no model, or persons are too few.
     """
     if success is None:
-        raise BadValue("--success", None, "the share of boxes opened under each condition, the control first: 0.4,0.6")
+        known = "the share of boxes opened under each condition, the control first: 0.4,0.6"
+        raise UserMistake(f"--success is missing, expected {known}")
     if persons and min(persons) < FEWEST:
         raise BadValue("--persons", min(persons), f"{FEWEST} or more persons in all, as 40 or 40,80")
     model = People(success=tuple(success), **{name: value for name, value in of_people.items() if value is not None})  # type: ignore[arg-type] # named as its fields are

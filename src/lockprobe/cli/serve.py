@@ -26,7 +26,8 @@ from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
 from lockprobe.people.consent import CODE
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
+from lockprobe.people.experiment import EARLY_ENDS, Experiment, experiment_with, kept_experiment, read_experiment
+from lockprobe.people.journey import asks_comprehension
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.studies.options.settings import read_study
@@ -214,7 +215,24 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
             "(joins_per_minute; enough for a class behind one router). "
             "--require-id or --join-code CODE keep others out."
         )
+    if ends := _without_way_back(words, experiment):
+        known = f"{ends[0]}_code or {ends[0]}_url" + (", and so on" if len(ends) > 1 else "")
+        found.append(
+            f"completion_code is set, but no code and no address for these ends: {', '.join(ends)}. In people.toml set "
+            f"{known}."
+        )
     return tuple(found)
+
+
+def _without_way_back(words: Words, experiment: Experiment) -> tuple[str, ...]:
+    """The early ends that people can reach and that have neither code nor address, where the completion has a code."""
+    if not experiment.completion_code:
+        return ()
+    screens = experiment.comprehension.rounds is not None and asks_comprehension(experiment, words)
+    reached = (end for end in EARLY_ENDS if end != "screened" or screens)
+    return tuple(
+        end for end in reached if not (getattr(experiment, f"{end}_code") or getattr(experiment, f"{end}_url"))
+    )
 
 
 def _start_lines(

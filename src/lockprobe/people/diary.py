@@ -137,7 +137,8 @@ class Broken(StrictModel):
 class Released(StrictModel):
     """The last line of a participant who cannot go on: others may play the unfinished trials.
 
-    ``why``: ``late`` (was away too long) or ``screened`` (too many rounds of wrong answers about the instructions).
+    ``why``: ``late`` (was away too long, and somebody else needed the place) or ``screened`` (too many rounds of wrong
+    answers about the instructions).
     """
 
     kind: Literal["released"] = "released"

@@ -33,6 +33,7 @@ from lockprobe.people.file_errors import check_visible, first_error
 from lockprobe.people.right_answers import Comprehension, OneRight, Options, SettingsPart, Text
 
 __all__ = [
+    "EARLY_ENDS",
     "EXPERIMENT",
     "SECRET",
     "AttentionCheck",
@@ -48,8 +49,11 @@ __all__ = [
 EXPERIMENT = "experiment.json"
 """The file of these settings, next to the diaries."""
 
-_ENDS = ("completion", "declined", "full", "failed", "screened", "withdrawn")
-"""The ways to end that have an address and a code."""
+EARLY_ENDS = ("declined", "full", "late", "screened", "withdrawn")
+"""Early ends that have an address and a code."""
+
+_ENDS = ("completion", "failed", *EARLY_ENDS)
+"""All ends that have them."""
 
 SECRET = (
     *(f"{end}_{what}" for end in _ENDS for what in ("url", "code")),
@@ -150,12 +154,14 @@ class Experiment(SettingsPart):
         failed_from: The number of wrong answers from which this applies.
         screened_url: Where people go whose session the limit of ``comprehension`` ended.
         screened_code: Their code.
+        late_url: Where people go whose place was given away while they were away.
+        late_code: Their code.
         withdrawn_url: Where people go who withdraw.
         withdrawn_code: Their code.
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
         joins_per_minute: The most joins per minute from one address.
-        away_minutes: Minutes without an act after which a place is given to another person.
+        away_minutes: Minutes without an act after which a place may be given to somebody who finds no other.
         checks: Attention checks.
         questions: Questions at the end.
     """
@@ -185,6 +191,8 @@ class Experiment(SettingsPart):
     failed_from: Annotated[int, Field(ge=1, le=1000)] = 1
     screened_url: Url = ""
     screened_code: Code = ""
+    late_url: Url = ""
+    late_code: Code = ""
     withdrawn_url: Url = ""
     withdrawn_code: Code = ""
     require_id: bool = False

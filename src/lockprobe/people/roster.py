@@ -137,6 +137,8 @@ class Roster:
     async def make_room(self) -> None:
         """Release the trials of late participants, longest away first, as far as a new one needs them.
 
+        Nothing else releases them: until then a late participant who comes back goes on.
+
         Raises:
             BadFile: If it cannot be written.
         """
@@ -146,13 +148,8 @@ class Roster:
             async with session.lock:
                 if self._is_enough_left():
                     return
-                await self.release_if_late(session)  # if still, and not deleted while another was released
-
-    async def release_if_late(self, session: Session) -> bool:
-        """Release the unfinished trials of a participant who was away too long; whether that was so."""
-        if late := self._is_late(session):
-            await session.release()
-        return late
+                if self._is_late(session):  # still, and not deleted while another was released
+                    await session.release()
 
     async def let_go_of_idle(self, comes: Session | None) -> None:
         """Drop idle trials from memory, and the longest waiting ones where there are too many.
@@ -189,7 +186,7 @@ class Roster:
     def _is_late(self, session: Session) -> bool:
         """Whether a participant was away so long that others can get the unfinished trials."""
         journey = session.journey
-        away = self._opened.clock() - journey.at
+        away = self._opened.clock() - max(journey.at, session.used)
         unfinished = not (session.gone or journey.released or journey.boxes_done)
         return unfinished and away > self._opened.experiment.away_minutes * _MINUTE
 

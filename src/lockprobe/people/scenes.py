@@ -246,8 +246,8 @@ class Closed(StrictModel):
     """The participant cannot go on.
 
     ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
-    another browser), ``finished`` (the same ID has reached the end there), ``late`` (was away too long), or
-    ``screened`` (too many rounds of wrong answers about the instructions).
+    another browser), ``finished`` (the same ID has reached the end there), ``late`` (was away too long, and somebody
+    else got the place), or ``screened`` (too many rounds of wrong answers about the instructions).
     """
 
     kind: Literal["closed"] = "closed"

@@ -156,7 +156,6 @@ class ServerState:
             async with session.lock:
                 session.lease = lease
                 if not session.gone:
-                    await self._roster.release_if_late(session)
                     return await self._reply(token, lease, session)
                 if self._roster.called(session.journey.identity) is session:  # a deletion that is not finished yet
                     return _outside(token, lease, self._opened.texts.closed("withdrawn"))
@@ -175,7 +174,7 @@ class ServerState:
         Raises:
             ActRefused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
                 ``impossible`` if this scene does not allow the act; ``malformed``; ``incomplete``; ``wrong-code``.
-                Nothing is then written, except that a box broke or that the participant was away too long.
+                Nothing is then written, except that a box broke.
             BadFile: If something cannot be written or read; the act then has no effect.
         """
         token, mark = self._proof(token, lease)
@@ -202,7 +201,7 @@ class ServerState:
             again = turn == session.journey.turn - 1 and act == session.journey.last  # its reply was lost
             if session.gone or not (again or turn == session.journey.turn):
                 raise ActRefused("stale", "not the scene that is shown")
-            if not again and not await self._roster.release_if_late(session):
+            if not (again or session.journey.shut == "late"):  # a late one learns that the place was given away
                 await session.do(act)
             session.lease = lease
             return await self._reply(token, lease, session)

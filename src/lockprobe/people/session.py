@@ -42,7 +42,7 @@ class Session:
         self.lock = asyncio.Lock()
         self.lease: str | None = None
         self.gone = False
-        self.used = opened.clock()
+        self.used = journey.at
         self.on_line: Callable[[Session, Entry], None] = lambda session, line: None
         self._opened = opened
         self._trial: PausedTrial | None = None

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.deceptions import deceptions
 from lockprobe.people.diary import Joined
-from lockprobe.people.experiment import Experiment
+from lockprobe.people.experiment import EARLY_ENDS, Experiment
 from lockprobe.people.journey import Journey, Station, asks_comprehension
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.right_answers import ComprehensionQuestion, missed
@@ -31,9 +32,6 @@ __all__ = ["TextScenes"]
 
 Why = Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
 
-_WITH_CODE = ("declined", "full", "screened", "withdrawn")
-"""The ways to end early that have an address and a code."""
-
 
 class TextScenes:
     """Makes scenes of the texts, with the facts of the study and an example box in each modality filled in."""
@@ -45,6 +43,8 @@ class TextScenes:
         self._experiment = experiment
         self._modalities = {one.label: true_modality(one.modality) for one in study.conditions}
         self._asks = study.assessment
+        boxes = [study.box, *([named_box(experiment.practice)] if experiment.practice else [])]
+        self._at_zero = not any(any(one.initial) for one in boxes)
         self._examples = examples or {}
         self._changes = " ".join(getattr(words.changes, kind) for kind in deceptions(study.conditions_of(PEOPLE)))
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps, "changes": self._changes}
@@ -63,7 +63,7 @@ class TextScenes:
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        url, code = self._back(why) if why in _WITH_CODE else ("", "")
+        url, code = self._back(why) if why in EARLY_ENDS else ("", "")
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def elsewhere(self, journey: Journey) -> Closed:
@@ -89,7 +89,13 @@ class TextScenes:
         if station.kind == "page":
             number = int(station.item)
             text = self._words.instructions[number - 1]
-            more = (*(text.if_false if self._experiment.say_false else ()), *((self._asks and text.if_asked) or ()))
+            start = self._start(journey.joined)
+            more = (
+                *(text.if_at_zero if start == "at zero" else ()),
+                *(text.if_start_seen if start == "seen" else ()),
+                *(text.if_false if self._experiment.say_false else ()),
+                *((self._asks and text.if_asked) or ()),
+            )
             title, paragraphs = self._filled(text, {"boxes": boxes}, more=more)
             of, examples = len(self._words.instructions), self._shown(number, journey.joined)
             notice = self._notice(journey) if number == 1 else ()
@@ -129,6 +135,15 @@ class TextScenes:
             here.add("positions")
         questions = self._experiment.comprehension.questions or self._words.comprehension.questions
         return tuple(one for one in questions if one.only in here)
+
+    def _start(self, joined: Joined) -> Literal["at zero", "seen", "unknown"]:
+        """How a participant gets to know where joints are at the start, as agents do: ``at zero``, or as it is seen."""
+        panels = [shown.before for shown in self._examples_of(joined)]
+        told = [all(joint.position is not None for joint in panel.joints) for panel in panels]
+        if panels and all(told) and self._at_zero:
+            return "at zero"
+        seen = panels and all(tells or panel.pictures for tells, panel in zip(told, panels, strict=True))
+        return "seen" if seen else "unknown"
 
     def _notice(self, journey: Journey) -> tuple[str, ...]:
         """Why somebody is back at the instructions; nothing where they are not."""

@@ -41,12 +41,16 @@ class _Instruction(Longer):
     Attributes:
         if_false: More paragraphs, where the study says beforehand that reports can be wrong.
         if_asked: More paragraphs, where the page asks after every step what the last action did.
+        if_at_zero: More paragraphs, where every box starts with all joints at 0 and reports tell positions.
+        if_start_seen: More paragraphs, where it starts otherwise, or where pictures show positions.
         example: The example box: ``box`` before the first step, ``step`` after one with its report and the question, or
             ``none``. If left out, :func:`example_on` decides.
     """
 
     if_false: Paragraphs = ()
     if_asked: Paragraphs | None = None
+    if_at_zero: Paragraphs = ()
+    if_start_seen: Paragraphs = ()
     example: Literal["box", "step", "none"] | None = None
 
 

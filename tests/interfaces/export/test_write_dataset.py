@@ -77,7 +77,7 @@ def test_the_description_is_a_dataset_of_schema_org(dataset):
     of_schema_org = {"@type", "name", "description", "unitText", "minValue", "maxValue"}
     assert all(set(variable) <= of_schema_org for variable in about["variableMeasured"])
     assert {variable["@type"] for variable in about["variableMeasured"]} == {"PropertyValue"}
-    assert "2 people, 3 trials" in about["description"]
+    assert "2 people, 2 with trials (3 in all)" in about["description"]
     assert "are not included" in about["description"]
 
 

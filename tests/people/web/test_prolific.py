@@ -118,7 +118,7 @@ def test_the_command_is_one_that_lockprobe_takes(tmp_path, monkeypatch):
 
 def test_the_ids_are_those_of_prolific_and_every_end_has_a_code_of_its_own():
     assert set(EXPERIMENT.recruitment) <= set(PLACEHOLDERS)
-    ends = ("completion", "declined", "screened", "withdrawn", "full")
+    ends = ("completion", "declined", "screened", "late", "withdrawn", "full")
     codes = [getattr(EXPERIMENT, f"{end}_code") for end in ends]
     assert len(set(codes)) == len(ends)
     for end, code in zip(ends, codes, strict=True):

@@ -20,6 +20,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.people_said import conditions_said, flow_said
 from lockprobe.report.results import results_of
+from lockprobe.report.sections.people import _caption
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.people import people
 from lockprobe.studies.records.journal import load
@@ -271,6 +272,16 @@ def test_the_flow_of_participants_is_said_as_far_as_there_is_any():
         "did not agree is not recorded."
     )
     assert rounds == "3 of 8 needed more than one round of the questions on the instructions."
+
+
+def test_the_caption_says_which_trials_are_in_the_upper_panel(found):
+    assert "in all their trials (for each flip rate 7 of people and 10 of an agent)" in _caption(found).shown
+    fewer = [with_n(row, 4) if row.agent == "participant" and row.condition == "truth" else row for row in found.rows]
+    assert "(for each flip rate 4 to 7 of people and 10 of" in _caption(found.changed(rows=tuple(fewer))).shown
+
+
+def with_n(row, n):
+    return row.model_copy(update={"n": n}) if row.quantity == "success" else row
 
 
 def test_captions_are_short(found):

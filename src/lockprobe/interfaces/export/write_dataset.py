@@ -180,9 +180,9 @@ def _description(given: PeopleRecords, tables: Sequence[Table], *, everybody: bo
         "@type": "Dataset",
         "name": f"People opening lockboxes: {study.name} on {study.box.name}",
         "description": (
-            f"{len(who)} people, {played} trials in which they tried to open a lockbox, step by step: their attempts, "
-            f"the true outcomes, the reports, and response times. {others} Steps of unfinished trials are in the table "
-            "of acts, not in the table of steps."
+            f"{len(who)} people, {len(players)} with trials ({played} in all) in which they tried to open a lockbox, "
+            f"step by step: their attempts, the true outcomes, the reports, and response times. {others} Steps of "
+            "unfinished trials are in the table of acts, not in the table of steps."
         ),
         "schemaVersion": PSYCH_DS,
         "keywords": ["lockbox", "problem solving", "exploration", "false reports", "action loops"],

@@ -292,12 +292,22 @@ def _caption(found: Results) -> Caption:
     if not found.where("mean_steps_ratio", versus=PEOPLE):
         return Caption(f"People: {own}. {learning}", f"{bars}.")
     return Caption(
-        f"People, models and strategies on the same boxes: {own}, and beside or below an agent's median steps "
-        f"divided by the human median. {learning}",
-        f"{bars}; bars that reach the edge of the lower panel are open. Medians are over trials that both played, with "
-        "unsolved ones censored at the budget.",
+        f"People, models and strategies: {own} in all their trials ({_trials_each(found)}), and beside or below an "
+        f"agent's median steps divided by the human median, in trials that both played. {learning}",
+        f"{bars}; bars that reach the edge of the lower panel are open. In medians unsolved trials are censored at the "
+        "budget.",
         "Baselines are thin with hollow markers and have no bars.",
     )
+
+
+def _trials_each(found: Results) -> str:
+    """How many trials people and agents have, as: for each flip rate 4 to 5 of people and 48 of an agent."""
+    theirs, others = set[int](), set[int]()
+    for cell in found.cells:
+        if row := cell.get("success"):
+            (theirs if cell.agent == PEOPLE else others).add(row.n or 0)
+    said = (" to ".join(str(end) for end in sorted({min(ns), max(ns)})) for ns in (theirs, others))
+    return f"for each {_varied(found)} {next(said)} of people and {next(said)} of an agent"
 
 
 _FIGURE = Figure(

@@ -95,9 +95,9 @@ function show(progress) {
 function showTotals(progress) {
   const checks = progress.checks_right + progress.checks_wrong;
   const totals = [
-    ["Joined", progress.joined],
+    ["Joined (without withdrawn)", progress.joined],
     ["Finished", progress.finished],
-    ["Away too long", progress.late],
+    ["Place given away", progress.late],
     ["Screened out", progress.screened],
     ["Withdrawn", progress.withdrawn],
     ["Checks right", checks ? `${progress.checks_right}/${checks}` : "–"],
