@@ -5,9 +5,10 @@ import re
 import shutil
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import pytest
-from mjcf_models import EXAMPLES, OWN
+from mjcf_models import EXAMPLES, own_box
 from typed import in_process
 
 from lockprobe.boxes.boxfile import read_box
@@ -61,6 +62,29 @@ def test_a_model_that_obeys_its_rules(folder):
     picture = from_png((folder / "own_box-check.png").read_bytes())
     assert picture.shape == (480, 640, 3)
     assert (picture == 255).all(2).sum() > 300  # the names of the joints
+
+
+def test_places_that_the_model_contradicts_are_said_in_one_line(folder):
+    """A study whose reports tell places would tell these."""
+    done = ask("own_box.toml", "own_box.xml", "--json")
+    assert json.loads(done.stdout)["misplaced"] == []
+    rewrite(folder / "own_box.toml", "place = [0.2, 0.5]", "place = [0.95, 0.2]")
+    done = ask("own_box.toml", "own_box.xml")
+    assert done.exit_code == 0
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("places differ")]
+    assert (
+        line == "places differ from left to right: own_box.toml says bar, pin, door; the picture shows door, bar, pin"
+    )
+
+
+def test_the_pictures_of_both_checks_lie_beside_the_model(folder, monkeypatch):
+    (folder / "there").mkdir()
+    shutil.move(folder / "own_box.xml", folder / "there")
+    ask("own_box.toml", "there/own_box.xml")
+    faked(monkeypatch, [], model=folder / "there" / "own_box.xml", dragged=())
+    ask("own_box.toml", "own_box.xml")
+    assert {one.name for one in folder.rglob("*.png")} == {"own_box-check.png", "own_box-arm-check.png"}
+    assert {one.parent.name for one in folder.rglob("*.png")} == {"there"}
 
 
 def test_an_arm_that_cannot_hold_the_handles(folder):
@@ -141,7 +165,9 @@ def test_as_json(folder):
 
 def faked(monkeypatch, pushes, **found):
     none = {"dragged": None, "with_arm": "twin?arm=yes", "handle": "", "out_of_view": {}, "picture": b"", "view": ""}
-    check = ModelCheck(model=OWN, pushes=tuple(pushes), renderer="none", **{**none, **found})
+    none["handles"] = tuple((joint.place[0], 1 - joint.place[1]) for joint in own_box().joints)
+    none["model"] = Path("own_box.xml")
+    check = ModelCheck(pushes=tuple(pushes), renderer="none", **{**none, **found})
     monkeypatch.setattr(box_check, "robot_tool", lambda name, what: lambda box, model: check)
 
 
