@@ -38,11 +38,19 @@ def rewrite(path, old, new):
 
 def test_a_file_alone(folder):
     done = ask("own_box.toml")
-    assert (done.exit_code, done.stdout) == (
+    assert (done.exit_code, done.stdout.splitlines()) == (
         0,
-        "own_box.toml: can be played. 3 joints, target door, optimum 3 steps, 3 configurations before door moves\n",
+        [
+            "own_box.toml: can be played. 3 joints, target door, optimum 3 steps, 3 configurations before door moves",
+            "human-inspired, told the truth, solves 100 % of trials in 20 steps",
+        ],
     )
-    assert json.loads(ask("own_box.toml", "--json").stdout)["reachable"] == 3
+    found = json.loads(ask("own_box.toml", "--json").stdout)
+    assert (found["reachable"], found["human_inspired_success"]) == (3, 1.0)
+    assert ask("reset").stdout.splitlines()[1] == (
+        "human-inspired, told the truth, solves 70 % of trials in 20 steps; 80 % need 24 (--max-steps 24)"
+    )
+    assert ask("gray-code").stdout.splitlines()[1] == "human-inspired, told the truth, solves 0 % of trials in 20 steps"
     rewrite(folder / "own_box.toml", "pin = 1", "pin = 2")
     with pytest.raises(BadFile, match=r"own_box.toml: interlock.bar.0.pin"):
         ask("own_box.toml")
@@ -52,8 +60,8 @@ def test_a_model_that_obeys_its_rules(folder):
     done = ask("own_box.toml", "own_box.xml")
     assert done.exit_code == 0
     lines = done.stdout.splitlines()
-    assert lines[1] == "own_box.xml: 9 pushes in 3 configurations, all as the rules say"
-    assert [line.split() for line in lines[3:7]] == [
+    assert lines[2] == "own_box.xml: 9 pushes in 3 configurations, all as the rules say"
+    assert [line.split() for line in lines[4:8]] == [
         ["joint", "moved", "held", "differs"], ["door", "1", "2", "0"], ["bar", "2", "1", "0"], ["pin", "2", "1", "0"],
     ]  # fmt: skip
     assert lines[-3] == "the arm was not tried: lockprobe box check own_box.toml 'twin?model=own_box.xml&arm=yes'"
@@ -92,7 +100,7 @@ def test_an_arm_that_cannot_hold_the_handles(folder):
     done = ask("own_box.toml", "twin?model=own_box.xml&arm=yes&width=160&height=120")
     said = done.stdout.splitlines()
     assert done.exit_code == 1
-    assert said[1].endswith("all as the rules say")
+    assert said[2].endswith("all as the rules say")
     assert "the arm: 3 drags in 1 configuration, 3 not as the rules say" in said
     assert sum(" was dragged: the model held it, and the arm judged 'moved' at " in line for line in said) == 3
     assert (

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from pathlib import Path
 from shlex import quote
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
@@ -23,10 +23,13 @@ from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.formatting import count
+from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.terminal_text import printable
+
+if TYPE_CHECKING:
+    from lockprobe.simulation.exact.propagation import Propagation
 
 __all__ = ["ModelCheck", "check"]
 
@@ -35,6 +38,12 @@ _PRINTED = 10
 
 _APART = 0.05
 """Share of the panel, and of the picture, from which one place lies beyond another."""
+
+_STEPS = 20
+"""The budget of a trial by default."""
+
+_MANY_STEPS, _MOST_TRIALS = 200, 0.8
+"""The longest trial that is looked at, and the share of trials for which its budget should do."""
 
 _SECTION = re.compile(r"\s*\[interlock\]")
 
@@ -113,7 +122,9 @@ def check(
     if out is not None and out.suffix != ".png":
         raise BadValue("--out", str(out), "a file name that ends in .png")
     if model is None:
-        print(json_.dumps({"box": found.name, "holds": True, **_sizes(found)}) if json else _head(box, found))
+        print(
+            json_.dumps({"box": found.name, "holds": True, **_sizes(found)}) if json else "\n".join(_head(box, found))
+        )
         return
     tool = robot_tool("box-check", "checks of a MuJoCo model")
     seen: ModelCheck = tool(found, model)
@@ -129,14 +140,30 @@ def check(
 
 def _sizes(box: Lockbox) -> dict[str, object]:
     reachable = len(space_of(box).reachable)
-    return {"joints": list(box.names), "target": box.target, "optimum": optimum(box), "reachable": reachable}
+    return {
+        "joints": list(box.names),
+        "target": box.target,
+        "optimum": optimum(box),
+        "reachable": reachable,
+        "human_inspired_success": _human_inspired(box).solved[_STEPS],
+    }
 
 
-def _head(name: str, box: Lockbox) -> str:
-    return (
+def _human_inspired(box: Lockbox) -> Propagation:
+    from lockprobe.simulation.exact.propagation import propagate
+
+    return propagate("human-inspired", box, max_steps=_MANY_STEPS)
+
+
+def _head(name: str, box: Lockbox) -> Iterator[str]:
+    yield (
         f"{name}: can be played. {len(box.joints)} joints, target {box.target}, optimum {optimum(box)} steps, "
         f"{count(len(space_of(box).reachable), 'configuration')} before {box.target} moves"
     )
+    course = _human_inspired(box)
+    solved, enough = course.solved[_STEPS], course.by(_MOST_TRIALS)
+    more = f"; {percent(_MOST_TRIALS)} need {enough} (--max-steps {enough})" if enough and enough > _STEPS else ""
+    yield f"human-inspired, told the truth, solves {percent(solved)} of trials in {_STEPS} steps{more}"
 
 
 def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
@@ -158,7 +185,7 @@ def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
 
 def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path) -> Iterator[str]:
     wrong = [push for push in seen.pushes if push.disagreement]
-    yield _head(name, box)
+    yield from _head(name, box)
     yield f"{seen.model}: {_compared(seen.pushes, 'push', 'pushes')}"
     if missing := _not_reached(box, seen):
         yield f"not compared: {count(len(missing), 'configuration')} of the rules, which the model did not reach"
