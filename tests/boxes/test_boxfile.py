@@ -68,7 +68,7 @@ def test_a_box_is_read(tmp_path):
         ("[{ pin = 1 }]", "[{ pin = 1, pin = 0 }]", "not TOML"),
         ("[{ pin = 1 }]", "[]", "interlock.door"),
         ("[{ pin = 1 }]", "[{ 'a\\nb' = 1 }]", "expected a name: a letter"),
-        ("door = [{", "lid = [{", "interlock of lid: got 'lid', expected one of door, pin"),
+        ("door = [{", "lid = [{", "interlock: got 'lid', expected one of door, pin"),
         ('name = "pin"', 'name = "door"', "joints: got ['door', 'door'], expected every name once"),
         ('initial = "00"', 'initial = "000"', "initial: got '000', expected one position for each of 2 joints"),
         ('initial = "00"', 'initial = "0x"', "initial: expected a 0 or 1 for each of 2 to 8 joints"),

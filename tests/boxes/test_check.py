@@ -1,5 +1,8 @@
 """What cannot be played is refused for the right reason."""
 
+import re
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,9 +23,23 @@ def made(interlock, initial="000"):
         (
             {"a": ({"b": True},), "b": ({"c": True},), "c": ({"a": True},)},
             "nothing moves",
-            "unsolvable: nothing moves, every joint is locked at the start",
+            "unsolvable: nothing moves, every joint is locked at the start: a waits for b, b for c, and c for a",
         ),
-        ({"a": ({"b": True},), "b": ({"a": True},)}, "unsolvable", "unsolvable: no sequence of attempts moves a"),
+        (
+            {"a": ({"b": True},), "b": ({"a": True},)},
+            "unsolvable",
+            "unsolvable: no sequence of attempts moves a: a waits for b, and b for a",
+        ),
+        (  # the cycle may lie before the target, and in the second alternative
+            {"a": ({"b": True},), "b": ({"c": True, "a": True}, {"c": True}), "c": ({"b": True},)},
+            "nothing moves",
+            "unsolvable: nothing moves, every joint is locked at the start: b waits for c, and c for b",
+        ),
+        (  # b moves, so nothing waits for it: no cycle is named
+            {"a": ({"b": True, "c": True},), "b": ({"c": False},), "c": ({"b": False},)},
+            "unsolvable",
+            "unsolvable: no sequence of attempts moves a",
+        ),
         (
             {"a": ({"b": True}, {"c": True, "b": False}), "c": ({"b": True},), "b": ({"c": False},)},
             "contradictory",
@@ -66,6 +83,20 @@ def test_what_passes_is_solvable_and_every_alternative_of_the_target_can_hold(bo
                 target=drawn.target,
             )
             assert brute_optimum(alone) is not None
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_a_cycle_that_is_named_is_one_of_joints_that_never_move(boxes, brute_optimum, data):
+    drawn = data.draw(boxes)
+    fault = fault_of(drawn)
+    if fault is None or " waits for " not in fault.reason:
+        return
+    pairs = re.findall(r"(\w+) (?:waits )?for (\w+)", fault.reason)
+    assert [other for _, other in pairs] == [*(one for one, _ in pairs[1:]), pairs[0][0]]
+    for one, other in pairs:
+        assert brute_optimum(replace(drawn, target=one)) is None or one == drawn.target
+        assert any(other in clause for clause in drawn.interlock[one])
 
 
 def test_named_boxes_pass():

@@ -5,9 +5,10 @@ import re
 import shutil
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import pytest
-from mjcf_models import EXAMPLES, OWN
+from mjcf_models import EXAMPLES, own_box
 from typed import in_process
 
 from lockprobe.boxes.boxfile import read_box
@@ -37,11 +38,19 @@ def rewrite(path, old, new):
 
 def test_a_file_alone(folder):
     done = ask("own_box.toml")
-    assert (done.exit_code, done.stdout) == (
+    assert (done.exit_code, done.stdout.splitlines()) == (
         0,
-        "own_box.toml: can be played. 3 joints, target door, optimum 3 steps, 3 configurations before door moves\n",
+        [
+            "own_box.toml: can be played. 3 joints, target door, optimum 3 steps, 3 configurations before door moves",
+            "human-inspired, told the truth, solves 100 % of trials in 20 steps",
+        ],
     )
-    assert json.loads(ask("own_box.toml", "--json").stdout)["reachable"] == 3
+    found = json.loads(ask("own_box.toml", "--json").stdout)
+    assert (found["reachable"], found["human_inspired_success"]) == (3, 1.0)
+    assert ask("reset").stdout.splitlines()[1] == (
+        "human-inspired, told the truth, solves 70 % of trials in 20 steps; 80 % need 24 (--max-steps 24)"
+    )
+    assert ask("gray-code").stdout.splitlines()[1] == "human-inspired, told the truth, solves 0 % of trials in 20 steps"
     rewrite(folder / "own_box.toml", "pin = 1", "pin = 2")
     with pytest.raises(BadFile, match=r"own_box.toml: interlock.bar.0.pin"):
         ask("own_box.toml")
@@ -51,8 +60,8 @@ def test_a_model_that_obeys_its_rules(folder):
     done = ask("own_box.toml", "own_box.xml")
     assert done.exit_code == 0
     lines = done.stdout.splitlines()
-    assert lines[1] == "own_box.xml: 9 pushes in 3 configurations, all as the rules say"
-    assert [line.split() for line in lines[3:7]] == [
+    assert lines[2] == "own_box.xml: 9 pushes in 3 configurations, all as the rules say"
+    assert [line.split() for line in lines[4:8]] == [
         ["joint", "moved", "held", "differs"], ["door", "1", "2", "0"], ["bar", "2", "1", "0"], ["pin", "2", "1", "0"],
     ]  # fmt: skip
     assert lines[-3] == "the arm was not tried: lockprobe box check own_box.toml 'twin?model=own_box.xml&arm=yes'"
@@ -63,12 +72,35 @@ def test_a_model_that_obeys_its_rules(folder):
     assert (picture == 255).all(2).sum() > 300  # the names of the joints
 
 
+def test_places_that_the_model_contradicts_are_said_in_one_line(folder):
+    """A study whose reports tell places would tell these."""
+    done = ask("own_box.toml", "own_box.xml", "--json")
+    assert json.loads(done.stdout)["misplaced"] == []
+    rewrite(folder / "own_box.toml", "place = [0.2, 0.5]", "place = [0.95, 0.2]")
+    done = ask("own_box.toml", "own_box.xml")
+    assert done.exit_code == 0
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("places differ")]
+    assert (
+        line == "places differ from left to right: own_box.toml says bar, pin, door; the picture shows door, bar, pin"
+    )
+
+
+def test_the_pictures_of_both_checks_lie_beside_the_model(folder, monkeypatch):
+    (folder / "there").mkdir()
+    shutil.move(folder / "own_box.xml", folder / "there")
+    ask("own_box.toml", "there/own_box.xml")
+    faked(monkeypatch, [], model=folder / "there" / "own_box.xml", dragged=())
+    ask("own_box.toml", "own_box.xml")
+    assert {one.name for one in folder.rglob("*.png")} == {"own_box-check.png", "own_box-arm-check.png"}
+    assert {one.parent.name for one in folder.rglob("*.png")} == {"there"}
+
+
 def test_an_arm_that_cannot_hold_the_handles(folder):
     rewrite(folder / "own_box.xml", 'size="0.015 0.02"', 'size="0.015 0.02" contype="0" conaffinity="0"')
     done = ask("own_box.toml", "twin?model=own_box.xml&arm=yes&width=160&height=120")
     said = done.stdout.splitlines()
     assert done.exit_code == 1
-    assert said[1].endswith("all as the rules say")
+    assert said[2].endswith("all as the rules say")
     assert "the arm: 3 drags in 1 configuration, 3 not as the rules say" in said
     assert sum(" was dragged: the model held it, and the arm judged 'moved' at " in line for line in said) == 3
     assert (
@@ -141,7 +173,9 @@ def test_as_json(folder):
 
 def faked(monkeypatch, pushes, **found):
     none = {"dragged": None, "with_arm": "twin?arm=yes", "handle": "", "out_of_view": {}, "picture": b"", "view": ""}
-    check = ModelCheck(model=OWN, pushes=tuple(pushes), renderer="none", **{**none, **found})
+    none["handles"] = tuple((joint.place[0], 1 - joint.place[1]) for joint in own_box().joints)
+    none["model"] = Path("own_box.xml")
+    check = ModelCheck(pushes=tuple(pushes), renderer="none", **{**none, **found})
     monkeypatch.setattr(box_check, "robot_tool", lambda name, what: lambda box, model: check)
 
 

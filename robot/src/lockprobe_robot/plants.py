@@ -112,7 +112,11 @@ def _of_a_user(spec: Spec) -> PlantSource:
         check_model(box, settings)
 
     return replace(
-        _pictured(spec, settings, make), check=check, has_arm=settings.arm, make_filmed=make if settings.arm else None
+        _pictured(spec, settings, make),
+        check=check,
+        has_arm=settings.arm,
+        make_filmed=make if settings.arm else None,
+        lays_out=False,
     )
 
 
@@ -131,6 +135,7 @@ def manual(spec: Spec) -> PlantSource:
         check=partial(check_manual, settings),
         photographs=bool(settings.camera),
         painted_labels=bool(settings.camera),
+        lays_out=False,
         is_attended=lambda: True,
         options={name: in_words(level) for name, level in settings.levels.items()} if settings.camera else {},
         doses=("clutter", "view_jitter") if settings.camera else (),

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hardware import fakes
 from lockprobe_robot.cli.rig import app
-from lockprobe_robot.hardware import arm_check, rungs
+from lockprobe_robot.hardware import arm_check, rehearsal, rungs
 from lockprobe_robot.hardware.rungs import parts_of
 from typer.testing import CliRunner
 
 from lockprobe.boxes.families import box
 from lockprobe.cli import build
-from lockprobe.foundation.errors import Missing, UserMistake
+from lockprobe.foundation.errors import Missing, PlantFault, UserMistake
 
 
 def run(*words):
@@ -39,6 +39,25 @@ def test_a_wrong_verdict_is_marked_and_sets_the_exit_status(monkeypatch):
     assert done.exit_code == 1
     assert "locked  failed" in done.stdout
     assert "<- WRONG" in done.stdout
+    assert "late" not in done.stdout.splitlines()[-2]
+
+
+def test_a_fault_is_no_wrong_verdict_and_late_commands_are_named_as_its_cause(monkeypatch):
+    move = rehearsal.GuardedMove.attempt
+
+    def slow(self, arm, path):
+        if arm.late:
+            raise PlantFault("the hand feels 41.5 N, at most 40 N")
+        arm.late += 1
+        return move(self, arm, path)
+
+    monkeypatch.setattr(rehearsal.GuardedMove, "attempt", slow)
+    done = run("rehearse", "--attempts", "2")
+    lines = done.stdout.splitlines()
+    assert done.exit_code == 1
+    assert lines[1].endswith("fault: the hand feels 41.5 N, at most 40 N")
+    assert "WRONG" not in done.stdout
+    assert lines[-1] == "This machine was late, which alone can cause faults: run it again without other load."
 
 
 def test_a_check_names_its_arm_and_its_judgement(monkeypatch):
@@ -65,10 +84,14 @@ def test_a_dry_run_prints_every_motion_and_its_rung():
     done = run("dry-run", "--plant", "rig?rung=scripted", "--height", "0.08")
     lines = done.stdout.splitlines()
     assert done.exit_code == 0
-    assert len(lines) == 10
+    assert len(lines) == 11
     assert lines[0].split()[:5] == ["revolute-left", "0", "to", "1", "moved,"]
     assert lines[8] == "Rung: dry-run, 80 mm above the handles of chain-4; arm: scripted"
     assert lines[9] == "Free: 8 of 8 motions; greatest force 0.0 N; 0 late commands"
+    assert lines[10] == (
+        "Off by: along the handles' paths the hand was at most 0.0 mm from where it was told to be. "
+        "Do not touch the board above 7 mm."
+    )
     found = json.loads(run("dry-run", "--plant", "rig?rung=scripted", "--json").stdout)
     assert (found["rung"], found["facts"]["rung"], found["height"]) == ("dry-run", "scripted", 0.1)
     assert (len(found["motions"]), found["complaints"]) == (8, [])

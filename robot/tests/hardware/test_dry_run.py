@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from hardware.fakes import SPACE, Breaking, Willing
+from lockprobe_robot.arm.guarded_move import GuardedMove
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.rig import Rig
@@ -81,6 +82,19 @@ def test_without_a_yes_nothing_moves():
     with pytest.raises(PlantFault, match="the operator did not agree"):
         rig.dry_run()
     assert (set(arm.log), arm._calls, arm.time) == ({"stop"}, 0, 0.0)
+
+
+def test_the_hand_is_off_by_what_it_lacks_along_the_path_and_not_where_it_rises():
+    rig, arm = rig_of(Willing())
+    where, follow, stiff = arm.position, arm.follow, [0.0]
+
+    def noting(position, velocity, *, stiffness):
+        stiff[0] = stiffness
+        follow(position, velocity, stiffness=stiffness)
+
+    arm.follow = noting
+    arm.position = lambda: where() + np.array([0.003 if stiff[0] == GuardedMove().held_stiffness else 0.02, 0.0, 0.0])
+    assert [one.astray for one in rig.dry_run().motions] == pytest.approx([0.003] * 8)
 
 
 @pytest.mark.parametrize("height", [0.01, 0.5, float("nan")])

@@ -109,7 +109,9 @@ class Lockbox:
         for joint, clauses in self.interlock.items():
             if isinstance(clauses, Mapping) or not all(isinstance(clause, Mapping) for clause in clauses):
                 raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
-            for other in (joint, *(name for clause in clauses for name in clause)):
+            if joint not in names:
+                raise BadValue("interlock", joint, f"one of {', '.join(names)}")
+            for other in (name for clause in clauses for name in clause):
                 if other not in names:
                     raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
             if any(joint in clause for clause in clauses):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from lockprobe.boxes.box import Clause, Lockbox
-from lockprobe.boxes.state_space import holds, space_of
+from lockprobe.boxes.state_space import Space, holds, space_of
 
 __all__ = ["Fault", "FaultKind", "fault_of"]
 
@@ -37,9 +38,11 @@ def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
     """
     space = space_of(box)
     if not space.may_move[space.start].any():
-        return Fault(kind="nothing moves", reason="unsolvable: nothing moves, every joint is locked at the start")
+        said = f"unsolvable: nothing moves, every joint is locked at the start{_cycle_said(box, space)}"
+        return Fault(kind="nothing moves", reason=said)
     if space.optimum is None:
-        return Fault(kind="unsolvable", reason=f"unsolvable: no sequence of attempts moves {box.target}")
+        said = f"unsolvable: no sequence of attempts moves {box.target}{_cycle_said(box, space)}"
+        return Fault(kind="unsolvable", reason=said)
     for clause in box.interlock.get(box.target, ()):
         if not holds(box, clause, space.reachable).any():
             return Fault(
@@ -50,6 +53,30 @@ def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
     if space.optimum < shortest:
         return Fault(kind="too short", reason=f"too short: solved in {space.optimum} of at least {shortest} steps")
     return None
+
+
+def _cycle_said(box: Lockbox, space: Space) -> str:
+    """The joints that wait for each other and so keep the target locked, for the end of a reason; empty without any."""
+    moves = [column.any() for column in space.may_move[space.reachable].T]
+    held = {name: at for name, at, ever in zip(box.names, box.initial, moves, strict=True) if not ever}
+    waits = {
+        name: [other for clause in box.interlock[name] for other, at in clause.items() if held.get(other, at) != at]
+        for name in held
+    }
+    if not (found := _cycle(waits, [box.target])):
+        return ""
+    first, *rest = [f"{one} {{}}for {other}" for one, other in zip(found, [*found[1:], found[0]], strict=True)]
+    said = [first.format("waits "), *(one.format("") for one in rest)]
+    return f": {', '.join(said[:-1])}, and {said[-1]}"
+
+
+def _cycle(waits: Mapping[str, Sequence[str]], path: list[str]) -> list[str]:
+    """The first cycle to which a path leads, depth first; empty if there is none."""
+    for other in waits[path[-1]]:
+        found = path[path.index(other) :] if other in path else _cycle(waits, [*path, other])
+        if found:
+            return found
+    return []
 
 
 def _words(clause: Clause) -> str:

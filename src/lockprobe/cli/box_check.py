@@ -6,10 +6,12 @@ import json as json_
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 from shlex import quote
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
@@ -21,15 +23,27 @@ from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.formatting import count
+from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.terminal_text import printable
+
+if TYPE_CHECKING:
+    from lockprobe.simulation.exact.propagation import Propagation
 
 __all__ = ["ModelCheck", "check"]
 
 _PRINTED = 10
 """The most disagreements that are printed; --json has all."""
+
+_APART = 0.05
+"""Share of the panel, and of the picture, from which one place lies beyond another."""
+
+_STEPS = 20
+"""The budget of a trial by default."""
+
+_MANY_STEPS, _MOST_TRIALS = 200, 0.8
+"""The longest trial that is looked at, and the share of trials for which its budget should do."""
 
 _SECTION = re.compile(r"\s*\[interlock\]")
 
@@ -44,6 +58,8 @@ class ModelCheck:
         dragged: The same with the arm in place of a force; None if the arm was not asked for.
         with_arm: The plant's spec that asks for the arm.
         handle: What the arm can hold, in words.
+        handles: Where the picture shows the middle of each handle's travel, in panel order: shares of its width from
+            the left and of its height from above.
         out_of_view: Joint -> why the camera does not see where it is.
         picture: A PNG file: what the camera sees, with the names of the joints.
         view: Whose view it is, in words.
@@ -55,6 +71,7 @@ class ModelCheck:
     dragged: tuple[Push, ...] | None
     with_arm: str
     handle: str
+    handles: tuple[tuple[float, float], ...]
     out_of_view: Mapping[str, str]
     picture: bytes
     view: str
@@ -90,7 +107,8 @@ def check(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.png", help=options.with_brackets(options.OUT, "the model's picture: MODEL-check.png")
+            metavar="FILE.png",
+            help=options.with_brackets(options.OUT, "MODEL-check.png, beside the model"),
         ),
     ] = None,
     json: options.AsJson = False,
@@ -104,11 +122,13 @@ def check(
     if out is not None and out.suffix != ".png":
         raise BadValue("--out", str(out), "a file name that ends in .png")
     if model is None:
-        print(json_.dumps({"box": found.name, "holds": True, **_sizes(found)}) if json else _head(box, found))
+        print(
+            json_.dumps({"box": found.name, "holds": True, **_sizes(found)}) if json else "\n".join(_head(box, found))
+        )
         return
     tool = robot_tool("box-check", "checks of a MuJoCo model")
     seen: ModelCheck = tool(found, model)
-    out = out or Path(f"{seen.model.stem}-check.png")
+    out = out or seen.model.with_name(f"{seen.model.stem}{'' if seen.dragged is None else '-arm'}-check.png")
     write_file(out, seen.picture)
     advice = _advice(found, seen.pushes)
     if json:
@@ -120,14 +140,30 @@ def check(
 
 def _sizes(box: Lockbox) -> dict[str, object]:
     reachable = len(space_of(box).reachable)
-    return {"joints": list(box.names), "target": box.target, "optimum": optimum(box), "reachable": reachable}
+    return {
+        "joints": list(box.names),
+        "target": box.target,
+        "optimum": optimum(box),
+        "reachable": reachable,
+        "human_inspired_success": _human_inspired(box).solved[_STEPS],
+    }
 
 
-def _head(name: str, box: Lockbox) -> str:
-    return (
+def _human_inspired(box: Lockbox) -> Propagation:
+    from lockprobe.simulation.exact.propagation import propagate
+
+    return propagate("human-inspired", box, max_steps=_MANY_STEPS)
+
+
+def _head(name: str, box: Lockbox) -> Iterator[str]:
+    yield (
         f"{name}: can be played. {len(box.joints)} joints, target {box.target}, optimum {optimum(box)} steps, "
         f"{count(len(space_of(box).reachable), 'configuration')} before {box.target} moves"
     )
+    course = _human_inspired(box)
+    solved, enough = course.solved[_STEPS], course.by(_MOST_TRIALS)
+    more = f"; {percent(_MOST_TRIALS)} need {enough} (--max-steps {enough})" if enough and enough > _STEPS else ""
+    yield f"human-inspired, told the truth, solves {percent(solved)} of trials in {_STEPS} steps{more}"
 
 
 def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
@@ -149,7 +185,7 @@ def _advice(box: Lockbox, pushes: Sequence[Push]) -> _Advice:
 
 def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path) -> Iterator[str]:
     wrong = [push for push in seen.pushes if push.disagreement]
-    yield _head(name, box)
+    yield from _head(name, box)
     yield f"{seen.model}: {_compared(seen.pushes, 'push', 'pushes')}"
     if missing := _not_reached(box, seen):
         yield f"not compared: {count(len(missing), 'configuration')} of the rules, which the model did not reach"
@@ -167,6 +203,7 @@ def _lines(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
     yield ""
     yield from _of_the_arm(name, box, seen)
     yield f"picture: {out} ({seen.view}, {seen.renderer.partition(' ')[0]})"
+    yield from _misplaced(name, box, seen)
     yield from (f"the camera does not see {joint}: {why}" for joint, why in seen.out_of_view.items())
     if not seen.out_of_view:
         yield "the camera sees every joint"
@@ -197,6 +234,21 @@ def _of_the_arm(name: str, box: Lockbox, seen: ModelCheck) -> Iterator[str]:
     if wrong := [push for push in seen.dragged if push.disagreement]:
         yield from _differences(box, wrong, "dragged")
         yield f"what the arm needs: {seen.handle}"
+
+
+def _misplaced(name: str, box: Lockbox, seen: ModelCheck) -> Iterator[str]:
+    """One line for each direction in which the places of the file follow another order than the picture's."""
+    ways = (("left to right", 0, 1), ("top to bottom", 1, -1))
+    for way, axis, sign in ways:
+        told = [sign * joint.place[axis] for joint in box.joints]
+        shown = [place[axis] for place in seen.handles]
+        swapped = any(
+            told[other] - told[one] > _APART and shown[one] - shown[other] > _APART
+            for one, other in permutations(range(len(told)), 2)
+        )
+        if swapped:
+            said, there = (", ".join(np.array(box.names)[np.argsort(at, kind="stable")]) for at in (told, shown))
+            yield f"places differ from {way}: {name} says {said}; the picture shows {there}"
 
 
 def _table(box: Lockbox, pushes: Sequence[Push]) -> Iterator[str]:
@@ -243,6 +295,7 @@ def _facts(name: str, box: Lockbox, seen: ModelCheck, advice: _Advice, out: Path
         "lines": dict(advice.lines),
         "mend": list(advice.mend),
         "fault": advice.fault or None,
+        "misplaced": [*_misplaced(name, box, seen)],
         "out_of_view": dict(seen.out_of_view),
         "picture": str(out),
         "view": seen.view,

@@ -67,7 +67,8 @@ class PlantSource:
         photographs: Whether a real camera takes its pictures.
         has_arm: Whether an arm acts on the box, whose verdict on every attempt is ``sensed["verdict"]``.
         painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
-        lays_out: Whether the joints lie where the box says; not on a real panel, nor in a user's model.
+        lays_out: Whether the joints lie where the box says, whatever it says. False for a rigid panel, real or a user's
+            model, which nobody can deal anew; None if the plant does not say.
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
@@ -86,7 +87,7 @@ class PlantSource:
     photographs: bool = False
     has_arm: bool = False
     painted_labels: bool = False
-    lays_out: bool = False
+    lays_out: bool | None = None
     is_attended: Callable[[], bool] = lambda: False
     ships: bool = True
     draws: bool = True
@@ -145,7 +146,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
             raise BadValue("plant", str(spec), "symbolic without options")
         return _SYMBOLIC
     if spec.full_name == "manual" and not spec.options:
-        return PlantSource(spec=str(spec), make=_by_hand, is_attended=lambda: True, options={})
+        return PlantSource(spec=str(spec), make=_by_hand, lays_out=False, is_attended=lambda: True, options={})
     if spec.full_name in PLANTS:
         ours: PlantSource = _of_robot(str(spec)).load()(spec)
         return ours

@@ -73,6 +73,8 @@ def check_plant(study: Study) -> None:
         if study.shuffle != "never" and plant.painted_labels and any(is_pictured(one.modality) for one in conditions):
             expected = "never with pictures of a real box, on which labels are painted"
             raise BadValue("shuffle", study.shuffle, expected)
+        if study.layout != "fixed" and plant.lays_out is False:
+            raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
     for one in study.conditions:
         if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
             raise BadValue(f"plant of {one.label}", one.plant.spec or "none", f"{change.spec or 'none'}, {change.own}")

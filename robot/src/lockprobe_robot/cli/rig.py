@@ -43,6 +43,8 @@ _TWIN = "rig?rung=twin"
 
 ArmKind = Literal["fr3", "panda", "wire"]
 
+_LOADED = "The simulated robot lags where this machine is loaded: run it again without other load."
+
 NOT_GOOD = 1
 """The exit status if an arm or a rehearsal is not good enough."""
 
@@ -59,7 +61,7 @@ def rehearse(
 
     Each line is one attempt: the states of the joints in panel order, the joint, whether the rules let it move, the
     verdict, and the greatest force. wire needs lockprobe-robot[wire], and an attempt takes about 6 seconds. Exit status
-    1: a verdict was wrong.
+    1: a verdict was wrong, or a fault ended an attempt.
     """
     from lockprobe_robot.hardware.rehearsal import rehearse as rehearsed
 
@@ -179,8 +181,9 @@ def _fault_in_one_line() -> Iterator[None]:
 
 
 def _tell(one: RehearsedAttempt) -> None:
-    what = one.fault or f"{one.verdict}, {one.peak_force:.1f} N"
-    print(f"{one.state}  {one.joint:16} {'free' if one.free else 'locked':7} {what}{'' if one.right else '  <- WRONG'}")
+    what = f"fault: {one.fault}" if one.fault else f"{one.verdict}, {one.peak_force:.1f} N"
+    mark = "" if one.right or one.fault else "  <- WRONG"
+    print(f"{one.state}  {one.joint:16} {'free' if one.free else 'locked':7} {what}{mark}")
 
 
 def _facts(found: Rehearsal) -> dict[str, object]:
@@ -203,6 +206,8 @@ def _lines(found: Rehearsal) -> list[str]:
     ]
     if found.figures:
         lines.append(f"Simulated robot: {found.figures['late']} of {found.figures['ticks']} ticks of 1 ms late")
+    if found.right < len(found.attempts) and (found.commands_late or found.figures.get("late")):
+        lines.append("This machine was late, which alone can cause faults: run it again without other load.")
     return lines
 
 
@@ -213,11 +218,16 @@ def _tell_motion(made: DryMotion) -> None:
 
 
 def _dry(found: DryRun) -> list[str]:
+    from lockprobe_robot.hardware.dry_run import MOST_ASTRAY
+
     facts, late, right = found.facts, found.facts["late_commands"], len(found.motions) - len(found.complaints)
-    force = max(one.force for one in found.motions)
+    force, astray = (max(getattr(one, what) for one in found.motions) for what in ("force", "astray"))
+    off = f"Off by: along the handles' paths the hand was at most {1000 * astray:.1f} mm from where it was told to be."
     return [
         f"Rung: {found.rung}, {1000 * found.height:g} mm above the handles of {found.box}; arm: {facts['rung']}",
         f"Free: {right} of {len(found.motions)} motions; greatest force {force:.1f} N; {late} late commands",
+        f"{off} Do not touch the board above {1000 * MOST_ASTRAY:g} mm.",
+        *([_LOADED] if facts["rung"] == "wire" and astray > MOST_ASTRAY else []),
         *(f"Not good enough: {complaint}." for complaint in found.complaints),
     ]
 

@@ -61,11 +61,19 @@ def check_own_model(box: Lockbox, model: str) -> ModelCheck:
         dragged=dragged,
         with_arm=str(_spec(model).without(["arm"]).adding({"arm": "yes"})),
         handle=HOLD,
+        handles=_shown_at(picture),
         out_of_view=hidden,
         picture=to_png(picture.rgb),
         view=view,
         renderer=picture.renderer,
     )
+
+
+def _shown_at(picture: Frame) -> tuple[tuple[float, float], ...]:
+    """Where a picture shows the middle of each handle's travel, as shares of its width and height."""
+    middle = picture.camera.project(picture.handles.mean(1))
+    across, down = middle[:, 0] / picture.camera.width, middle[:, 1] / picture.camera.height
+    return tuple((float(x), float(y)) for x, y in zip(across, down, strict=True))
 
 
 def _has_camera(settings: UserModelSettings, name: str) -> bool:

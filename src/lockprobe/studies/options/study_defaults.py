@@ -24,8 +24,8 @@ def plant_of(request: StudyOptions) -> str:
 
 
 def layout_by_default(study: str, plant: PlantSource) -> LayoutKind:
-    """How a study lays its panel out. A real panel stays as it is."""
-    return paper.MODALITY_PANEL if study in _PICTURED and not plant.photographs else "fixed"
+    """How a study lays its panel out: anew only where the plant says that its joints follow."""
+    return paper.MODALITY_PANEL if study in _PICTURED and plant.lays_out else "fixed"
 
 
 def shuffle_by_default(study: str, plant: PlantSource) -> Shuffle:

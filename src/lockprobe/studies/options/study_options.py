@@ -204,7 +204,7 @@ class StudyOptions(BaseModel):
         LayoutKind | None,
         _about(
             "Where joints lie on the panel (flips: fixed, as in the box; dealt: at random, in all trials alike; "
-            "modalities: shuffled, at random in every trial, except on a real panel)."
+            "modalities: shuffled, at random in every trial, except on a real panel or in a model of one's own)."
         ),
     ] = None
     shuffle: Annotated[
