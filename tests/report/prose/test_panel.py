@@ -39,3 +39,9 @@ def test_the_average_over_deals_is_that_of_deals():
     dealt = [redealt(box("chain-4"), np.random.default_rng(seed)) for seed in range(2000)]
     beside = [len(locking_pairs(drawn) & neighbours(drawn)) for drawn in dealt]
     assert np.mean(beside) == pytest.approx(1.5, abs=0.08)  # standard error 0.016
+
+
+def test_a_rigid_panel_is_not_to_be_shuffled():
+    said = panel_said(box("chain-4"), dealt=False, listed_anew=True, rigid=True)
+    assert "shuffled" not in said
+    assert "can come from the panel" in said

@@ -15,13 +15,14 @@ from lockprobe.boxes.layouts import locking_pairs, neighbours
 __all__ = ["panel_said"]
 
 
-def panel_said(box: Lockbox, *, dealt: bool, listed_anew: bool) -> str:
+def panel_said(box: Lockbox, *, dealt: bool, listed_anew: bool, rigid: bool = False) -> str:
     """Whether a study with pictures had one panel or random ones, and what that means for its comparisons.
 
     Args:
         box: The box on the panel of all trials, if that was one.
         dealt: Whether its joints were dealt anew to the panel in every trial.
         listed_anew: Whether words list joints in an order that is drawn; else they list them along the panel.
+        rigid: Whether the panel is that of a user's model, which nobody can deal anew.
     """
     if dealt:
         return (
@@ -31,8 +32,8 @@ def panel_said(box: Lockbox, *, dealt: bool, listed_anew: bool) -> str:
     locking, near = locking_pairs(box), neighbours(box)
     by_chance = len(locking) * len(near) / comb(len(box.joints), 2)
     shown = (
-        "words list the joints in a random order. So a difference between pictures and words can come from the panel; "
-        "--layout shuffled randomises it in every trial"
+        "words list the joints in a random order. So a difference between pictures and words can come from the panel"
+        f"{'' if rigid else '; --layout shuffled randomises it in every trial'}"
         if listed_anew
         else "words list the joints in the same order"
     )

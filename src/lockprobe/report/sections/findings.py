@@ -110,7 +110,12 @@ def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
     yield from _said("verdicts", senses_said(numbers.robot) if numbers.robot else "", judges=False)
     yield from _said("rules", rules_said(numbers.rules) if numbers.rules else "", judges=False)
     if (study := numbers.study).has_pictures:
-        said = panel_said(study.panel, dealt=study.layout == "shuffled", listed_anew=study.shuffle != "never")
+        said = panel_said(
+            study.panel,
+            dealt=study.layout == "shuffled",
+            listed_anew=study.shuffle != "never",
+            rigid="model=" in study.plant,
+        )
         yield from _said("panel", said, judges=False)
 
 
