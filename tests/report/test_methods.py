@@ -81,6 +81,10 @@ def test_the_settings_of_a_language_model_are_said(found):
         "effort, at most 1000 tokens a reply, a malformed reply asked for again up to 4 times, no seed sent."
     ) in said
     assert "answered by" not in methods_tex(found)
+    assert "could not be used" not in said
+    again = Estimate(quantity="replies_asked_again", agent="random", value=0.25, count=29, n=116)
+    asked = methods_tex(found.changed(rows=(*found.rows, again), facts=(*found.facts, *facts)))
+    assert "no seed sent. 29 of its 116 replies could not be used and were asked for again." in asked
 
 
 def test_people_are_counted(found):

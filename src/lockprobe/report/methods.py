@@ -115,6 +115,8 @@ def _models(found: Results) -> Iterator[str]:
             said = [_fact(name, facts[name]) for name in _FACTS if name in facts]
             said += ["no seed sent"] * ("repairs" in facts)
             yield f"{_code(str(agent))}: {tex_text(', '.join(said))}."
+            for row in found.where("replies_asked_again", agent=str(agent)):
+                yield f"{row.count} of its {row.n} replies could not be used and were asked for again."
 
 
 def _fact(name: str, value: str) -> str:
