@@ -21,8 +21,8 @@ __all__ = ["read_result", "result_facts", "result_lines"]
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
 
-_OPTION = re.compile(r"\((--[^:)]+): ")
-"""What plays what was not tested, in the sentence that says so."""
+_UNTESTED = re.compile(r"Not tested for (?P<agents>.+): whether .*\((?P<option>--[^:)]+): ")
+"""Who has not played false reports that stay, and what plays them, in the sentence that says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +88,11 @@ def _next(found: Results, directory: Path) -> list[_Step]:
     where, steps = quote(str(directory)), []
     if trial := next((one.key for one in found.exhibits if one.section == "trials"), ""):
         steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
-    if option := _OPTION.search(said.get("untested", "")):
-        steps.append(_Step(f"the same command with {option[1]}", "whether false reports that stay do the same"))
+    if untested := _UNTESTED.search(said.get("untested", "")):
+        played = any(one.doses.get("flip.keep", 0) > 0 for one in found.design.conditions)
+        whose = f", for {untested['agents']}" if played else ""
+        shows = f"whether false reports that stay do the same{whose}"
+        steps.append(_Step(f"the same command with {untested['option']}", shows))
     elif "needed" in said:
         steps.append(_Step("the same command with more --trials", said["needed"]))
     elif any("flip.p" in one.doses for one in found.design.conditions):
