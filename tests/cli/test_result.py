@@ -10,7 +10,7 @@ from typed import typed
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.report.prose.readings import untested_said
-from lockprobe.report.rows import Results
+from lockprobe.report.rows import Estimate, Fact, Results
 
 HOW = "--readings fresh,kept"
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 60,
@@ -116,3 +116,19 @@ def test_where_an_agent_played_false_reports_that_stay_it_is_said_who_did_not(pl
         "command": f"the same command with {HOW}",
         "shows": f"whether false reports that stay do the same{whose}",
     }
+
+
+@pytest.mark.parametrize(("replayed", "command"), [("yes", ""), ("no", " with --again reply")])
+def test_where_every_trial_broke_nothing_but_what_mends_it_is_next(played, replayed, command):
+    directory, _ = played
+    found = read_result(directory)
+    (agent,) = found.subjects
+    rows = [row for row in found.rows if (row.quantity, row.agent) != ("success", agent)]
+    broken = Estimate(quantity="broken", agent=agent, of="reply", value=120)
+    again = Fact(about=f"{agent}, broken at reply", name="will be replayed", text=replayed)
+    lines = result_lines(found.changed(rows=(*rows, broken), facts=(*found.facts, again)), directory)
+    assert lines == [
+        f"Answer: {found.answer}",
+        f"Next: the same command{command}  plays the broken trials again, when the cause is mended",
+    ]
+    assert len(result_lines(found.changed(rows=(*found.rows, broken)), directory)) > 3
