@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib.resources import files
 
 import pytest
 from builders import play_study, write_study
@@ -106,3 +107,20 @@ def test_people_are_counted(found):
     assert r"played by 12 participants and 1 agent (\texttt{random})." in said
     assert r"Participants: design \texttt{within}, feedback not shown, 1 to 2 boxes finished by each." in said
     assert "clustered by person for people" in said
+
+
+def test_what_holds_at_every_look_is_named_with_its_sources(tmp_path, found):
+    planned = study("flips", agent=("cognitive:perseverant", "random"), p=(0, 0.2, 0.4), trials=12, repetitions=1)
+    trials = [trial for trial in play_study(planned) if trial.trial <= 9 or trial.agent == "random"]
+    said = methods_tex(results(write_study(tmp_path / "part", planned, trials)))
+    assert r"95\,\% confidence sequences~\cite{robbins1970}" in said
+    assert (
+        r"\emph{P} is 1 divided by the largest wealth so far, corrected for at most 2 comparisons of a family by"
+        in said
+    )
+    assert "McNemar" not in said
+    cited = {key for text in (said, methods_tex(found)) for key in re.findall(r"cite\{(.+?)\}", text)}
+    known = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
+    assert {*re.findall(r"^@\w+\{(.+),$", known, flags=re.MULTILINE)} == cited
+    nothing = methods_tex(results(write_study(tmp_path / "none", planned, [])))
+    assert r"\emph{P}" not in nothing
