@@ -16,6 +16,7 @@ KEPT = "flip?p=0.4&others=kept"
 MODEL = {
     "model": "acme/m",
     "answered by": "m-2026",
+    "host": "127.0.0.1",
     "temperature": "0.7",
     "top_p": "provider default",
     "effort": "not taken",
@@ -78,7 +79,7 @@ def test_the_settings_of_a_language_model_are_said(found):
     facts = [Fact(about="random", name=name, text=text) for name, text in MODEL.items()]
     said = methods_tex(found.changed(facts=(*found.facts, *facts)))
     assert (
-        r"\texttt{random}: model acme/m, answered by m-2026, temperature 0.7, top-p left to the provider, no reasoning "
+        r"\texttt{random}: model acme/m, answered by m-2026, on the host 127.0.0.1, temperature 0.7, top-p left to the provider, no reasoning "
         "effort, at most 1000 tokens a reply, a malformed reply asked for again up to 4 times, no seed sent."
     ) in said
     assert "answered by" not in methods_tex(found)

@@ -28,6 +28,7 @@ _LABELS: Mapping[str, str] = {
 _FACTS: Mapping[str, str] = {
     "model": "model {}",
     "answered by": "answered by {}",
+    "host": "on the host {}",
     "sha256": "weights with the SHA-256 {:.12}",
     "quantisation": "quantisation {}",
     "runtime": "run by {}",
