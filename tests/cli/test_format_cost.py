@@ -2,7 +2,8 @@
 
 import pytest
 
-from lockprobe.cli.format_cost import about, estimate_facts, estimate_lines, money, spent_in_words
+from lockprobe.agents.llm.model_facts import OWN_FACTS
+from lockprobe.cli.format_cost import about, estimate_facts, estimate_lines, money, say_unlimited, spent_in_words
 from lockprobe.studies.costs.estimate import estimates, together
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.options.study_options import StudyOptions
@@ -81,3 +82,21 @@ def test_what_was_spent_is_money_where_it_is_known_and_tokens_elsewhere():
     assert told == "$0.00 spent, 1 retry, 2 calls failed, 1 call broken off"
     told = spent_in_words(Spending(usage=usage, dollars=0.086, dollars_unknown=0.027, broken_off=2))
     assert told == "$0.086 spent, 2 calls broken off; at most $0.027 more, uncounted"
+
+
+def test_whom_a_budget_does_not_limit_is_said_on_the_stream_of_errors(tmp_path, monkeypatch, capsys):
+    price = '{{ input = {0}, cached = {0}, output = {0}, date = "2026-11-27", source = "ours" }}'
+    facts = [("free", 0), ("paid", 1)]
+    (tmp_path / "own.toml").write_text(
+        "".join(f'[[model]]\nmatch = ["vllm/{name}"]\nprice = {price.format(of)}\n' for name, of in facts)
+    )
+    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "own.toml"))
+    planned = study(StudyOptions(agent=["Ours=llm:vllm/free", "llm:vllm/paid", "random"]))
+    say_unlimited(planned, 1)
+    said = capsys.readouterr()
+    assert (said.out, said.err.count("\n")) == ("", 1)
+    assert said.err.startswith("The budget does not limit Ours: the price is 0.")
+    paid = study(StudyOptions(agent=["llm:vllm/paid"]))
+    say_unlimited(paid, 1)
+    say_unlimited(planned, None)
+    assert capsys.readouterr().err == ""

@@ -9,8 +9,10 @@ from typed import typed
 
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.report.rows import Results
+from lockprobe.report.prose.readings import untested_said
+from lockprobe.report.rows import Estimate, Fact, Results
 
+HOW = "--readings fresh,kept"
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 60,
          "--repetitions", 1)  # fmt: skip
 
@@ -90,10 +92,43 @@ def test_what_is_open_is_the_next_step(played):
     for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
         more = [
             found.findings[0].model_copy(
-                update={"section": "overview", "kind": kind, "text": "So (--readings fresh,kept: 8 more)."}
+                update={"section": "overview", "kind": kind, "text": untested_said(["a:b", "c"], HOW, 8)}
             )
         ]
         steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]
         assert command in steps[-1]["command"]
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
     assert not result_lines(nothing, directory)[0].startswith("Answer")
+
+
+@pytest.mark.parametrize(("keep", "whose"), [(0.0, ""), (1.0, ", for a:b and c")])
+def test_where_an_agent_played_false_reports_that_stay_it_is_said_who_did_not(played, keep, whose):
+    directory, _ = played
+    found = read_result(directory)
+    first, *others = found.design.conditions
+    stays = first.model_copy(update={"doses": {"flip.p": 0.4, "flip.keep": keep}})
+    said = found.findings[0].model_copy(
+        update={"section": "overview", "kind": "untested", "text": untested_said(["a:b", "c"], HOW, 8)}
+    )
+    design = found.design.model_copy(update={"conditions": (stays, *others)})
+    step = result_facts(found.changed(design=design, findings=(said,)), directory)["next"][-1]
+    assert step == {
+        "command": f"the same command with {HOW}",
+        "shows": f"whether false reports that stay do the same{whose}",
+    }
+
+
+@pytest.mark.parametrize(("replayed", "command"), [("yes", ""), ("no", " with --again reply")])
+def test_where_every_trial_broke_nothing_but_what_mends_it_is_next(played, replayed, command):
+    directory, _ = played
+    found = read_result(directory)
+    (agent,) = found.subjects
+    rows = [row for row in found.rows if (row.quantity, row.agent) != ("success", agent)]
+    broken = Estimate(quantity="broken", agent=agent, of="reply", value=120)
+    again = Fact(about=f"{agent}, broken at reply", name="will be replayed", text=replayed)
+    lines = result_lines(found.changed(rows=(*rows, broken), facts=(*found.facts, again)), directory)
+    assert lines == [
+        f"Answer: {found.answer}",
+        f"Next: the same command{command}  plays the broken trials again, when the cause is mended",
+    ]
+    assert len(result_lines(found.changed(rows=(*found.rows, broken)), directory)) > 3

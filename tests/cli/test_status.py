@@ -107,6 +107,17 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
     assert "            first at reply: no usable reply" in lines
 
 
+def test_replies_that_were_asked_for_again_are_no_errors_and_are_counted(tmp_path, told):
+    trial = make_trial(SOLUTION, agent=DEAR)
+    decisions = [replace(step.decision, replies=("{", "{}")[i % 2 :]) for i, step in enumerate(trial.steps)]
+    steps = tuple(replace(step, decision=one) for step, one in zip(trial.steps, decisions, strict=True))
+    write_study(tmp_path / "s", planned(DEAR), [replace(trial, steps=steps)])
+    facts, lines = told(tmp_path / "s")
+    assert facts["asked_again"] == {DEAR: {"replies": 6, "asked_again": 2}}
+    at = lines.index("errors      none")
+    assert lines[at + 1] == f"replies     2 of 6 replies of {DEAR} could not be used and were asked for again"
+
+
 def test_without_a_log_of_calls_it_says_what_decisions_used(tmp_path, told):
     trial = make_trial(SOLUTION, agent=DEAR)
     usage = Usage(calls=2, input_tokens=1_000_000, output_tokens=100)

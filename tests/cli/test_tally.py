@@ -24,7 +24,20 @@ def test_trials_are_counted_under_all_conditions_together():
     assert "3/4 trials · 2 of 3 solved" in tally.line()
     tally = Tally(study(StudyOptions(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
-    assert "0/1 trials · 1 of 1 solved" in tally.line()
+    assert "1/2 trials · 1 of 1 solved" in tally.line()
+
+
+def test_after_a_resume_trials_are_of_the_study_and_the_time_left_is_of_this_run(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("lockprobe.cli.tally.time.monotonic", lambda: now[0])
+    tally = Tally()
+    tally.turn(resolve("random"), 3, [make_trial(SOLUTION, trial=n) for n in range(1, 53)], slow=True)
+    assert tally.line().startswith("random  52/55 trials · 52 of 52 solved")
+    assert "… left" in tally.line()
+    now[0] = 20.0
+    tally.trial(make_trial(SOLUTION, trial=53))
+    assert tally.line().startswith("random  53/55 trials · 53 of 53 solved")
+    assert "40 s left" in tally.line()
 
 
 def test_errors_are_counted_by_boundary():

@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib.resources import files
 
 import pytest
 from builders import play_study, write_study
@@ -15,6 +16,7 @@ KEPT = "flip?p=0.4&others=kept"
 MODEL = {
     "model": "acme/m",
     "answered by": "m-2026",
+    "host": "127.0.0.1",
     "temperature": "0.7",
     "top_p": "provider default",
     "effort": "not taken",
@@ -77,10 +79,14 @@ def test_the_settings_of_a_language_model_are_said(found):
     facts = [Fact(about="random", name=name, text=text) for name, text in MODEL.items()]
     said = methods_tex(found.changed(facts=(*found.facts, *facts)))
     assert (
-        r"\texttt{random}: model acme/m, answered by m-2026, temperature 0.7, top-p left to the provider, no reasoning "
+        r"\texttt{random}: model acme/m, answered by m-2026, on the host 127.0.0.1, temperature 0.7, top-p left to the provider, no reasoning "
         "effort, at most 1000 tokens a reply, a malformed reply asked for again up to 4 times, no seed sent."
     ) in said
     assert "answered by" not in methods_tex(found)
+    assert "could not be used" not in said
+    again = Estimate(quantity="replies_asked_again", agent="random", value=0.25, count=29, n=116)
+    asked = methods_tex(found.changed(rows=(*found.rows, again), facts=(*found.facts, *facts)))
+    assert "no seed sent. 29 of its 116 replies could not be used and were asked for again." in asked
 
 
 def test_people_are_counted(found):
@@ -102,3 +108,20 @@ def test_people_are_counted(found):
     assert r"played by 12 participants and 1 agent (\texttt{random})." in said
     assert r"Participants: design \texttt{within}, feedback not shown, 1 to 2 boxes finished by each." in said
     assert "clustered by person for people" in said
+
+
+def test_what_holds_at_every_look_is_named_with_its_sources(tmp_path, found):
+    planned = study("flips", agent=("cognitive:perseverant", "random"), p=(0, 0.2, 0.4), trials=12, repetitions=1)
+    trials = [trial for trial in play_study(planned) if trial.trial <= 9 or trial.agent == "random"]
+    said = methods_tex(results(write_study(tmp_path / "part", planned, trials)))
+    assert r"95\,\% confidence sequences~\cite{robbins1970}" in said
+    assert (
+        r"\emph{P} is 1 divided by the largest wealth so far, corrected for at most 2 comparisons of a family by"
+        in said
+    )
+    assert "McNemar" not in said
+    cited = {key for text in (said, methods_tex(found)) for key in re.findall(r"cite\{(.+?)\}", text)}
+    known = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
+    assert {*re.findall(r"^@\w+\{(.+),$", known, flags=re.MULTILINE)} == cited
+    nothing = methods_tex(results(write_study(tmp_path / "none", planned, [])))
+    assert r"\emph{P}" not in nothing

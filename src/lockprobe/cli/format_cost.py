@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json as json_
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
+from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import Estimate, Expected, estimates, together
 from lockprobe.studies.costs.expected_trials import spread
-from lockprobe.studies.costs.spending import Spending, hosted
+from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
 from lockprobe.studies.records.journal import load
 from lockprobe.studies.study import Study
@@ -27,6 +29,7 @@ __all__ = [
     "money",
     "of_price",
     "print_estimates",
+    "say_unlimited",
     "share",
     "spent_facts",
     "spent_in_words",
@@ -178,6 +181,17 @@ def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json:
 def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
     done = {trial.key: trial for trial in load(directory)} if is_there(directory / "trials.jsonl") else {}
     return estimates(study, done, read_calls(directory), batch=batch)
+
+
+def say_unlimited(study: Study, budget: float | None) -> None:
+    """Say whom a budget does not limit, on the stream of errors; nothing where it limits all."""
+    one = Usage(input_tokens=1, output_tokens=1)
+    prices = {agent: price_of(agent) for agent in hosted(study)}
+    free = [agent for agent, price in prices.items() if price is not None and most_dollars(one, price) == 0]
+    if budget is not None and free:
+        whom = listed([study.label_of(agent) for agent in free])
+        said = f"The budget does not limit {whom}: the price is 0. At 1, a dollar is a million tokens"
+        print(printable(said), file=sys.stderr)
 
 
 def spent_in_words(spent: Spending) -> str:

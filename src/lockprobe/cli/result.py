@@ -21,8 +21,8 @@ __all__ = ["read_result", "result_facts", "result_lines"]
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
 
-_OPTION = re.compile(r"\((--[^:)]+): ")
-"""What plays what was not tested, in the sentence that says so."""
+_UNTESTED = re.compile(r"Not tested for (?P<agents>.+): whether .*\((?P<option>--[^:)]+): ")
+"""Who has not played false reports that stay, and what plays them, in the sentence that says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def read_result(directory: Path) -> Results | None:
 def result_lines(found: Results, directory: Path) -> list[str]:
     """The answer, a line for each number of every agent, and the next commands."""
     agents: dict[str, list[str]] = {}
-    for row in _key_numbers(found):
+    for row in _key_numbers(found) if not _all_broken(found) else ():
         lines = agents.setdefault(row["agent"], [])
         for said in (f"{row['success']} {row['where']}", f"{row.get('change', '')} {row.get('against', '')}"):
             if said.strip() and said not in lines:
@@ -84,14 +84,32 @@ def _key_numbers(found: Results) -> Iterator[Mapping[str, str]]:
 
 def _next(found: Results, directory: Path) -> list[_Step]:
     """What is worth typing next: to see one trial, and to decide what is open or to look into what was found."""
+    if again := _all_broken(found):
+        return [again]
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
     where, steps = quote(str(directory)), []
     if trial := next((one.key for one in found.exhibits if one.section == "trials"), ""):
         steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
-    if option := _OPTION.search(said.get("untested", "")):
-        steps.append(_Step(f"the same command with {option[1]}", "whether false reports that stay do the same"))
+    if untested := _UNTESTED.search(said.get("untested", "")):
+        played = any(one.doses.get("flip.keep", 0) > 0 for one in found.design.conditions)
+        whose = f", for {untested['agents']}" if played else ""
+        shows = f"whether false reports that stay do the same{whose}"
+        steps.append(_Step(f"the same command with {untested['option']}", shows))
     elif "needed" in said:
         steps.append(_Step("the same command with more --trials", said["needed"]))
     elif any("flip.p" in one.doses for one in found.design.conditions):
         steps.append(_Step(f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
     return steps
+
+
+def _all_broken(found: Results) -> _Step | None:
+    """What plays the trials again, if no trial of an agent that the study is about ended; None if one did."""
+    broken = [row for row in found.where("broken", condition="") if row.agent in found.subjects]
+    ended = {row.agent for row in found.where("success") if row.n}
+    if not broken or ended & {*found.subjects}:
+        return None
+    final = [row.of for row in broken if found.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
+    again = " and then ".join(dict.fromkeys(f"--again {of}" for of in final))
+    return _Step(
+        f"the same command{f' with {again}' * bool(again)}", "plays the broken trials again, when the cause is mended"
+    )

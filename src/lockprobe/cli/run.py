@@ -146,10 +146,12 @@ def _run_study(
             print(settings_line(planned.settings_hash), file=sys.stderr)
         print_estimates([(planned, directory)], batch=limits.access.batch, json=json)
         return
+    from lockprobe.cli.format_cost import say_unlimited
     from lockprobe.cli.run_study import allowed_budget, play_study
 
     say_extended(planned, directory)
     allowed = allowed_budget(planned, budget, directory)
+    say_unlimited(planned, budget)
     if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
         raise typer.Exit(status)
 

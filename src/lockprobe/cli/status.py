@@ -37,6 +37,7 @@ from lockprobe.studies.records.results_hash import hash_of_digest
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
+from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 
 __all__ = ["status"]
@@ -159,6 +160,10 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
         "errors": dict(sum((Counter({error.boundary: number}) for error, number in errors), Counter[str]())),
         "first_errors": {error.boundary: error.message for error, _ in reversed(errors)},
         "decisions": sum(one.steps for one in run),
+        "asked_again": {
+            agent: {"replies": replies, "asked_again": again}
+            for agent, (again, replies) in asked_again(one.trial for one in run).items()
+        },
         "tidied": dict(tidied.most_common()),
         "tidied_decisions": sum(bool(step.decision.tidied) for one in run for step in one.trial.steps),
     }
@@ -247,7 +252,7 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
 
 
 def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
-    """What was added, how long it took, what broke, what was tidied, and the hashes."""
+    """What was added, how long it took, what broke, what was asked again or tidied, and the hashes."""
     added = facts["added"]
     assert isinstance(added, dict)
     for agent, when in added.items():
@@ -261,6 +266,11 @@ def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tupl
     yield "errors", in_boundaries(errors) or "none"
     for boundary, message in sorted(first.items()):
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
+    again = facts["asked_again"]
+    assert isinstance(again, dict)
+    for i, (agent, of) in enumerate(again.items()):
+        counts = f"{of['asked_again']:,} of {of['replies']:,} replies of {agent}"
+        yield "" if i else "replies", f"{counts} could not be used and were asked for again"
     if facts["tidied_decisions"]:
         tidied = facts["tidied"]
         assert isinstance(tidied, dict)

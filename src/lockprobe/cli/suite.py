@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 
 import typer
 
-from lockprobe.cli.format_cost import print_estimates
+from lockprobe.cli.format_cost import print_estimates, say_unlimited
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
@@ -70,6 +70,7 @@ def run_suite(
         raise BadValue("again", again, "a suite that has been played before in this directory")
     begin_suite(directory, suite)
     _say_settings(directory, studies, json=json)
+    say_unlimited(next(iter(studies.values())), budget)
     unfinished: dict[str, int] = {}
     for name, study in studies.items():
         allowed = allowed_budget(study, budget, directory / name)

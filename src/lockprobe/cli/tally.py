@@ -50,16 +50,16 @@ class Tally:
         self.agent, self.guess = "", "…"
         self.slow = False
         self._began = time.monotonic()
-        self.agent_owed = 0
+        self.agent_owed = self.before = 0
 
     def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
         """Start counting another agent, with ``owed`` trials to play.
 
-        Lines call it as the study does. Trials of an earlier run (``done``) count as solved or not, but not as played.
-        ``slow`` agents show their steps.
+        Lines call it as the study does. Trials of an earlier run (``done``) count as trials of the study, but not for
+        the time that is left. ``slow`` agents show their steps.
         """
         self.agent, self.slow, self.agent_owed = self._called(source.spec), slow, owed
-        self.played = self.steps = 0
+        self.played, self.steps, self.before = 0, 0, len(done)
         self.errors.clear()
         self.solved.clear()
         self.ended.clear()
@@ -106,7 +106,7 @@ class Tally:
         """The state in one short line, with or without how many trials are solved, under all conditions together."""
         ended = self.ended.total()
         parts = [
-            f"{self.agent}  {self.played}/{self.agent_owed} trials",
+            f"{self.agent}  {self.before + self.played}/{self.before + self.agent_owed} trials",
             f"{self.solved.total()} of {ended} solved" if solved and ended and self.tells_solved else "",
             f"{self.speed:.1f} steps/s",
             f"{self.left} left",

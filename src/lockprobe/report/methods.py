@@ -8,8 +8,9 @@ from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import tex_text
-from lockprobe.report.rows import Results
+from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
 __all__ = ["methods_tex"]
 
@@ -27,6 +28,7 @@ _LABELS: Mapping[str, str] = {
 _FACTS: Mapping[str, str] = {
     "model": "model {}",
     "answered by": "answered by {}",
+    "host": "on the host {}",
     "sha256": "weights with the SHA-256 {:.12}",
     "quantisation": "quantisation {}",
     "runtime": "run by {}",
@@ -56,6 +58,8 @@ _TESTS: Mapping[str, str] = {
     "McNemar": "McNemar's exact test",
 }
 """Tests of rows, as the paragraph calls them."""
+
+_DETECTED = r"a change counts as detected if \emph{P} is below 0.05 and its 95\,\% interval excludes 0."
 
 _SHOWN: Mapping[str, str] = {"True": "shown", "False": "not shown"}
 """What participants are shown."""
@@ -115,6 +119,8 @@ def _models(found: Results) -> Iterator[str]:
             said = [_fact(name, facts[name]) for name in _FACTS if name in facts]
             said += ["no seed sent"] * ("repairs" in facts)
             yield f"{_code(str(agent))}: {tex_text(', '.join(said))}."
+            for row in found.where("replies_asked_again", agent=str(agent)):
+                yield f"{row.count} of its {row.n} replies could not be used and were asked for again."
 
 
 def _fact(name: str, value: str) -> str:
@@ -170,10 +176,9 @@ def _left_out(found: Results) -> str:
 
 
 def _tested(found: Results) -> str:
-    if found.progress.every_look:
-        said = next(iter(found.said("overview", "every_look")), "")
-        return tex_text(said) or "Intervals and P values hold at every look at the growing data."
     rows = [row for row in found.against_control() if row.p_value is not None]
+    if found.progress.every_look:
+        return _at_every_look(found, rows)
     tests = list(dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test))
     most = max((row.corrected_for for row in rows), default=1)
     corrected = f", corrected for at most {most} comparisons of a family" if most > 1 else ""
@@ -182,10 +187,28 @@ def _tested(found: Results) -> str:
     if not tests:
         return said
     by = listed([tex_text(_TESTS.get(one, one)) for one in tests])
+    return f"{said} Changes of success were tested by {by}{corrected}; {_DETECTED}"
+
+
+def _at_every_look(found: Results, rows: Sequence[Estimate]) -> str:
+    """What holds at every look, by which method, and how P values come about where there are any."""
+    said = tex_text(next(iter(found.said("overview", "every_look")), ""))
+    shares = r"Intervals of shares are 95\,\% confidence sequences~\cite{robbins1970}."
+    if not any(E_PROCESS in row.test for row in rows):
+        return f"{said} {shares}".strip()
+    many = max(row.corrected_for for row in rows)
+    agents = len({row.agent for row in rows})
+    corrected = f", corrected for at most {many} comparisons of a family" if many > 1 else ""
+    corrected += " by closed testing with averages of e-values~\\cite{vovk-wang2021}" if many > 1 else ""
+    corrected += f"{' and' if many > 1 else ', corrected'} for the number of agents" if agents > 1 else ""
     return (
-        f"{said} Changes of success were tested by {by}{corrected}; a change counts as detected if "
-        r"\emph{P} is below 0.05 and its 95\,\% interval excludes 0."
-    )
+        f"{said} {shares} "
+        r"Those of changes of success are 95\,\% confidence sequences by betting~\cite{waudby-smith-ramdas2024}. Each "
+        r"change was tested by an e-process: the wealth of bets against no change, which exceeds 20 at any look with a "
+        r"probability of at most 0.05 if there is none~\cite{ville1939}. \emph{P} is 1 divided by the largest wealth "
+        rf"so far{corrected}; {_DETECTED} Trials count in blocks of one trial under every condition, in the order of "
+        "the plan, up to the first block that is not finished."
+    ).strip()
 
 
 def _kept(found: Results) -> str:

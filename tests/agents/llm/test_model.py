@@ -319,7 +319,7 @@ def test_where_nobody_asks_what_the_last_action_did_nothing_that_is_sent_speaks_
 
 def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     asked = [Message(role="user", text="What now?")]
-    known = ModelFacts(known=True, most_output=500)
+    known = ModelFacts(reasons=False, most_output=500)
     ways = [
         (asked, {}, ModelSettings(), known),
         ([replace(asked[0], text="And now?")], {}, ModelSettings(), known),

@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, SHIPPED, ModelFacts, Price, facts_of, read_facts
 from lockprobe.agents.llm.settings import ModelSettings
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.trial.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
@@ -110,7 +110,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(tmp_path
             "[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true",
             r"model 2 \(b\): image: .*; keys are match,",
         ),
-        ("[[model]]\nmatch = ['a']\nknown = true", r"model 1 \(a\): known: not a key"),
+        ("[[model]]\nmatch = ['a']\nknown = true", r"model 1 \(a\): known: .*; keys are match,"),
         ("[[model]]\nmatch = ['a']\nefforts = ['huge']", r"model 1 \(a\): efforts.0: expected 'none',"),
         ("[[model]]\nmatch = ['a']\ncontext = -1", r"model 1 \(a\): context: expected "),
         ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", r"model 1 \(a\): price.cached: "),
@@ -129,6 +129,28 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(tmp_path, monkeypat
     with pytest.raises(BadFile, match=f"^{path}: {why}") as wrong:
         facts_of("openai/gpt-4o")
     assert "\n" not in str(wrong.value)
+
+
+@pytest.mark.parametrize("fact", ["images = false", "most_output = 900", "context = 8192", 'schema = "strict"'])
+def test_a_fact_of_ones_own_says_nothing_of_the_others(tmp_path, monkeypatch, fact):
+    before = ModelSettings().sent(facts_of("vllm/qwen"))
+    monkeypatch.setenv(OWN_FACTS, str(written(tmp_path / "own.toml", f"[[model]]\nmatch = ['vllm/*']\n{fact}\n")))
+    facts = facts_of("vllm/qwen")
+    assert (facts.known, facts.sampling, facts.efforts, facts.reasons) == (True, None, None, None)
+    assert ModelSettings().sent(facts) == before
+    assert ModelSettings().parameters(facts) == {}
+    ModelSettings(temperature=0.5, top_p=0.5, effort="low", max_tokens=900, schema="strict").check("vllm/qwen", facts)
+
+
+def test_whether_a_model_reasons_bounds_its_replies_and_the_efforts_it_takes_are_what_is_not_refused(
+    tmp_path, monkeypatch
+):
+    text = "[[model]]\nmatch = ['vllm/*']\nreasons = false\nefforts = []\n"
+    monkeypatch.setenv(OWN_FACTS, str(written(tmp_path / "own.toml", text)))
+    facts = facts_of("vllm/qwen")
+    assert ModelSettings().sent(facts).items() >= {"effort": "not taken", "max_tokens": 1000}.items()
+    with pytest.raises(BadValue, match="effort: got 'low', expected no effort with vllm/qwen"):
+        ModelSettings(effort="low").check("vllm/qwen", facts)
 
 
 def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):

@@ -16,8 +16,8 @@ from lockprobe.studies.records.journal import load
 from lockprobe.studies.running.runner import run_study
 
 UNKNOWN = ModelFacts()
-PLAIN = ModelFacts(known=True, most_output=16_384)
-REASONING = ModelFacts(known=True, sampling="fixed", efforts=("low", "high"), reasons=True, most_output=100_000)
+PLAIN = ModelFacts(efforts=(), reasons=False, most_output=16_384)
+REASONING = ModelFacts(sampling="fixed", efforts=("low", "high"), reasons=True, most_output=100_000)
 
 
 @pytest.fixture(autouse=True)
@@ -66,9 +66,9 @@ def test_the_record_says_what_a_model_fixes_and_does_not_take():
         "repairs": 4,
     }
     assert ModelSettings().sent(PLAIN)["effort"] == "not taken"
-    assert ModelSettings().sent(ModelFacts(known=True, schema="loose"))["schema"] == "loose"
+    assert ModelSettings().sent(ModelFacts(schema="loose"))["schema"] == "loose"
     assert ModelSettings(images=2, detail="low").sent(PLAIN).items() >= {"images": 2, "detail": "low"}.items()
-    assert ModelSettings().sent(ModelFacts(known=True, images=True, largest_image=768))["largest_image"] == 768
+    assert ModelSettings().sent(ModelFacts(images=True, largest_image=768))["largest_image"] == 768
 
 
 @pytest.mark.parametrize(

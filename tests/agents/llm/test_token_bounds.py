@@ -17,7 +17,7 @@ from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
-KNOWN = ModelFacts(known=True, most_output=16_384)
+KNOWN = ModelFacts(reasons=False, most_output=16_384)
 ASKED = Message(role="user", text="What now?")
 REPLY = Message(role="assistant", text='{"joint": "A"}')
 TOLD = Message(role="user", text="A did not move.")
@@ -56,9 +56,10 @@ def test_no_call_takes_more_than_was_said():
 
 def test_what_a_reply_may_take_is_what_is_asked_for():
     assert at_most([ASKED], ModelSettings(max_tokens=55), KNOWN).output_tokens == 55
-    for settings, facts in ((ModelSettings(), KNOWN), (ModelSettings(), ModelFacts(known=True, reasons=True))):
+    for settings, facts in ((ModelSettings(), KNOWN), (ModelSettings(), ModelFacts(reasons=True))):
         assert at_most([ASKED], settings, facts).output_tokens == settings.parameters(facts)["max_tokens"]
     assert at_most([ASKED], ModelSettings(), ModelFacts()).output_tokens == MOST_OUTPUT
+    assert at_most([ASKED], ModelSettings(), ModelFacts(most_output=900)).output_tokens == 900
 
 
 def test_pictures_count():

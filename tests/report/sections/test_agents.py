@@ -25,7 +25,7 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
         make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model"),
         error=TrialError(boundary="refusal", message="refused: I cannot help.", step=2),
     )
-    decision = replace(first.steps[0].decision, replies=("```{}```",), tidied=("fence", "prose"))
+    decision = replace(first.steps[0].decision, replies=("{", "[", "```{}```"), tidied=("fence", "prose"))
     first = replace(first, steps=(replace(first.steps[0], decision=decision), *first.steps[1:]))
     found = found_in(tmp_path, study, trials := [first, *others[:4], refused])
     assert found.one("broken", agent="random", condition="", of="refusal").value == 1
@@ -35,6 +35,8 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     assert [(row.of, row.count) for row in tidied] == [("", 1), ("a code fence", 1), ("text around the object", 1)]
     assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
     details, page = page_of("details", found), page_of("report", found)
+    assert [(row.agent, row.count, row.n) for row in found.where("replies_asked_again")] == [("random", 2, 3)]
+    assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
     assert "They were tidied, and count as all others do." in details
     assert "a code fence 1, text around the object 1" in details
     assert "refused: I cannot help." in page

@@ -258,11 +258,11 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
     monkeypatch.setattr(runner, "play_in_workers", in_workers)
-    agents = ["python:dying:Raises", "python:dying:Unclosed", "round-robin", "random"]
+    agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
-    assert list(end.value.why) == agents[:3]
-    assert "broke 10 trials in a row (model: RuntimeError: of no use)" in str(end.value)
+    assert list(end.value.why) == ["python:dying:Raises", *agents[1:3]]
+    assert "Ours broke 10 trials in a row (model: RuntimeError: of no use)" in str(end.value)
     assert "stays open" in str(end.value)
     assert "round-robin cannot be loaded" in str(end.value)
     ended = Counter(trial.agent for trial in load(tmp_path / "s") if not trial.owed_again)

@@ -80,33 +80,36 @@ class Price:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
-    """The known facts about a model. The defaults are safe for an unknown model.
+    """The known facts about a model; None where a fact is not known.
 
     Attributes:
-        known: Whether more than its price is known.
         sampling: When it accepts a temperature and top-p.
         efforts: The reasoning efforts that it accepts; empty for none.
         reasons: Whether it writes hidden reasoning tokens by default before it replies.
         schema: How strictly it can be made to follow the form of a reply.
-        context: Tokens that a conversation may have; None where not known.
-        most_output: Tokens that a reply may have; None where not known.
-        images: Whether it can see; None where not known, then its provider has to say so.
-        largest_image: Longest side in pixels of a picture that its provider does not scale down; None where not known.
-        picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most; None where not known.
-        price: What it costs; None where not known.
+        context: Tokens that a conversation may have.
+        most_output: Tokens that a reply may have.
+        images: Whether it can see; where not known, its provider has to say so.
+        largest_image: Longest side in pixels of a picture that its provider does not scale down.
+        picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most.
+        price: What it costs.
     """
 
-    known: bool = False
-    sampling: Sampling = "free"
-    efforts: tuple[Effort, ...] = ()
-    reasons: bool = False
-    schema: Schema = "strict"
+    sampling: Sampling | None = None
+    efforts: tuple[Effort, ...] | None = None
+    reasons: Annotated[bool, Field(strict=True)] | None = None
+    schema: Schema | None = None
     context: _Count | None = None
     most_output: _Count | None = None
     images: Annotated[bool, Field(strict=True)] | None = None
     largest_image: _Count | None = None
     picture_tokens: _Count | None = None
     price: Price | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether more is known than what changes no request."""
+        return any(getattr(self, one.name) is not None for one in fields(self) if one.name not in _NOT_ASKED)
 
 
 class Entry(NamedTuple):
@@ -126,7 +129,10 @@ _Patterns = Annotated[tuple[_Pattern, ...], Field(min_length=1)]
 _NOT_ASKED = {"price", "picture_tokens"}
 """Facts that change no request: a study can be resumed after its user adds a price."""
 
-_SETTABLE = [field.name for field in fields(ModelFacts) if field.name != "known"]
+_LEFT_OUT: dict[str, Any] = {"sampling": "free", "efforts": (), "reasons": False, "schema": "strict"}
+"""What an entry of the shipped file says by leaving it out; of one's own file it says nothing."""
+
+_SETTABLE = [field.name for field in fields(ModelFacts)]
 
 
 @cache
@@ -147,7 +153,7 @@ def facts_of(name: str) -> ModelFacts:
     for path in files:
         for entry in _read(path):
             if any(_matches(name, pattern) for pattern in entry.match):
-                said |= entry.says | ({} if entry.says.keys() <= _NOT_ASKED else {"known": True})
+                said |= entry.says if path != SHIPPED else _LEFT_OUT | entry.says
                 break
     return ModelFacts(**said)
 
@@ -194,8 +200,6 @@ def _entry(path: Path, number: int, table: Any) -> Entry:
         key = ".".join(map(str, first["loc"])) if "(" in where else "match"
         known = f"; keys are match, {', '.join(_SETTABLE)}" if first["type"] == "unexpected_keyword_argument" else ""
         raise BadFile(path, printable(f"{where}: {key}: {plain(first['msg'])}{known}")) from None
-    if "known" in table:
-        raise BadFile(path, f"{where}: known: not a key; keys are match, {', '.join(_SETTABLE)}")
     return Entry(match, {name: getattr(facts, name) for name in table})
 
 

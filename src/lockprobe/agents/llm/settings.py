@@ -60,19 +60,19 @@ class ModelSettings:
             raise BadValue("repairs", self.repairs, "a whole number from 0 to 20")
 
     def most_tokens(self, facts: ModelFacts) -> int | None:
-        """The most tokens of a reply; None for an unknown model, so that its provider decides."""
-        if self.max_tokens is not None or not facts.known:
+        """The most tokens of a reply; None if it is not known whether the model reasons: its provider decides."""
+        if self.max_tokens is not None or facts.reasons is None:
             return self.max_tokens
         most = MOST_REASONED if self.reasons(facts) else MOST_PLAIN
         return min(most, facts.most_output or most)
 
     def reasons(self, facts: ModelFacts) -> bool:
         """Whether a model with these options is known to write hidden reasoning tokens."""
-        return facts.reasons if self.effort is None else self.effort != "none"
+        return bool(facts.reasons) if self.effort is None else self.effort != "none"
 
     def form(self, facts: ModelFacts) -> Schema:
         """How the form of the reply is requested."""
-        return self.schema or facts.schema
+        return self.schema or facts.schema or "strict"
 
     def parameters(self, facts: ModelFacts) -> dict[str, object]:
         """The parameters sent with the conversation, named as in Inspect AI's ``GenerateConfig``."""
@@ -91,7 +91,7 @@ class ModelSettings:
         found: dict[str, Fact] = {
             "temperature": sampling if self.temperature is None else self.temperature,
             "top_p": sampling if self.top_p is None else self.top_p,
-            "effort": self.effort or ("not taken" if facts.known and not facts.efforts else left),
+            "effort": self.effort or ("not taken" if facts.efforts == () else left),
             "max_tokens": self.most_tokens(facts) or left,
             "schema": self.form(facts),
             "repairs": self.repairs,
@@ -104,26 +104,27 @@ class ModelSettings:
         return found
 
     def check(self, name: str, facts: ModelFacts) -> None:
-        """Refuse options that a model is known to refuse; for unknown models, refuse none.
+        """Refuse options that a model is known to refuse, and no others.
 
         Raises:
             BadValue: If it would refuse one of these settings.
         """
-        if not facts.known:
-            return
         self._check_sampling(name, facts)
-        if self.effort is not None and self.effort not in facts.efforts:
+        if self.effort is not None and facts.efforts is not None and self.effort not in facts.efforts:
             taken = f"one of {', '.join(facts.efforts)}" if facts.efforts else "no effort"
             raise BadValue("effort", self.effort, f"{taken} with {name}")
         if self.max_tokens is not None and facts.most_output is not None and self.max_tokens > facts.most_output:
             raise BadValue("max_tokens", self.max_tokens, f"at most {facts.most_output} with {name}")
         kinds = get_args(Schema)
-        if self.schema is not None and kinds.index(self.schema) < kinds.index(facts.schema):
-            raise BadValue("schema", self.schema, f"{' or '.join(kinds[kinds.index(facts.schema) :])} with {name}")
+        allowed = kinds if facts.schema is None else kinds[kinds.index(facts.schema) :]
+        if self.schema is not None and self.schema not in allowed:
+            raise BadValue("schema", self.schema, f"{' or '.join(allowed)} with {name}")
         if facts.images is False and (self.images, self.detail) != (0, "high"):
             raise Conflict("images or detail", name, "this model cannot read pictures")
 
     def _check_sampling(self, name: str, facts: ModelFacts) -> None:
+        if facts.sampling is None:
+            return
         may = {"free": True, "no effort": self.effort in (None, "none"), "effort none": self.effort == "none"}
         for option in ("temperature", "top_p"):
             if (value := getattr(self, option)) is not None and not may.get(facts.sampling, False):

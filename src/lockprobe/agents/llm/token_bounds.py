@@ -32,7 +32,7 @@ _BLOCK = 1024
 scale large pictures down first: never more than so much for every block."""
 
 MOST_OUTPUT = 32_768
-"""The assumed limit of a reply in tokens for an unknown model, whose provider decides."""
+"""The assumed limit of a reply in tokens where no limit is known or sent."""
 
 
 def tokens(text: str) -> float:
@@ -50,7 +50,7 @@ def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFa
     return Usage(
         calls=1,
         input_tokens=text + PER_MESSAGE * len(messages) + FORM + (facts.picture_tokens or MOST_PER_PICTURE) * blocks,
-        output_tokens=settings.most_tokens(facts) or MOST_OUTPUT,
+        output_tokens=settings.most_tokens(facts) or facts.most_output or MOST_OUTPUT,
     )
 
 

@@ -1,4 +1,4 @@
-"""Agents and box: what agents and the plant say they are, replies that were tidied, and the interlock."""
+"""Agents and box: what agents and the plant say they are, replies tidied or asked for again, and the interlock."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial import record
+from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.record import Decision, Trial
 
 __all__ = ["SECTIONS"]
@@ -28,6 +29,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     yield from _facts(told for trial in trials for told in _told(trial))
     yield from _facts((_PLANT + str(trial.plant.get("plant")), _known(trial.plant)) for trial in trials if trial.plant)
     yield from _tidied(trials)
+    for agent, (again, n) in asked_again(trials).items():
+        yield Estimate(quantity="replies_asked_again", agent=agent, value=again / n, count=again, n=n)
 
 
 def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
@@ -71,7 +74,12 @@ def _tidied(trials: Sequence[Trial]) -> Iterator[Estimate]:
 def _show(found: Results) -> Iterator[Part]:
     agents = {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))}
     plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
-    values = {"agents": agents, "tidied": _replies(found), "plants": [found.facts_about(plant) for plant in plants]}
+    values = {
+        "agents": agents,
+        "again": found.where("replies_asked_again"),
+        "tidied": _replies(found),
+        "plants": [found.facts_about(plant) for plant in plants],
+    }
     box = found.study.get("box", {}).get("name", "")
     of = [*([listed([*agents], named=3)] if agents else []), *([f"the box {box}"] if box else [])]
     said = f"What is on record of {', and of '.join(of)}." if of else ""

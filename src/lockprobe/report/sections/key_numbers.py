@@ -51,7 +51,7 @@ def axis_numbers(agent: AgentSummary) -> KeyNumbers:
     found = first.success
     change, against = NONE, ""
     if agent.blind:
-        change, against = "0", "plays alike"
+        change, against = "0 points", "change: it plays alike whatever it is told"
     elif contrast is not None:
         gap = contrast.difference
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"

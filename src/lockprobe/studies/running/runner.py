@@ -278,7 +278,7 @@ class _TrialWriter:
         self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
         if trial.error is not None and self._broken_in_a_row == self._give_up_after:
             why = f"{trial.error.boundary}: {trial.error.message}"
-            raise UserMistake(f"{self._spec} broke {self._broken_in_a_row} trials in a row ({why})")
+            raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why})")
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
         """Refuse a changed agent (model, prompt, runtime) before it is called and paid.

@@ -1,0 +1,30 @@
+"""Replies that could not be used, so that the agent was asked again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+from lockprobe.trial.record import Trial
+
+__all__ = ["asked_again"]
+
+
+def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:
+    """Agent -> replies after which it was asked again, and all its replies on record; agents without any are left out.
+
+    After the last reply of a decision, and after one that ended a trial, nobody was asked again.
+    """
+    again, replies = Counter[str](), Counter[str]()
+    for trial in trials:
+        for of_one in _replies(trial):
+            again[trial.group] += max(0, len(of_one) - 1)
+            replies[trial.group] += len(of_one)
+    return {agent: (number, replies[agent]) for agent, number in again.items() if number}
+
+
+def _replies(trial: Trial) -> Iterator[tuple[str, ...]]:
+    """The replies to each decision, and those that led to none."""
+    yield from (step.decision.replies for step in trial.steps)
+    if trial.error is not None:
+        yield trial.error.replies
