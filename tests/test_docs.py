@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import sys
 import tomllib
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from lockprobe.cli import build, every_command
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.options.studyfile import study
+from lockprobe.testing import check_agent
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(
@@ -64,6 +66,19 @@ def test_python_runs_as_typed(page, tmp_path, monkeypatch):
         where, text = parameter.values
         if where == page and why_not(text) is None:
             exec(compile(text, page, "exec"), session)
+
+
+def test_one_s_own_agents_are_found_in_the_working_directory_and_play(tmp_path, monkeypatch):
+    section = PAGE["docs/agents.md"].partition("\n## Your own agent\n")[2].partition("\n## ")[0]
+    (code,) = re.findall(r"^```python\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
+    (tmp_path / "mine.py").write_text(code, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", list(sys.path))
+    named = re.findall(r"python:mine:[A-Z]\w+(?= )", section)
+    assert named == [f"python:mine:{name}" for name in re.findall(r"^class (\w+)", code, re.MULTILINE)]
+    for agent in named:
+        check_agent(agent)
+    del sys.modules["mine"]
 
 
 def command_lines():

@@ -91,9 +91,10 @@ def test_what_students_type_is_on_the_answer_sheet():
 
 def test_each_command_prints_what_the_answer_sheet_shows(played):
     for _, line, shown in answers():
-        printed = squeezed(played[1][line])
-        at = [printed.find(squeezed(row)) for row in shown.splitlines()]
-        assert -1 not in at, line
+        printed = [squeezed(row) for row in played[1][line].splitlines()]
+        rows = [squeezed(row) for row in shown.splitlines()]
+        assert [row for row in rows if row not in printed] == [], line  # whole lines
+        at = [printed.index(row) for row in rows]
         assert at == sorted(at), line
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from lockprobe.agents.catalogue import description, known_specs, resolve
 from lockprobe.agents.network.network_file import SHIPPED, shipped
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 
 
@@ -101,13 +101,22 @@ def test_your_own_class(tmp_path, monkeypatch):
         "    async def decide(self, situation, rng):\n"
         "        return Decision(joint=situation.task.joints[0])\n"
         "class NoAgent: pass\n"
+        "class Plain:\n"
+        "    facts = {}\n"
+        "    def decide(self, situation, rng): return Decision(joint=situation.task.joints[0])\n"
+        "class Later:\n"
+        "    facts = {}\n"
+        "    decide = staticmethod(First().decide)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     from lockprobe import run_trial
 
-    allow("python:mine:NoAgent", "python:mine:Nobody")
+    allow("python:mine:NoAgent", "python:mine:Nobody", "python:mine:Plain")
     trial = run_trial(agent="python:mine:First")
     assert len(set(trial.actions)) == 1
+    assert run_trial(agent="python:mine:Later").actions == trial.actions
+    with pytest.raises(UserMistake, match="^agent 'python:mine:Plain': decide must be `async def`$"):
+        resolve("python:mine:Plain").check()
     with pytest.raises(BadValue, match="^agent: got 'python:mine:NoAgent', expected a class with"):
         resolve("python:mine:NoAgent").make()
     with pytest.raises(BadValue, match="^agent: got 'python:mine:Nobody', expected python:module:Name"):

@@ -73,6 +73,22 @@ def test_it_says_no_outcome_that_the_report_does_not_give(flip, rule, report):
     assert any(line.startswith(report) for line in text.splitlines())
 
 
+def test_the_panel_says_what_changed_on_it_and_asks_in_its_own_order():
+    shown = play("--p", 0.4, "--seed", 8, lines="\n".join("ABCDACQ"), claims=False).splitlines()
+    changed = [line for line in shown if line.startswith("Changed on the panel: ")]
+    assert [line.split(": ")[1] for line in changed] == [
+        "nothing.",
+        "nothing.",
+        "C.",
+        "D.",
+        "A, D.",
+        "A.",
+    ]  # D in a lie
+    assert {line[:22] for line in shown if line.startswith("Which joint?")} == {"Which joint? D* A B C:"}
+    told = play("--p", 0.4, "--seed", 8, "--flip", "outcome-only", lines="A\nQ\n", claims=False)
+    assert "Changed" not in told
+
+
 def test_nobody_asks_what_was_done_unless_it_is_wanted(tmp_path):
     shown = play("--p", 0.2, "--record", tmp_path / "a.jsonl", lines=said(BLUNT).lower() + "\n", claims=False)
     assert "last action" not in shown
@@ -98,7 +114,7 @@ def test_at_the_end_truth_stands_beside_told():
     assert f"You opened the box in {len(HUMAN.steps)} steps." in shown
     flipped = [step.step for step in HUMAN.steps if step.moved != step.told_moved]
     assert flipped
-    assert [int(line.split()[0]) for line in shown.splitlines() if line.endswith("<- false")] == flipped
+    assert [int(line.split()[0]) for line in shown.splitlines() if "<- false" in line] == flipped
     assert f"{len(flipped)} of {len(HUMAN.steps)} reports were false (flip rate 0.2)" in shown
     assert re.search(r"^  A \(target\)$", shown, re.MULTILINE)
     for spec in ("ideal-observer", "human-inspired", "random"):

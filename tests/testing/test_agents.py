@@ -68,7 +68,7 @@ class Breaks(Agent):
         (Forgets(), "keeps something between calls"),
         (Unlisted(), "'Z' is no joint"),
         (Odd(), "a fact of Odd is no text"),
-        (Breaks(), "a trial of Breaks broke: KeyError: 'no such thing'"),
+        (Breaks(), r"a trial of Breaks broke: in the agent \(test_agents.py, line \d+\): KeyError: 'no such thing'"),
         (object(), "has no `facts` or no `decide`"),
     ],
 )

@@ -16,6 +16,7 @@ import difflib
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
+from inspect import iscoroutinefunction, isfunction
 from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
@@ -313,8 +314,12 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
         found = plugin.make(spec.options, is_one=_is_agent, expected=expected)
         with plugin.guarded():
             is_one = isinstance(found, Agent)
+            plain = is_one and isfunction(getattr(found.decide, "__func__", found.decide))
+            waits = not plain or iscoroutinefunction(found.decide)
         if not is_one:
             raise BadValue("agent", str(spec), expected)
+        if not waits:
+            raise UserMistake(f"agent {str(spec)!r}: decide must be `async def`")
         agent: Agent = found
         return agent
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
+from lockprobe.agents.policy_check import check_returns
 from lockprobe.foundation.quick import quick
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
@@ -162,12 +163,18 @@ class Policy(Generic[Memory]):
 
     ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
     ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it.
+
+    What classes of others return is checked at every call (:mod:`lockprobe.agents.policy_check`).
     """
 
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     heeds_remarks: ClassVar[bool] = False
     _last_recall: _Recall[Memory] | None = None
+
+    def __init_subclass__(cls, **given: object) -> None:
+        super().__init_subclass__(**given)
+        check_returns(cls)
 
     @property
     def facts(self) -> Mapping[str, Fact]:

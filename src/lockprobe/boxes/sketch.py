@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from lockprobe.boxes.box import Joint, Lockbox
 
-__all__ = ["ascii_only", "interlock_lines", "panel_lines"]
+__all__ = ["ascii_only", "interlock_lines", "panel_lines", "reading_order"]
 
 _WIDE, _ROW = 60, 0.12
 """Width of the panel in characters; joints whose heights differ by less are in one row."""
@@ -32,24 +32,33 @@ def panel_lines(
         labels: Label of each joint, in panel order; by default numbers from 1.
         positions: Position of each joint, in panel order, None if it is not told; by default the start.
     """
+    names = labels or [str(i + 1) for i in range(len(box.joints))]
+    drawn = box.initial if positions is None else positions
+    inside = [f"│{line:{_WIDE}}│" for row in _rows(box) for line in _row(box, row, names, drawn)]
+    unknown = ", not told [? ] (?)" if None in drawn else ""
+    legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
+    return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
+
+
+def reading_order(box: Lockbox) -> list[int]:
+    """The joints, by index in panel order, as the panel shows them: row by row, each from left to right."""
+    return [i for row in _rows(box) for i in row]
+
+
+def _rows(box: Lockbox) -> list[list[int]]:
     rows: list[list[int]] = []
     for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
         if rows and box.joints[rows[-1][0]].place[1] - box.joints[i].place[1] < _ROW:
             rows[-1].append(i)
         else:
             rows.append([i])
-    names = labels or [str(i + 1) for i in range(len(box.joints))]
-    drawn = box.initial if positions is None else positions
-    inside = [f"│{line:{_WIDE}}│" for row in rows for line in _row(box, row, names, drawn)]
-    unknown = ", not told [? ] (?)" if None in drawn else ""
-    legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
-    return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
+    return [sorted(row, key=lambda i: (box.joints[i].place[0], i)) for row in rows]
 
 
 def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
     """A row of symbols and the names under them; overlapping symbols move to the right."""
     symbols, under = "", ""
-    for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
+    for i in row:
         joint, position = box.joints[i], positions[i]
         at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
         symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]

@@ -22,7 +22,7 @@ import typer
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.sketch import interlock_lines, panel_lines
+from lockprobe.boxes.sketch import interlock_lines, panel_lines, reading_order
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.cli import options
 from lockprobe.cli.printing import Screen
@@ -189,14 +189,14 @@ def _steps(number: int) -> str:
 
 def _story(screen: Screen, trial: Trial) -> None:
     asked = trial.assessment and len(trial.steps) > 1
-    screen.say(f"step  joint  {'truth':14}{'told':14}{'you then said' if asked else ''}".rstrip(), "bold")
+    screen.say(f"step  joint  {'truth':14}{'told':23}{'you then said' if asked else ''}".rstrip(), "bold")
     label = dict(zip(trial.joints, trial.labels, strict=True))
     said = [step.decision.claimed for step in trial.steps[1:]] + [None]
     for step, claimed in zip(trial.steps, said, strict=True):
         false = step.told_falsely
-        words = f"{in_words(step.moved):14}{in_words(step.told_moved):14}{in_words(claimed, ''):14}"
-        line = f"{step.step:4}  {label[step.joint]:5}  {words}"
-        screen.say((line + "<- false" * false).rstrip(), "red" if false else "")
+        told = f"{in_words(step.told_moved):12} {'<- false' * false}"
+        line = f"{step.step:4}  {label[step.joint]:5}  {in_words(step.moved):14}{told:23}{in_words(claimed, '')}"
+        screen.say(line.rstrip(), "red" if false else "")
     lies = sum(step.told_falsely for step in trial.steps)
     screen.say(f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g}).")
     if asked:
@@ -263,14 +263,15 @@ class Person:
             self._rules(task, percept)
         self._screen.say()
         self._screen.say(f"Step {step} of {task.budget}", "bold")
-        self._show(task, percept)
+        self._show(situation)
         claimed: Outcome | None = None
         if task.assessment and percept.joint is not None:
             claimed = _CLAIMS[
                 self._ask("What did your last action do? m it moved, n it did not move: ", "MN", situation)
             ]
-        joints = " ".join(label + "*" * (label == task.target) for label in task.joints)
-        return Decision(joint=self._ask(f"Which joint? {joints}: ", task.joints, situation), claimed=claimed)
+        order = task.joints if self._view == "text" else [self._labels[i] for i in reading_order(self._box)]
+        joints = " ".join(label + "*" * (label == task.target) for label in order)
+        return Decision(joint=self._ask(f"Which joint? {joints}: ", order, situation), claimed=claimed)
 
     def _rules(self, task: Task, percept: Percept) -> None:
         for line in _RULES.format(count=len(task.joints), target=task.target, budget=task.budget).splitlines():
@@ -281,7 +282,8 @@ class Person:
         self._screen.say(f"The panel: {legend}." if self._view == "panel" else text)
         self._screen.say("Keys: the letter of a joint; ? for help; q to stop.", "dim")
 
-    def _show(self, task: Task, percept: Percept) -> None:
+    def _show(self, situation: Situation) -> None:
+        task, percept = situation.task, situation.percept
         if self._view == "text":
             self._screen.say(percept.text)
             return
@@ -289,6 +291,8 @@ class Person:
             outcome = percept.outcome
             told = f"{percept.joint} {in_words(outcome)}." if outcome else f"You attempted {percept.joint}."
             self._screen.say(told)
+            if outcome is None:
+                self._screen.say(_changed(situation))
         at = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
         positions = [at[label] for label in self._labels]
         for line in panel_lines(self._box, labels=self._labels, positions=positions)[:-1]:
@@ -309,6 +313,15 @@ class Person:
                 return key
             else:
                 self._screen.say(f"Unknown key; press {', '.join(choices)}, ? for help, q to stop.", "yellow")
+
+
+def _changed(situation: Situation) -> str:
+    """The joints whose told position differs from the one told before: what two panels show, and no outcome."""
+    now, before = situation.percept.positions, situation.past[-1].percept.positions
+    if now is None or before is None:
+        return "No positions are told."
+    changed = [label for label, *pair in zip(situation.task.joints, now, before, strict=True) if pair[0] != pair[1]]
+    return f"Changed on the panel: {', '.join(sorted(changed)) or 'nothing'}."
 
 
 _END = "\x04"

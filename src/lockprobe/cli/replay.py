@@ -119,10 +119,10 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
     lines = [
         f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
-        "step  state  joint             truth         told          said of the previous step",
+        "step  state  joint             truth         told                   said of the previous step",
     ]
     lines += [
-        f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {in_words(s.told_moved):12}  "
+        f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {_told(s):21}  "
         f"{in_words(s.decision.claimed, ''):12}{_remark(s, wrong, sensed)}".rstrip()
         for s, wrong, sensed in zip(trial.steps, wrong_source(trial), _sensed_otherwise(trial), strict=True)
     ]
@@ -131,10 +131,14 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
     return lines
 
 
+def _told(step: Step) -> str:
+    return f"{in_words(step.told_moved):12} {'<- false' * step.told_falsely}"
+
+
 def _remark(step: Step, wrong: SourceKind | None, sensed: str) -> str:
-    """Why a report was false, and what arm or camera took a step for if that was not the truth."""
-    why = "flipped" if wrong is None else f"the {wrong} is wrong"
-    return "  ".join(["", *([f"<- {why}"] if step.told_falsely else []), *([sensed] if sensed else [])])
+    """Which source made a report false, and what arm or camera took a step for if that was not the truth."""
+    why = f"the {wrong} is wrong" if step.told_falsely and wrong is not None else ""
+    return "".join(f"  {said}" for said in (why, sensed) if said)
 
 
 def _sensed_otherwise(trial: Trial) -> list[str]:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import sysconfig
+from pathlib import PurePath
+from traceback import walk_tb
+from types import TracebackType
 
 from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, TrialFault
 
@@ -22,19 +26,36 @@ class Boundary:
 
     Args:
         fault: The kind of fault.
+        part: What the message calls code that somebody wrote for this part; its file and line are named then.
     """
 
-    __slots__ = ("_fault",)
+    __slots__ = ("_fault", "_part")
 
-    def __init__(self, fault: type[TrialFault]) -> None:
-        self._fault = fault
+    def __init__(self, fault: type[TrialFault], part: str = "") -> None:
+        self._fault, self._part = fault, part
 
     def __enter__(self) -> None:
         pass
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if error is not None and not isinstance(error, _PASSING):
-            raise self._fault(f"{type(error).__name__}: {error}") from error
+            line = _own_line(trace) if self._part else ""
+            where = f"in {self._part} ({line}): " if line else ""
+            raise self._fault(f"{where}{type(error).__name__}: {error}") from error
 
 
-AGENT, INTERVENTIONS, PLANT = Boundary(ModelFault), Boundary(ChannelFault), Boundary(PlantFault)
+def _own_line(trace: TracebackType | None) -> str:
+    """The file's name and the line that raised, of code neither installed nor of Lockprobe; empty without such code."""
+    installed = tuple(sysconfig.get_path(kind) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
+    found = ""
+    for frame, line in walk_tb(trace):
+        module, file = str(frame.f_globals.get("__name__")), frame.f_code.co_filename
+        if not (module.startswith("lockprobe") or file.startswith(("<frozen", *installed))):
+            found = f"{PurePath(file).name}, line {line}"
+    return found
+
+
+AGENT = Boundary(ModelFault, "the agent")
+INTERVENTIONS, PLANT = Boundary(ChannelFault), Boundary(PlantFault)

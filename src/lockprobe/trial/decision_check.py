@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from reprlib import repr as shortened
 
 from lockprobe.trial.record import Decision
 
@@ -12,15 +13,23 @@ __all__ = ["why_unusable"]
 def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
     """The reason why a decision cannot be executed and recorded; None if it can.
 
-    ``labels`` are those of the joints.
+    ``labels`` are those of the joints, in the order in which the agent knows them.
     """
     if not isinstance(decision, Decision):
-        return f"{type(decision).__name__} is no Decision"
+        return f"decide returned {_said(decision)}; return Decision(joint=…)"
     if decision.joint not in labels:
-        return f"{decision.joint!r} is no joint"
+        return f"{decision.joint!r} is no joint; the joints of this trial are {', '.join(labels)}"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
     return _why_out_of_range(decision) or _why_unwritable(decision)
+
+
+def _said(found: object) -> str:
+    """What was returned, with its type; of an object the type alone, because its words may hold anything."""
+    if found is None:
+        return "None"
+    kind = type(found).__name__
+    return f"{shortened(found)} ({kind})" if isinstance(found, str | int | float) else f"an object of type {kind}"
 
 
 def _why_out_of_range(decision: Decision) -> str | None:

@@ -391,7 +391,7 @@ class _Loop:
         Raises:
             ReplyFault: If it cannot be executed or recorded.
         """
-        if (why := why_unusable(decision, self._names.labels)) is not None:
+        if (why := why_unusable(decision, self._task.joints)) is not None:
             raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
         if decision.hypothesis or decision.replies:
             hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))

@@ -233,6 +233,12 @@ class Raises:
     async def decide(self, situation, rng):
         raise RuntimeError("of no use")
 
+class Nowhere:
+    facts = {}
+    async def decide(self, situation, rng):
+        from lockprobe.trial.record import Decision
+        return Decision(joint="lid")
+
 class Unclosed:
     facts = {}
     async def decide(self, situation, rng):
@@ -247,7 +253,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     """One raises in every trial, one at its end; weights that no engine can load end in a worker process."""
     (tmp_path / "dying.py").write_text(AGENTS, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    allow("python:dying:Raises", "python:dying:Unclosed")
+    allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
     def in_workers(plans, *_, **__):
         raise UserMistake(f"{plans[0].agent} cannot be loaded")
@@ -258,15 +264,18 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
     monkeypatch.setattr(runner, "play_in_workers", in_workers)
-    agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "random"]
+    agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
-    assert list(end.value.why) == ["python:dying:Raises", *agents[1:3]]
-    assert "Ours broke 10 trials in a row (model: RuntimeError: of no use)" in str(end.value)
+    assert list(end.value.why) == ["python:dying:Raises", agents[1], agents[3], agents[2]]
+    assert "Ours broke 10 trials in a row (model: in the agent (dying.py, line 5): RuntimeError: of no use)" in str(
+        end.value
+    )
     assert "stays open" in str(end.value)
     assert "round-robin cannot be loaded" in str(end.value)
     ended = Counter(trial.agent for trial in load(tmp_path / "s") if not trial.owed_again)
-    assert ended == {"python:dying:Unclosed": 12, "random": 12}
+    assert ended == {"python:dying:Unclosed": 12, "python:dying:Nowhere": 10, "random": 12}
+    assert re.search(r"Nowhere broke 10 trials in a row \(reply: 'lid' .*\); --again reply plays", str(end.value))
 
 
 def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeypatch):

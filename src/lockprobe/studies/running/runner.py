@@ -184,7 +184,7 @@ def _play(
         return
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
-    finish = _TrialWriter(source.spec, journal, observer, lanes, known)
+    finish = _TrialWriter(source, journal, observer, lanes, known)
     attended = study.attended
     if limits.cluster is not None and not attended and can_travel(study, source):
         play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
@@ -260,8 +260,11 @@ class _Stoppable(Silent):
 class _TrialWriter:
     """Writes finished trials to the journal, and gives up an agent that yields only errors."""
 
-    def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
-        self._spec = spec
+    def __init__(
+        self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]
+    ) -> None:
+        self._spec = source.spec
+        self._program = source.engine == "inline"
         self._give_up_after = max(_GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
         self._journal = journal
         self._observer = observer
@@ -275,10 +278,12 @@ class _TrialWriter:
         self._refuse_another(trial)
         self._journal.append(trial, timing, line)
         self._observer.trial(trial, timing)
-        self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
+        broken = trial.owed_again or (self._program and trial.error is not None)  # a model's final errors are findings
+        self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
         if trial.error is not None and self._broken_in_a_row == self._give_up_after:
             why = f"{trial.error.boundary}: {trial.error.message}"
-            raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why})")
+            again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
+            raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why}){again}")
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
         """Refuse a changed agent (model, prompt, runtime) before it is called and paid.
