@@ -41,6 +41,7 @@ __all__ = [
     "dose_axes",
     "from_to",
     "heading",
+    "label_in_lines",
     "label_right",
     "p_axis",
     "safe_name",
