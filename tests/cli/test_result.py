@@ -8,12 +8,13 @@ from placeholders import undrawn
 from typed import typed
 
 from lockprobe.cli.progress import Plain
+from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.report.prose.readings import untested_said
 from lockprobe.report.rows import Estimate, Fact, Results
 
 HOW = "--readings fresh,kept"
-STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 60,
+STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 20,
          "--repetitions", 1)  # fmt: skip
 
 
@@ -38,7 +39,7 @@ def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
     assert lines[answer][8:] == json.loads((directory / "results.json").read_text("utf-8"))["answer"]
     found = read_result(directory).one("success", agent="cognitive:perseverant", condition="truth")
     assert lines[answer + 1].startswith(f"  cognitive:perseverant  {100 * found.value:.0f} % [")
-    assert "of 60 trials solved when told the truth" in lines[answer + 1]
+    assert "of 20 trials solved when told the truth" in lines[answer + 1]
     assert lines[answer + 2].strip().endswith("points change from flip rate 0 to 0.6")
     assert lines[answer + 3].startswith("Next: lockprobe replay '")
 
@@ -51,11 +52,13 @@ def test_the_next_command_is_one_that_can_be_typed(played):
     assert "step" in done.stdout
 
 
-def test_a_report_says_the_same_and_programs_get_it_too(played):
+def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     directory, done = played
-    again = typed("report", directory)
-    assert again.stdout.splitlines() == done.stdout.splitlines()[-len(again.stdout.splitlines()) :]
-    facts = json.loads(typed("report", directory, "--json").stdout)
+    report(directory)
+    again = capsys.readouterr().out.splitlines()
+    assert again == done.stdout.splitlines()[-len(again) :]
+    report(directory, json=True)
+    facts = json.loads(capsys.readouterr().out)
     assert facts.pop("report") == str(directory / "report.html")
     assert facts == result_facts(read_result(directory), directory)
     ended = [json.loads(line) for line in typed(*STUDY, "--out", directory, "--json").stdout.splitlines()][-1]

@@ -79,7 +79,7 @@ def test_a_study_is_played_with_them(tmp_path):
 def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     out = tmp_path / "study"
     command("run", "flips", *(f"--agent={name}" for name in AGENTS), "--plant", "weighed", "--sweep", "late?lag=0,1,2",
-            "--trials", "10", "--no-report", "--out", str(out))  # fmt: skip
+            "--trials", "12", "--repetitions", "1", "--no-report", "--out", str(out))  # fmt: skip
     found = lockprobe.results(out)
     assert [row.condition for row in found.where("success", agent="human-inspired", axis="", of="")] == CONDITIONS
     (axis,) = found.design.axes
