@@ -1,15 +1,19 @@
 """Each section of a report has one sentence in its heading, with the numbers of the summary."""
 
-from builders import SOLUTION, make_trial, play_study, small_study
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.boxes.families import box
+from lockprobe.report.pages import parts_of
 from lockprobe.report.prose.section_answers import section_answers
+from lockprobe.report.results import results
 from lockprobe.statistics.summary import summarise
+from lockprobe.studies.options.studyfile import study
 
 
 def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
-    study = small_study(["human-inspired", "cognitive:insistent", "random"], (0.0, 0.4), 1, 8)
-    summary = summarise(play_study(study), box("chain-4"))
+    planned = small_study(["human-inspired", "cognitive:insistent", "random"], (0.0, 0.4), 1, 8)
+    summary = summarise(play_study(planned), box("chain-4"))
     found = section_answers(summary)
     assert set(found) == {
         "agents_compared",
@@ -84,3 +88,12 @@ def test_an_agent_that_was_shown_the_box_in_two_ways_is_named_with_each():
     assert section_answers(summarise(trials, box("chain-4")))["agents_compared"] == (
         "Highest success: llm:a (positions and outcomes in words), llm:a (positions in words), 100 % each."
     )
+
+
+@pytest.mark.parametrize("agents", [("viewer", "human-inspired"), ("random",)])
+def test_every_folded_heading_says_something_even_where_nothing_was_solved_or_tested(tmp_path, agents):
+    planned = study("flips", agent=agents, p=[0], trials=1, repetitions=1, max_steps=3)
+    found = results(write_study(tmp_path / "study", planned))
+    parts = {part.heading: part.answer for part in parts_of(found, "report") if part.name not in ("overview", "trials")}
+    assert {"Hypothesis tests", "Action loops", "Speed"} <= parts.keys()
+    assert [heading for heading, answer in parts.items() if not answer] == []

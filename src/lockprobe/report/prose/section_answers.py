@@ -11,7 +11,10 @@ from lockprobe.report.prose.success import courses_said
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.summary import AgentSummary, StudySummary
 
-__all__ = ["section_answers"]
+__all__ = ["NO_NUMBERS", "section_answers"]
+
+NO_NUMBERS = "It cannot be computed from these trials."
+"""The answer of a section without numbers."""
 
 
 def section_answers(summary: StudySummary) -> dict[str, str]:
@@ -74,7 +77,7 @@ def _best(summary: StudySummary) -> str:
         if one.success.n and one.success.value
     ]
     if not shares:
-        return ""
+        return "No agent solved a trial." if any(one.success.n for one in summary.standings) else ""
     most = max(share for share, _ in shares)
     best = [agent for share, agent in shares if share == most]
     return f"Highest success: {first_three(best)}, {percent(most)}{' each' * (len(best) > 1)}."
@@ -88,4 +91,4 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         if not agent.blind
     }
     parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
-    return f"Recommended tests that reject: {first_three(parts)}." if parts else ""
+    return f"Recommended tests that reject: {first_three(parts)}." if parts else "Nothing could be tested."

@@ -10,6 +10,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.prose.agent_comparison import comparison_said
+from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
@@ -267,7 +268,7 @@ _SIDE_BY_SIDE = Figure(
 
 def _show(found: Results) -> Iterator[Part]:
     if _pairs(found):
-        yield Part("Agents compared", found.answer_of("agents_compared"), list(_blocks(found)))
+        yield Part("Agents compared", found.answer_of("agents_compared") or NO_NUMBERS, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from lockprobe.foundation.formatting import capital
+from lockprobe.foundation.formatting import capital, listed
 from lockprobe.report.captions import best_dose_said, model_said, wilson_said
 from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.loops import loop_finding
@@ -62,7 +62,8 @@ def _show(found: Results) -> Iterator[Part]:
         options = f" ({axis.options})" if axis.options else ""
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
-        answer = found.answer_of(_name(i))
+        doses = listed([f"{dose:g}" for dose in sorted(set(axis.doses.values()))])
+        answer = found.answer_of(_name(i)) or f"Shares of trials solved at {doses}."
         blocks = list(_blocks(found, axis, i, place))
         called = f"{axis.name.capitalize()}{options}{rest}"
         if axis.of_flips and axis.options:

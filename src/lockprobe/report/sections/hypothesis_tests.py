@@ -12,6 +12,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell, range_of
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.hypothesis_tests import asked, effect_said, note_said
+from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Cells, Detail, Heading, Note, Part, Section, Template, Text
@@ -143,7 +144,7 @@ def _verdict(test: Estimate | None) -> str:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Hypothesis tests", found.answer_of("hypothesis_tests"), list(_blocks(found)))
+    yield Part("Hypothesis tests", found.answer_of("hypothesis_tests") or NO_NUMBERS, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:

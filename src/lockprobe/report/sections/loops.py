@@ -10,6 +10,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.report.captions import fit_said, paper_rates, wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.loops import LOOP_DEFINITION
+from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.sections.course_rows import AgentCourse
@@ -208,7 +209,7 @@ _FIG5B_CORRECTED = Figure(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Action loops", found.answer_of("loops"), list(_blocks(found)))
+    yield Part("Action loops", found.answer_of("loops") or NO_NUMBERS, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:

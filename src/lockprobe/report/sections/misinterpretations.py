@@ -11,6 +11,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.spec import Spec
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.floor import NO_FLOOR, floor_said
+from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.rows import Cell, Estimate, Finding, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Cells, Detail, Note, Part, Section, Table, Text
@@ -169,7 +170,7 @@ _TABLE1_CORRECTED = Table("table1-corrected", _table1_corrected, numeric_from=1)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Misinterpretations", found.answer_of("misinterpretations"), list(_blocks(found)))
+    yield Part("Misinterpretations", found.answer_of("misinterpretations") or NO_NUMBERS, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:

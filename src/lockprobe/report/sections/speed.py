@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
@@ -266,7 +267,7 @@ _FIG3_BY_P = Figure(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Speed", found.answer_of("speed"), list(_blocks(found)))
+    yield Part("Speed", found.answer_of("speed") or NO_NUMBERS, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:

@@ -104,12 +104,15 @@ _FIGURE = Figure(
 _COLUMN = replace(_FIGURE, name="stopping-column", arguments=("column",))
 
 
+_GROWING = "Every difference and its interval, as the trials came in."
+
+
 def _show(found: Results) -> Iterator[Part]:
     rows = found.where("difference_by_block")
     if not rows:
         return
     decided, parts = len(found.where("decided_at_block")), any(row.of == "total" for row in rows)
-    answer = f"{decided} of {len(rows)} differences are decided." if "until" in found.study else ""
+    answer = f"{decided} of {len(rows)} differences are decided." if "until" in found.study else _GROWING
     note = Note(
         "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
         "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
