@@ -24,9 +24,9 @@ from tempfile import TemporaryDirectory
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain
+from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import RECORDS
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.runner import run
 

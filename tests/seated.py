@@ -12,13 +12,14 @@ from builders import study_of
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_diary
+from lockprobe.people.diary import Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree, Answer, Answers, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, ComprehensionQuestions, Consent
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture

@@ -11,7 +11,8 @@ from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
-from lockprobe.studies.costs.call_log import CALLS, Calls
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF, Usage

@@ -102,7 +102,7 @@ def test_the_command_says_each_report_in_a_line_and_ctrl_c_is_no_failure(lockpro
     def stop(seconds):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command.watch_report, "__kwdefaults__", {**watch_report.__kwdefaults__, "sleep": stop})
+    monkeypatch.setattr(watch_report, "__kwdefaults__", {**watch_report.__kwdefaults__, "sleep": stop})
     half = write_study(tmp_path / "half", STUDY, TRIALS[:3])
     status, said, why = lockprobe("report", half, "--watch")
     assert (status, said) == (0, f"Report: {half / 'report.html'}\n")

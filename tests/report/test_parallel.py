@@ -81,6 +81,23 @@ def test_work_is_sent_as_it_was_at_first_and_once_for_all_jobs(large):
     assert [by for by, _ in found[1:]] == [[there] * n for n in (1, 2, 3, 4)]
 
 
+IMPORTED = """
+import os, pathlib
+pathlib.Path(__file__).with_suffix(".by").write_text(str(os.getpid()))
+"""
+
+
+def test_other_processes_import_what_comes_later_when_the_first_work_is_done(large, monkeypatch):
+    monkeypatch.syspath_prepend(large)
+    (large / "asked_for_later.py").write_text(IMPORTED)
+    imported = large / "asked_for_later.by"
+    with shared(large, 2, later=["asked_for_later"]) as each:
+        assert not imported.exists()
+        assert each(abs, [-1, -2]) == [1, 2]
+        assert until(imported)() == os.getpid()
+    assert int(imported.read_text()) != os.getpid()
+
+
 def killed(parent):
     """A job that kills the process that has taken it, but for the first one."""
     if os.getpid() != parent:

@@ -12,7 +12,8 @@ from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
-from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing, load

@@ -8,10 +8,11 @@ from builders import write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.extension import extended, extension_said
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import SETTINGS, write_settings
+from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal, load
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.running.runner import run_study

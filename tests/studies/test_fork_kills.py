@@ -15,8 +15,9 @@ from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.call_log import CALLS, read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.fork_costs import fork_costs
+from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, left_out, load

@@ -19,7 +19,8 @@ from provider_server import Manner, account, elsewhere
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.jsonl import with_checksum
-from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, left_out, load

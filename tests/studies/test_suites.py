@@ -8,16 +8,9 @@ from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import optimum, random_success
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.studies.file_names import is_suite
 from lockprobe.studies.options.study_options import SUITE_NAMES
-from lockprobe.studies.suites import (
-    SUITES,
-    begin_suite,
-    is_suite,
-    read_suite,
-    suite_directories,
-    suite_studies,
-    suite_study,
-)
+from lockprobe.studies.suites import SUITES, begin_suite, read_suite, suite_directories, suite_studies, suite_study
 from lockprobe.trial.record import STATES
 
 SUITE = SUITES["suite-1"]

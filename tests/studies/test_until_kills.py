@@ -16,8 +16,9 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.call_log import CALLS, read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, left_out, load

@@ -16,16 +16,17 @@ from lockprobe.interfaces.export.send_traces import endpoints_of, send_traces
 from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, write_rows, write_table
 from lockprobe.interfaces.export.traces import EPOCH, requests, write_traces
 from lockprobe.interfaces.export.write_dataset import write_dataset
-from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.step_times import seconds_of_trials, times_of_steps
-from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.file_names import ASKED, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 
 __all__ = ["export", "refuse_study_file"]
 
-STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "results.json")
+STUDY_FILES = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, "results.json")
 """Files of a study that no export may replace."""
 
 Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]

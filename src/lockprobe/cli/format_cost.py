@@ -18,6 +18,7 @@ from lockprobe.studies.costs.estimate import Estimate, Expected, estimates, toge
 from lockprobe.studies.costs.expected_trials import spread
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
+from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.records.journal import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Usage
@@ -179,7 +180,7 @@ def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json:
 
 
 def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
-    done = {trial.key: trial for trial in load(directory)} if is_there(directory / "trials.jsonl") else {}
+    done = {trial.key: trial for trial in load(directory)} if is_there(directory / RECORDS) else {}
     return estimates(study, done, read_calls(directory), batch=batch)
 
 

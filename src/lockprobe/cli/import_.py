@@ -14,6 +14,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
 
 __all__ = ["take"]
@@ -66,7 +67,7 @@ def _sources(path: Path, directory: Path) -> list[MergeSource]:
         raise BadValue("SOURCE", str(path), "a directory other than DIR")
     if not path.exists():
         raise BadFile(path, "no such file or directory")
-    if (path / "study.json").is_file():
+    if (path / SETTINGS).is_file():
         return [source_of_directory(path)]
     if is_dataset(path):
         return [source_of_dataset(path)]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.statistics.summary import is_reference
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.study import Study

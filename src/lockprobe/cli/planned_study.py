@@ -11,14 +11,14 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.extension import extended, extension_said
+from lockprobe.studies.file_names import SETTINGS, is_suite
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import Study
-from lockprobe.studies.suites import is_suite, read_suite
+from lockprobe.studies.suites import read_suite
 
 __all__ = ["planned_study", "refuse_followers", "say_extended"]
 

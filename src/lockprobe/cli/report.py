@@ -13,13 +13,12 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
-from lockprobe.studies.suites import is_suite
+from lockprobe.studies.file_names import is_suite
 
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
@@ -59,6 +58,11 @@ def report(
         if not watch:
             _write(directory, machines, paper=paper, json=json)
             return
+        from lockprobe.cli.watch_report import (  # what it imports, a report imports twice at once
+            owed_trials,
+            watch_report,
+        )
+
         try:
             watch_report(directory, lambda: _write(directory, machines, json=json))
         except KeyboardInterrupt:

@@ -16,6 +16,7 @@ from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached, 
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import counted
 from lockprobe.studies.records.journal import Journal
@@ -159,6 +160,6 @@ def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Bud
         return None
     allowed = Budget(planned, budget)
     least, agent = allowed.least
-    if least > budget and not (directory / "study.json").exists():
+    if least > budget and not (directory / SETTINGS).exists():
         raise BadValue("budget", money(budget), f"more: one trial of {agent} can take {money(least)} by its estimate")
     return allowed

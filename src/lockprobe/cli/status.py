@@ -26,6 +26,7 @@ from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.extension import extension_said
+from lockprobe.studies.file_names import is_suite
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
@@ -36,7 +37,7 @@ from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import hash_of_digest
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
-from lockprobe.studies.suites import is_suite, read_suite, suite_directories
+from lockprobe.studies.suites import read_suite, suite_directories
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 

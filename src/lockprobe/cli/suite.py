@@ -19,14 +19,14 @@ from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.file_names import SETTINGS, is_suite
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.records.results_hash import hash_of_parts, hashes_of_suite
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import LIMITS, Study
-from lockprobe.studies.suites import Suite, begin_suite, is_suite, read_suite, suite_directories, suite_studies
+from lockprobe.studies.suites import Suite, begin_suite, read_suite, suite_directories, suite_studies
 from lockprobe.studies.until import MOST, Until
 
 if TYPE_CHECKING:

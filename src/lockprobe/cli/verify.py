@@ -12,8 +12,8 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.studies.file_names import is_suite
 from lockprobe.studies.records.results_hash import check_hash
-from lockprobe.studies.suites import is_suite
 
 __all__ = ["verify"]
 

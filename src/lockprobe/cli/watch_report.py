@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from lockprobe.studies.file_names import RECORDS, SETTINGS
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.directory import RECORDS, SETTINGS
 from lockprobe.studies.records.journal import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.stopping import planned_now

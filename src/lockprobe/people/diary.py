@@ -29,13 +29,12 @@ from lockprobe.foundation.storage.jsonl import (
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
-from lockprobe.studies.records.directory import PEOPLE_DIRECTORY
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ending
 
 __all__ = [
-    "PEOPLE_DIRECTORY",
     "Broken",
     "Diary",
     "DiaryFile",

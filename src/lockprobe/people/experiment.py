@@ -28,9 +28,9 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
-from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.file_errors import check_visible, first_error
 from lockprobe.people.right_answers import Comprehension, OneRight, Options, SettingsPart, Text
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 
 __all__ = [
     "EARLY_ENDS",

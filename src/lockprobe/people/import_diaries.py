@@ -8,10 +8,11 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_private
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Diary, read_diaries, write_diaries
+from lockprobe.people.diary import Diary, read_diaries, write_diaries
 from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.options.settings import read_study
 from lockprobe.trial.record import Trial
 

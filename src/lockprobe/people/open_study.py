@@ -18,7 +18,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.storage.atomic_file import remove_file, write_private
 from lockprobe.people.assignment import boxes_each
-from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.practice import examples_of, practice_plan
@@ -27,6 +27,7 @@ from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_fi
 from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import finish_withdrawal, put
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
@@ -116,7 +117,7 @@ async def open_study(
         BadFile: If a file in it is damaged.
         UserMistake: If the plant is not available, there is no such practice box, or people cannot play a condition.
     """
-    there = read_study(directory) if (directory / "study.json").exists() else study
+    there = read_study(directory) if (directory / SETTINGS).exists() else study
     known = there.agents
     study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))), names=there.names)
     study = study.ordered_as(there.settings())  # people play the conditions in an order that is drawn from this one

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.people.consent import CODE, Admission
-from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
 from lockprobe.people.progress import PeopleProgress, progress_of
@@ -28,6 +27,7 @@ from lockprobe.people.session import Session
 from lockprobe.people.texts import Words
 from lockprobe.people.tokens import TOKENS, Tokens
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
 __all__ = ["PageReply", "Progress", "ServerState"]

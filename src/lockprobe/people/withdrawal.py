@@ -12,7 +12,7 @@ from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private
-from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 
 __all__ = ["count_withdrawn", "finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from lockprobe.report.rows import Exhibit, ExhibitStep
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.behaviour import has_loop, loop_coverage
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.misinterpretation import claims
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import Trial
 
 __all__ = ["examples", "exhibit", "loop_letters"]

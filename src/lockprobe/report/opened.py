@@ -14,9 +14,10 @@ from lockprobe.report.costs import Prices
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
-from lockprobe.studies.records.directory import SETTINGS, read_settings
+from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.read_records import LeftOut, read_records
 from lockprobe.studies.stopping import block_orders, counted
 from lockprobe.studies.study import Study

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from importlib import import_module
 from multiprocessing import get_context
@@ -20,11 +20,12 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation.parallel import Each, Pool, end_with_parent
+from lockprobe.studies.file_names import RECORDS
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 
-LARGE = 2_000_000
-"""Bytes of records from which on another process pays; it takes about two seconds to start."""
+LARGE = 500_000
+"""Bytes of records from which on another process pays; a second of processor time starts it."""
 
 HUGE = 1_000_000_000
 """Bytes of records from which on memory is short: this process then works alone."""
@@ -68,7 +69,12 @@ def _on_one_thread(work: Callable[[_Job], _Done], job: _Job) -> _Done:
 
 @contextmanager
 def shared(
-    directory: Path, processes: int, elsewhere: Pool | None = None, *, preload: Sequence[str] = ()
+    directory: Path,
+    processes: int,
+    elsewhere: Pool | None = None,
+    *,
+    first: Sequence[str] = (),
+    later: Sequence[str] = (),
 ) -> Iterator[Each]:
     """A way to work on several things at once, where that pays.
 
@@ -79,30 +85,32 @@ def shared(
         directory: The directory of a study.
         processes: This one and the others.
         elsewhere: Other machines, which then do it instead.
-        preload: Modules that every process imports while the others start.
+        first: Modules that every process imports while the others start.
+        later: Modules that the others import when they have nothing to do for the first time.
     """
-    records = directory / "trials.jsonl"
+    records = directory / RECORDS
     size = records.stat().st_size if records.is_file() else 0
     large = size >= LARGE
     if large and elsewhere is not None:
         yield lambda work, jobs: list(elsewhere.map(partial(_on_one_thread, work), list(jobs)))
     elif large and processes > 1 and size < HUGE:
-        with _processes(processes - 1, preload) as each:
+        with _processes(processes - 1, first, later) as each:
             yield each
     else:
         yield map
 
 
 @contextmanager
-def _processes(others: int, preload: Sequence[str]) -> Iterator[Each]:
+def _processes(others: int, first: Sequence[str], later: Sequence[str]) -> Iterator[Each]:
     """This process and so many others."""
     with (
         ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
         ThreadPoolExecutor(others) as errands,
     ):
         for _ in range(others):
-            pool.submit(_import, preload)
-        _import(preload)  # at the same time
+            pool.submit(_import, first)
+        _import(first)  # at the same time
+        idle = [later] * others
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
             waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
@@ -121,22 +129,31 @@ def _processes(others: int, preload: Sequence[str]) -> Iterator[Each]:
 
             if not waiting:
                 return []
-            i, first = waiting.popleft()
-            sent = pickle.dumps(work)  # before anything here changes what it holds
+            i, job = waiting.popleft()
+            sent = _sent(work)  # before anything here changes what it holds
             elsewhere = [
                 errands.submit(take, lambda job: pool.submit(_work, sent, job).result()) for _ in range(others)
             ]
             try:
-                done[i] = work(first)
+                done[i] = work(job)
                 take(work)
             finally:
                 waiting.clear()
             for errand in elsewhere:
                 errand.result()
+            with suppress(BrokenProcessPool):
+                while idle:
+                    pool.submit(_import, idle.pop())
             done |= {i: work(job) for i, job in lost}
             return [done[i] for i in range(len(done))]
 
         yield each
+
+
+@lru_cache(maxsize=1)
+def _sent(work: Callable[[Any], Any]) -> bytes:
+    """Work as it is sent; that of results, which are long, once."""
+    return pickle.dumps(work)
 
 
 def _work(sent: bytes, job: _Job) -> Any:

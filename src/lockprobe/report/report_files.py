@@ -63,6 +63,9 @@ class _Parts:
 _Made = Callable[[Results], Any]
 """What is made of results, by this process or by another one."""
 
+_MakeAll = Callable[[Iterable[_Made]], Iterable[Any]]
+"""Makes several things of the same results, in their order."""
+
 
 def report_files(
     opened: OpenedStudy,
@@ -88,18 +91,19 @@ def report_files(
     with leaving_out() as failed:
         found = results_of(study_numbers(opened, each=each))
         tell("drawing the figures")
-        parts = _parts(opened, found, collecting(each))
-        files = list(_files(found, parts))
+        of = partial(_make, found)  # one value, which other processes are sent once
+        parts = _parts(opened, found, partial(collecting(each), of))
+        files = list(_files(found, parts, partial(collecting(each), of)))
         failed.extend(opened.left_out)
         if failed:  # pages and results name what is not in them
             found = with_left_out(found, failed)
-            files = list(_files(found, replace(parts, texts=_texts(found))))
+            files = list(_files(found, replace(parts, texts=_texts(found)), partial(map, partial(_make, found))))
     for one in failed:
         left_out(one)
     yield from files
 
 
-def _parts(opened: OpenedStudy, found: Results, each: Each) -> _Parts:
+def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
     """All that pages are put together from; the explorer first, since it needs trials, which this process has."""
     box, figures = opened.settings.get("box", {}), _figures(found)
     made: Iterable[_Made] = (
@@ -109,7 +113,7 @@ def _parts(opened: OpenedStudy, found: Results, each: Each) -> _Parts:
         _texts,
         *figures.values(),
     )
-    trials, texts, *drawn = each(partial(_make, found), made)
+    trials, texts, *drawn = make(made)
     return _Parts(
         drawn={name: one for name, one in zip(figures, drawn, strict=True) if one is not None},
         trials=trials,
@@ -172,7 +176,7 @@ def made_figure(found: Results, figure: Figure) -> Any:
     return getattr(import_module(module), function)(found, *figure.arguments)
 
 
-def _files(found: Results, parts: _Parts) -> Iterator[File]:
+def _files(found: Results, parts: _Parts, make: _MakeAll) -> Iterator[File]:
     yield from parts.texts
     for name, figure in parts.drawn.items():
         for form, picture in figure.files.items():
@@ -181,9 +185,18 @@ def _files(found: Results, parts: _Parts) -> Iterator[File]:
         for form in _FORMS:
             yield f"figures/{name}.{form}", None
     images = {name: figure.image for name, figure in parts.drawn.items()}
-    for page in PAGES:
-        shown = page in _ALWAYS or parts_of(found, page)
-        yield f"{page}.html", page_of(page, found, images, parts.photographs, parts.trials) if shown else None
+    longest_first = PAGES[::-1]
+    made = make(partial(_page, page, images, parts.photographs, parts.trials) for page in longest_first)
+    pages = dict(zip(longest_first, made, strict=True))
+    yield from ((f"{page}.html", pages[page]) for page in PAGES)
+
+
+def _page(
+    page: str, images: Mapping[str, Image], photographs: Mapping[str, str], trials: str, found: Results
+) -> str | None:
+    """A page; None if there is nothing to show on it."""
+    shown = page in _ALWAYS or parts_of(found, page)
+    return page_of(page, found, images, photographs, trials) if shown else None
 
 
 _ALWAYS = ("claims", "audit", "report")

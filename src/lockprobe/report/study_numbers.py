@@ -18,6 +18,7 @@ from lockprobe.report.prose.robot import not_judged
 from lockprobe.report.prose.section_answers import section_answers
 from lockprobe.report.prose.stopping import AT_ONE_LOOK
 from lockprobe.report.rows import Curve, Estimate, Finding
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
@@ -27,8 +28,8 @@ from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.robot import RobotSenses, robot_senses
 from lockprobe.statistics.rules import RuleBreaks, together
-from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
-from lockprobe.studies.records.directory import RECORDS
+from lockprobe.statistics.summary import StudySummary, check_trials, summarise
+from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.stopping import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of

@@ -13,8 +13,8 @@ from lockprobe.report.parallel import one_thread, shared, uncollected
 
 __all__ = ["write_report"]
 
-_PRELOADED = ("lockprobe.report.report_files", "lockprobe.report.figures")
-"""What every process of a large report needs, and takes more than a second to import."""
+_FIRST, _LATER = ("lockprobe.report.report_files",), ("lockprobe.report.figures",)
+"""What every process of a large report needs for its numbers, then for its figures: half a second of imports each."""
 
 
 def write_report(
@@ -46,7 +46,7 @@ def write_report(
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), shared(directory, processes, elsewhere, preload=_PRELOADED) as each:
+    with uncollected(), shared(directory, processes, elsewhere, first=_FIRST, later=_LATER) as each:
         from lockprobe.report.opened import open_study
         from lockprobe.report.report_files import report_files
 

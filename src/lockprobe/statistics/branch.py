@@ -18,10 +18,10 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.excursion import continuation
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.rare_long_trials import rare_block
-from lockprobe.statistics.summary import is_reference
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 

@@ -142,8 +142,16 @@ class NotEstimated:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excursions:
-    """The effects of one false report, those that cannot be estimated, and how many agents are judged together."""
+    """The effects of one false report.
 
+    Attributes:
+        points: The number of decision points.
+        estimates: The effects.
+        left_out: Those that cannot be estimated.
+        agents: The number of agents that are judged together.
+    """
+
+    points: int
     estimates: tuple[Excursion, ...]
     left_out: tuple[NotEstimated, ...]
     agents: int = 1
@@ -251,6 +259,7 @@ def excursions(points: DecisionPoints) -> Excursions:
                 continue
             found.append(excursion(points, outcome, chosen, name))
     return Excursions(
+        points=len(points),
         estimates=tuple(one for one in found if isinstance(one, Excursion)),
         left_out=tuple(one for one in found if isinstance(one, NotEstimated)),
     )

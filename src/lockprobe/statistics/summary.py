@@ -9,110 +9,33 @@ from functools import partial
 from itertools import combinations
 from operator import call
 from types import MappingProxyType
-from typing import Any, TypedDict
-
-import numpy as np
+from typing import Any
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, spec_kind
 from lockprobe.statistics.agent_comparison.leaderboard import Entrant, comparisons, ranked
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
+from lockprobe.statistics.agent_summary import AgentSummary, agent_summary, is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
-from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
-from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.statistics.inference.association import Correlation, correlation
-from lockprobe.statistics.inference.battery import Inference, infer
-from lockprobe.statistics.inference.peak import Peak, peak
-from lockprobe.statistics.inference.trend import TrendFit, trend_fit
-from lockprobe.statistics.loops.habit_baseline import blind_twin
-from lockprobe.statistics.outcomes import Point, outcomes
+from lockprobe.statistics.conditions.condition import ConditionSummary
+from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
-from lockprobe.statistics.resample import resample
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
-from lockprobe.trial.record import PLAIN_WORDS, Trial
+from lockprobe.trial.record import Trial
 
 __all__ = [
-    "AgentSummary",
     "StudySummary",
     "check_trials",
     "entrant",
-    "is_reference",
     "summarise",
 ]
-
-_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
-"""The kinds of agents that are baselines."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgentSummary:
-    """The results of one agent in one modality over all doses of one axis.
-
-    Attributes:
-        agent: Its name, or its spec if it has none.
-        modality: How the box was shown.
-        shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
-        reference: Whether it is a baseline.
-        heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
-        conditions: The results by dose, ascending. Those that never acted are in no fit, test or contrast.
-        success_fit: Trend of success over p (Fig. 4).
-        loop_fit: Trend of the loop rate over p (Fig. 5b).
-        correlation: Loop rate against success (Fig. 5a).
-        peak: The p of highest success, with its uncertainty.
-        inference: The tests, recommended ones and the paper's.
-        contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
-        axis: The dose in which its conditions differ.
-        spec: The spec of the agent; of several that differ in an option, without options.
-    """
-
-    agent: str
-    modality: str
-    shown: str
-    reference: bool
-    heeded: float | None
-    conditions: tuple[ConditionSummary, ...]
-    success_fit: TrendFit
-    loop_fit: TrendFit
-    correlation: Correlation
-    peak: Peak
-    inference: Inference
-    contrast: Contrast | None
-    axis: Axis = FLIPS
-    spec: str = ""
-
-    @property
-    def name(self) -> str:
-        """What tables call it, and ``shown`` in brackets."""
-        return f"{self.agent} ({self.shown})" if self.shown else self.agent
-
-    @property
-    def idle(self) -> tuple[ConditionSummary, ...]:
-        """Its conditions above the lowest dose under which nothing was changed, or no report was false."""
-        return tuple(one for one in self.conditions[1:] if one.never_acted)
-
-    @property
-    def blind(self) -> bool:
-        """Whether it plays alike whatever it is told, so that its conditions are copies of each other."""
-        return self.heeded is not None
-
-    @property
-    def invited(self) -> bool:
-        """Whether it is people, who are invited rather than run; their trials are clustered by person."""
-        return self.agent == PEOPLE
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        """All repetitions of all its conditions."""
-        return tuple(point for condition in self.conditions for point in condition.points)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,8 +113,7 @@ def summarise(
     )
     shown = Counter(members.agent for members in by_agent)
     several = {agent for agent, count in shown.items() if one_of_several or count > 1}
-    jobs = _jobs(by_agent, reference, box, axis, several, place, known)
-    compared, *found = each(call, jobs)
+    compared, *found = _longest_first(each, _jobs(by_agent, reference, box, axis, several, place, known), by_agent)
     made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
     agents = tuple[AgentSummary, ...](agent for _, agent in made)
     standings = section(
@@ -210,6 +132,14 @@ def summarise(
     )
 
 
+def _longest_first(each: Each, jobs: Sequence[Callable[[], Any]], by_agent: Sequence[AxisTrials]) -> list[Any]:
+    """All comparisons and every agent, in their order; agents with many steps begin first, so that all end together."""
+    steps = [sum(len(trial.steps) for trial in members.trials) for members in by_agent]
+    order = [0, *sorted(range(1, len(jobs)), key=lambda job: -steps[job - 1])]
+    done = dict(zip(order, each(call, [jobs[job] for job in order]), strict=True))
+    return [done[job] for job in range(len(jobs))]
+
+
 def _jobs(
     by_agent: Sequence[AxisTrials],
     reference: Reference | None,
@@ -222,6 +152,8 @@ def _jobs(
     """The work of a summary: all comparisons first, then each agent."""
     heeded = [heeded_at_most(members.trials) for members in by_agent]
     family = _judged_together(by_agent, heeded)
+    studied = [not is_reference(members.spec) for members in by_agent]
+    studied = studied if any(studied) else [True] * len(studied)
     return [
         lambda: section(
             "Agents compared",
@@ -232,7 +164,7 @@ def _jobs(
             partial(
                 _agent_if_possible,
                 partial(
-                    _agent,
+                    agent_summary,
                     members,
                     reference,
                     box,
@@ -240,12 +172,13 @@ def _jobs(
                     place,
                     {name: one for name, one in known.items() if name in names},
                     several=members.agent in several,
+                    subject=own,
                     heeded=share,
                     agents=n,
                 ),
                 members.agent,
             )
-            for members, share, n in zip(by_agent, heeded, family, strict=True)
+            for members, own, share, n in zip(by_agent, studied, heeded, family, strict=True)
             for names in [members.names]
         ),
     ]
@@ -278,7 +211,7 @@ def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | No
     heeding = [
         share is None and len(members.finished_doses) > 1 for members, share in zip(by_agent, heeded, strict=True)
     ]
-    families = [(members.modality, members.kind in _REFERENCES) for members in by_agent]
+    families = [(members.modality, is_reference(members.spec)) for members in by_agent]
     sizes = Counter(family for family, counts in zip(families, heeding, strict=True) if counts)
     return [max(1, sizes[family]) for family in families]
 
@@ -293,13 +226,8 @@ def entrant(trials: AxisTrials) -> Entrant:
         broken=trials.broken_off,
         budget=trials.budget,
         head=trials.kind,
-        reference=trials.kind in _REFERENCES,
+        reference=is_reference(trials.spec),
     )
-
-
-def is_reference(agent: str) -> bool:
-    """Whether the agent of a spec is a baseline."""
-    return spec_kind(agent) in _REFERENCES
 
 
 def _paces(by_agent: Sequence[AxisTrials]) -> tuple[Pace, ...]:
@@ -330,120 +258,3 @@ def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSumm
     """One agent; None if what no other number replaces cannot be computed."""
     with of_whom(name):
         return section("All numbers", make, lambda: None)
-
-
-def _agent(
-    trials: AxisTrials,
-    reference: Reference | None,
-    box: Lockbox | None,
-    axis: Axis,
-    place: Callable[[Trial], Place],
-    known: Mapping[tuple[str, str], ConditionSummary],
-    *,
-    several: bool,
-    heeded: float | None,
-    agents: int,
-) -> AgentSummary:
-    """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
-    conditions = tuple(
-        condition_at(members, reference, box, place, known, trials.order) for _, members in trials.by_dose()
-    )
-    acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
-    distinct = acting if heeded is None else conditions[:1]
-    shares = [point for condition in distinct for point in condition.points]
-    looked_at = trials.at({condition.dose for condition in distinct})
-    inference = _tested(looked_at, box, conditions, trials.budget, agents)
-    return AgentSummary(
-        agent=trials.agent,
-        spec=trials.spec,
-        modality=trials.modality,
-        shown=", ".join(filter(None, (_shown(trials.modality, several=several), axis.rest))),
-        reference=trials.kind in _REFERENCES,
-        heeded=heeded,
-        conditions=conditions,
-        **_fits(shares, looked_at),
-        inference=inference,
-        contrast=section(
-            "Clearest difference",
-            lambda: contrast(conditions, inference.difference) if heeded is None else None,
-            lambda: None,
-        ),
-        axis=axis,
-    )
-
-
-def _tested(
-    trials: AxisTrials,
-    box: Lockbox | None,
-    conditions: Sequence[ConditionSummary],
-    budget: int,
-    agents: int,
-) -> Inference:
-    """The tests of one agent's trials; without a result if they cannot be made."""
-    twin = section(
-        "Blind agent with the same habits",
-        lambda: blind_twin(trials.trials, box, _stream(trials, "blind"), trials.doses),
-        lambda: None,
-    )
-    return section(
-        "Hypothesis tests",
-        lambda: infer(
-            trials.outcomes,
-            _stream(trials, "permutation"),
-            broken=trials.broken_off,
-            blind=twin,
-            persistence=conditions[0].persistence,
-            budget=budget,
-            agents=agents,
-        ),
-        lambda: infer(outcomes(()), _stream(trials, "permutation"), agents=agents),
-    )
-
-
-class _Fits(TypedDict):
-    """The curves over the dose, as fields of :class:`AgentSummary`."""
-
-    success_fit: TrendFit
-    loop_fit: TrendFit
-    correlation: Correlation
-    peak: Peak
-
-
-def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
-    """The curves over the dose; those that cannot be fitted are fits of no trials."""
-    counted, none, empty = trials.outcomes, outcomes(()), np.empty((0, 0))
-    draws = section(
-        "Bootstrap of the trend",
-        lambda: resample(counted, _stream(trials, "bootstrap")),
-        lambda: resample(none, _stream(trials, "bootstrap")),
-    )
-    return _Fits(
-        success_fit=section(
-            "Trend of success",
-            lambda: trend_fit(shares, "success", draws.success),
-            lambda: trend_fit((), "success", empty),
-        ),
-        loop_fit=section(
-            "Trend of loops",
-            lambda: trend_fit(shares, "loop_rate", draws.loop_rate),
-            lambda: trend_fit((), "loop_rate", empty),
-        ),
-        correlation=section(
-            "Correlation of loops and success",
-            lambda: correlation(shares, draws.loop_rate, draws.success),
-            lambda: correlation((), empty, empty),
-        ),
-        peak=section(
-            "Best flip rate",
-            lambda: peak(counted, _stream(trials, "peak")),
-            lambda: peak(none, _stream(trials, "peak")),
-        ),
-    )
-
-
-def _shown(modality: str, *, several: bool) -> str:
-    return spoken(modality) if several or modality not in PLAIN_WORDS else ""
-
-
-def _stream(trials: AxisTrials, use: str) -> np.random.Generator:
-    return generator(trials.seed, "analysis", trials.spec, trials.modality, use)

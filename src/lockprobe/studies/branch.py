@@ -22,8 +22,8 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.sources import follows
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.modality import interventions_for, is_pictured
-from lockprobe.studies.records.directory import RECORDS
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.followers import as_recorded

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
-from lockprobe.studies.records.directory import SETTINGS, is_begun
+from lockprobe.studies.records.directory import is_begun
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_checks import rated_by_all

@@ -13,10 +13,10 @@ import numpy as np
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.interventions.sources import sources_of
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
-from lockprobe.statistics.summary import is_reference
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
 from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, decisions, numbers_of, wanted

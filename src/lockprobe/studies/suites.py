@@ -25,27 +25,22 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import DEFAULT
+from lockprobe.studies.file_names import SCORES, SETTINGS, is_suite
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.until import MOST, Until
 from lockprobe.trial.record import STATES
 
 __all__ = [
-    "SCORES",
     "SUITES",
     "Suite",
     "begin_suite",
-    "is_suite",
     "read_suite",
     "suite_directories",
     "suite_studies",
     "suite_study",
 ]
-
-SCORES = "suite.json"
-"""The file of a suite's directory: which suite it is and, once trials have ended, its scores."""
 
 _PICTURES = "-pictures"
 """Suffix of the names of directories whose agents read pictures."""
@@ -157,11 +152,6 @@ def suite_study(suite: Suite, directory: str, agents: Sequence[str], names: Mapp
         layout="shuffled",
         names=names or {},
     )
-
-
-def is_suite(directory: Path) -> bool:
-    """Whether a directory is that of a suite."""
-    return (directory / SCORES).is_file() and not (directory / SETTINGS).exists()
 
 
 def read_suite(directory: Path) -> Suite:

@@ -17,9 +17,9 @@ def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:
     """
     again, replies = Counter[str](), Counter[str]()
     for trial in trials:
-        for of_one in _replies(trial):
-            again[trial.group] += max(0, len(of_one) - 1)
-            replies[trial.group] += len(of_one)
+        if of_each := [len(one) for one in _replies(trial) if one]:
+            again[trial.group] += sum(of_each) - len(of_each)
+            replies[trial.group] += sum(of_each)
     return {agent: (number, replies[agent]) for agent, number in again.items() if number}
 
 

@@ -89,7 +89,9 @@ def test_what_is_laid_out_once_looks_as_if_matplotlib_had_done_it(typical):
     by_hand, ours = (sheet(typical.courses()[:1], _named, note="a note") for _ in range(2))
     expected = io.BytesIO()
     by_hand.savefig(expected, format="png", dpi=200, metadata={"Software": None})
-    drawn = [np.asarray(Image.open(io.BytesIO(file))) for file in (render(ours, "png"), expected.getvalue())]
+    drawn = [
+        np.asarray(Image.open(io.BytesIO(file)).convert("RGB")) for file in (render(ours, "png"), expected.getvalue())
+    ]
     assert np.array_equal(*drawn)
     places = [axes.get_position().bounds for axes in ours.axes]
     render(ours, "svg")

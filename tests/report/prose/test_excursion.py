@@ -13,7 +13,7 @@ def effect(value, p_value):
 
 
 def found(*effects):
-    return Excursions(estimates=effects, left_out=())
+    return Excursions(points=100, estimates=effects, left_out=())
 
 
 def test_what_was_found_is_said_with_its_size():
@@ -33,6 +33,6 @@ def test_what_was_not_found_is_not_denied():
 
 def test_an_effect_that_is_not_estimated_has_its_reason():
     none = NotEstimated(outcome="solved", among="all", reason="a covariate varies in one block alone")
-    assert excursion_said(Excursions(estimates=(), left_out=(none,)), Subject.of("random")) == (
+    assert excursion_said(Excursions(points=100, estimates=(), left_out=(none,)), Subject.of("random")) == (
         "The effect of one false report on the success of random is not estimated: a covariate varies in one block alone."
     )

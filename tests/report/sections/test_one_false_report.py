@@ -13,6 +13,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.sections.one_false_report import effects_on
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.statistics.excursion import decision_points, excursions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 
@@ -26,8 +27,8 @@ def trials():
 
 
 def rows_of(trials, *agents):
-    played = [trial for agent in agents for trial in trials[agent]]
-    return list(effects_on({(one, played[0].modality): Subject.of(one) for one in agents}, played))
+    found = {one: excursions(decision_points(trials[one])) for one in agents}
+    return list(effects_on({(one, "symbolic"): (Subject.of(one), effects) for one, effects in found.items()}))
 
 
 def effects_of(rows, agent):

@@ -9,7 +9,8 @@ from builders import SOLUTION, call_of, make_trial, small_study
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.jsonl import with_checksum
-from lockprobe.studies.costs.call_log import ASKED, CALLS, Calls, read_calls, unanswered
+from lockprobe.studies.costs.call_log import Calls, read_calls, unanswered
+from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 

@@ -17,7 +17,8 @@ from builders import SOLUTION, call_of, make_trial, small_study, write_study
 from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.storage.jsonl import LineFile, with_checksum
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_settings

@@ -30,11 +30,12 @@ from lockprobe.foundation.storage.atomic_file import atomic_directory, write_pri
 from lockprobe.interfaces.export.data_dictionary import column
 from lockprobe.interfaces.export.table_files import write_csv
 from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, Table, tables_of
-from lockprobe.people.diary import PEOPLE_DIRECTORY, without_identity, write_diaries
+from lockprobe.people.diary import without_identity, write_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import TEXTS, read_words, words_file
 from lockprobe.people.withdrawal import count_withdrawn, withdrawn
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal, Timing, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.study import Study

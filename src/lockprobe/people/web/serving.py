@@ -13,7 +13,6 @@ from pathlib import Path
 from lockprobe.foundation.http_server.connections import ConnectionLimits, Connections, raise_file_limit
 from lockprobe.foundation.http_server.listening import check_token, listen
 from lockprobe.foundation.http_server.running import running, stop_signals
-from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
@@ -22,6 +21,7 @@ from lockprobe.people.web.admin import AdminApi, AdminPage
 from lockprobe.people.web.app import application
 from lockprobe.people.web.files import page_version
 from lockprobe.people.web.log import ServerLog
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
 __all__ = ["RunningServer", "ServerOptions", "opened", "serve"]

@@ -29,6 +29,7 @@ from lockprobe.report.claims.claim_tests import (
     verdict_of,
 )
 from lockprobe.report.format import share_cell
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.distributions import welch_test
 from lockprobe.statistics.inference.difference import DifferenceAt
@@ -49,7 +50,6 @@ from lockprobe.statistics.published import (
     TABLE1,
     MisreadRate,
 )
-from lockprobe.statistics.summary import AgentSummary
 
 __all__ = ["AGENT_MEASURES", "misread_measure"]
 

@@ -11,11 +11,11 @@ from lockprobe.foundation.formatting import minus, percent, points
 from lockprobe.report.claims.paper import counted_share
 from lockprobe.report.prose.hypothesis_tests import effect_said
 from lockprobe.simulation.audit.rates import false_positives
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference
-from lockprobe.statistics.summary import AgentSummary
 
 __all__ = [
     "NOT_MEASURED",

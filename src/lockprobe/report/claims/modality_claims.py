@@ -20,12 +20,13 @@ from lockprobe.report.claims.claim_tests import (
     same_step,
     verdict_of,
 )
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
 from lockprobe.statistics.curves import SuccessCurve
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import MODALITY, STEPS_TO_80
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import PLAIN_WORDS, STATES
 
 __all__ = ["MODALITY_MEASURES", "agents_shown"]

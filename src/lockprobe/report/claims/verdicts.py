@@ -9,7 +9,8 @@ from lockprobe.report.claims.agent_claims import AGENT_MEASURES, misread_measure
 from lockprobe.report.claims.claim_tests import NOT_MEASURED, ClaimFinding
 from lockprobe.report.claims.modality_claims import MODALITY_MEASURES, agents_shown
 from lockprobe.report.claims.paper import CLAIMS, PaperClaim
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.agent_summary import AgentSummary
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["claim_rows"]
 

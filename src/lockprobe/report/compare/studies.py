@@ -15,11 +15,11 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.study_comparison import comparison_of_studies_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import rule_breaks, together
-from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial

@@ -14,6 +14,7 @@ from lockprobe.report.prose.readings import inverted
 from lockprobe.report.prose.subject import Subject, subject_of, subjects_by_name
 from lockprobe.report.prose.success import alike_said
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects
@@ -22,7 +23,7 @@ from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.statistics.sequential.shares import SequentialShare
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import STATES
 

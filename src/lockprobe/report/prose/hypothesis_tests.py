@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from lockprobe.foundation.formatting import capital, minus, p_value
 from lockprobe.report.prose.doses import cause
 from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import MEAN_STEPS, ONE_LOOK, Question, TestResult
-from lockprobe.statistics.summary import AgentSummary
 
 __all__ = [
     "QUESTIONS",

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.idle import Idle, Unheeded
-from lockprobe.statistics.summary import AgentSummary
 
 __all__ = ["idle_doses_said", "idle_said", "unheeded_said"]
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.success import of_trials
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.behaviour import Behaviour
 from lockprobe.statistics.loops.against_chance import ChanceVerdict, against_chance, chance_range
-from lockprobe.statistics.summary import AgentSummary
 
 __all__ = ["LOOP_DEFINITION", "loop_finding"]
 

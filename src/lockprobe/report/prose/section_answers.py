@@ -8,8 +8,9 @@ from lockprobe.foundation.formatting import capital, first_three, minus, percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import subject_of, subjects_by_name
 from lockprobe.report.prose.success import courses_said
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["NO_NUMBERS", "section_answers"]
 

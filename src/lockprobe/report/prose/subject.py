@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import PLAIN_WORDS
 
 __all__ = ["Subject", "subject_of", "subjects_by_name"]

@@ -10,11 +10,12 @@ from lockprobe.foundation.formatting import capital, change, first_three, interv
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.idle import idle_doses_said
 from lockprobe.report.prose.subject import subject_of
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast
 from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["alike_said", "baselines_said", "course_said", "courses_said", "finding", "of_trials"]
 

@@ -14,6 +14,7 @@ from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect,
 from lockprobe.report.prose.success import course_said
 from lockprobe.report.rows import Curve, Estimate, Fact, Row
 from lockprobe.report.study_numbers import share_rows
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import AGENT
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.inference.logrank import EventComparison, EventGroup, LogRanks
@@ -23,7 +24,6 @@ from lockprobe.statistics.inference.verdict import TestResult
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.summary import AgentSummary
 from lockprobe.trial.condition import Condition
 
 __all__ = [

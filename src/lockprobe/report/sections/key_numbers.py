@@ -12,12 +12,12 @@ from lockprobe.report.prose.bridge import steps_said
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.bridge.arms import WORDS
 from lockprobe.statistics.bridge.bridge import Bridge
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.summary import AgentSummary
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.trial.condition import TRUTH
 

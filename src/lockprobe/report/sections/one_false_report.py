@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 from markupsafe import Markup
@@ -16,8 +16,7 @@ from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, 
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import name_of
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.excursion import Among, Excursion, Outcome, decision_points, excursions
-from lockprobe.trial.record import Trial
+from lockprobe.statistics.excursion import Among, Excursion, Excursions, Outcome
 
 __all__ = ["SECTIONS", "effects_on"]
 
@@ -30,26 +29,25 @@ Who = tuple[str, str]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    heeding = {(one.agent, one.modality): subject_of(one) for one in numbers.flips.subjects if not one.blind}
-    yield from effects_on(heeding, numbers.opened.flip_trials)
+    estimated = [(one, one.one_false_report) for one in numbers.flips.subjects]
+    yield from effects_on({(of.agent, of.modality): (subject_of(of), found) for of, found in estimated if found})
 
 
-def effects_on(heeding: dict[Who, Subject], trials: Sequence[Trial]) -> Iterator[Row]:
-    """The effects of one false report, for every agent with trials at a flip rate above 0 and below 1.
+def effects_on(agents_of_study: Mapping[Who, tuple[Subject, Excursions]]) -> Iterator[Row]:
+    """The effects of one false report on every agent with trials at a flip rate above 0 and below 1.
 
     Agents are one family: their P values and intervals are corrected for the number of those with an estimate.
 
     Args:
-        heeding: The agents, with the subjects of sentences about them.
-        trials: Trials of a flip study.
+        agents_of_study: The agents, with the subjects of sentences about them and the effects on each.
     """
-    there = {who: decision_points(t for t in trials if (t.group, t.modality) == who) for who in heeding}
-    found = {who: excursions(points) for who, points in there.items() if len(points)}
+    heeding = {who: subject for who, (subject, _) in agents_of_study.items()}
+    found = {who: effects for who, (_, effects) in agents_of_study.items()}
     if (agents := sum(bool(effects.estimates) for effects in found.values())) > 1:
         found = {who: effects.corrected(agents) for who, effects in found.items()}
     for who, effects in found.items():
         own: dict[str, Any] = {"agent": who[0], "modality": who[1], "axis": FLIPS.name}
-        yield Estimate(quantity=_REPORTS, **own, unit="reports", value=len(there[who]))
+        yield Estimate(quantity=_REPORTS, **own, unit="reports", value=effects.points)
         for one in effects.estimates:
             yield from _effect(one, effects.agents, own)
         for left_out in effects.left_out:

@@ -7,7 +7,8 @@ from collections.abc import Container, Mapping
 from lockprobe.report.prose.several_answers import Question, of_axis
 from lockprobe.report.prose.too_few_trials import finished_said, of_baselines, too_few_said
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.summary import StudySummary, is_reference
+from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["answered_questions", "lacking_agents", "unfinished_agents", "with_lacking"]
 

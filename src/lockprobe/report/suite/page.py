@@ -19,7 +19,7 @@ from lockprobe.report.section import Caption
 from lockprobe.report.suite.results import SuiteResults
 from lockprobe.report.svg import image
 from lockprobe.statistics.suite.scores import Rational, Score, SuiteScore
-from lockprobe.studies.suites import SCORES
+from lockprobe.studies.file_names import SCORES
 
 __all__ = ["PAGE", "level_table", "score_table", "suite_page", "write_suite"]
 

@@ -15,7 +15,7 @@ from lockprobe.foundation.storage.jsonl import whole_lines
 from lockprobe.report.verify.check import Check, also, check_of
 from lockprobe.report.verify.replayed_trials import ReplayedTrial, is_hosted
 from lockprobe.studies.costs.call_log import kept_replies, read_asked, read_calls, unanswered
-from lockprobe.studies.records.directory import RECORDS
+from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.records.merge import lasting_facts
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan

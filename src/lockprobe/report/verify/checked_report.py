@@ -24,7 +24,7 @@ from lockprobe.report.rows import MEASURES, Results, Row
 from lockprobe.report.verify.check import Check, check_of
 from lockprobe.report.verify.replayed_trials import is_hosted
 from lockprobe.studies.branch import FORKS
-from lockprobe.studies.records.directory import RECORDS
+from lockprobe.studies.file_names import RECORDS
 
 __all__ = ["check_file", "check_page", "report_checks"]
 

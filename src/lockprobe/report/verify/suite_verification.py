@@ -12,9 +12,10 @@ from lockprobe.report.suite.results import suite_results
 from lockprobe.report.verify.check import Check, check_of
 from lockprobe.report.verify.checked_report import check_file, check_page
 from lockprobe.report.verify.verification import hash_check, verify
+from lockprobe.studies.file_names import SCORES
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.results_hash import hashes_of_suite
-from lockprobe.studies.suites import SCORES, Suite, read_suite, suite_directories, suite_study
+from lockprobe.studies.suites import Suite, read_suite, suite_directories, suite_study
 
 __all__ = ["verify_suite"]
 

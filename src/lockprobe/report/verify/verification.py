@@ -30,8 +30,8 @@ from lockprobe.report.verify.checked_report import report_checks
 from lockprobe.report.verify.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
 from lockprobe.report.verify.unplayed_replies import other_words
 from lockprobe.studies.branch import FORKS
-from lockprobe.studies.costs.call_log import ASKED, CALLS
-from lockprobe.studies.records.directory import ATTEMPTS, PEOPLE_DIRECTORY, RECORDS, added_agents
+from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS
+from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash

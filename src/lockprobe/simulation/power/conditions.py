@@ -21,10 +21,10 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.montecarlo.blocks import Blocks, Played, played_blocks
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS, TRIALS, Needed, needed
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 

@@ -21,8 +21,8 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Blocks
 from lockprobe.simulation.power.conditions import BATCH, STATED, by_success, check_stated
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
-from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.costs.expected_trials import Spread, spread
 from lockprobe.studies.decisions import Family, PlayedOut, Question, played_out
 from lockprobe.studies.stopping import families

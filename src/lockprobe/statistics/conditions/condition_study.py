@@ -14,6 +14,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
+from lockprobe.statistics.agent_summary import AgentSummary, is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.bridge.arms import bridges_of
 from lockprobe.statistics.bridge.bridge import Bridge, bridge
@@ -30,7 +31,7 @@ from lockprobe.statistics.factorial.effects import FactorialEffects, factorial_e
 from lockprobe.statistics.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
-from lockprobe.statistics.summary import AgentSummary, StudySummary, is_reference, summarise
+from lockprobe.statistics.summary import StudySummary, summarise
 from lockprobe.statistics.why.contrasts import Why, why
 from lockprobe.trial.record import Trial
 

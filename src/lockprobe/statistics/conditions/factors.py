@@ -14,13 +14,13 @@ from functools import partial
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.effects import Effect, Effects
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
-from lockprobe.statistics.summary import is_reference
 from lockprobe.trial.record import Trial
 
 __all__ = ["LEVELS", "READING_FACTORS", "Factor", "factor_effects", "factors_of"]

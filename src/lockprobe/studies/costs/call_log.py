@@ -23,16 +23,11 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
 from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.plan import Plan
 
-__all__ = ["ASKED", "CALLS", "Calls", "KeptReplies", "kept_replies", "read_asked", "read_calls", "unanswered"]
-
-CALLS = "calls.jsonl"
-"""The file of calls in the directory of a study."""
-
-ASKED = "asked.jsonl"
-"""The file of calls before they are made, each with its maximum cost."""
+__all__ = ["Calls", "KeptReplies", "kept_replies", "read_asked", "read_calls", "unanswered"]
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.validation import plain
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.condition_settings import ConditionSettings
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.shard import Shard
@@ -91,7 +92,7 @@ def read_study(directory: Path | str) -> Study:
     Raises:
         BadFile: If they describe none.
     """
-    return study_from(read_settings(directory), Path(directory) / "study.json")
+    return study_from(read_settings(directory), Path(directory) / SETTINGS)
 
 
 def study_from(settings: Mapping[str, object], path: Path) -> Study:

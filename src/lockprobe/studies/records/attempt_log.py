@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from lockprobe.foundation.storage.atomic_file import sync_directory
 from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
-from lockprobe.studies.records.directory import ATTEMPTS
+from lockprobe.studies.file_names import ATTEMPTS
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
 

@@ -21,7 +21,7 @@ from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
-from lockprobe.studies.costs.call_log import ASKED, CALLS
+from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings_hash import in_no_order
 from lockprobe.studies.study import Study
@@ -30,11 +30,6 @@ from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.record import STATES
 
 __all__ = [
-    "ATTEMPTS",
-    "PEOPLE_DIRECTORY",
-    "RECORDS",
-    "SETTINGS",
-    "TIMINGS",
     "StudyDirectory",
     "added_agents",
     "claim",
@@ -43,13 +38,6 @@ __all__ = [
     "told_apart",
     "write_settings",
 ]
-
-SETTINGS = "study.json"
-RECORDS = "trials.jsonl"
-TIMINGS = "timings.jsonl"
-
-ATTEMPTS = "attempts.jsonl"
-"""Every attempt of a client with tools, before its report leaves; the server of clients writes it."""
 
 _KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
 """Files that hold finished trials, paid calls or steps."""
@@ -62,9 +50,6 @@ _BESIDE = frozenset({"agents", "names", "added", "extended", "shard"})
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
 """Files that a start creates."""
-
-PEOPLE_DIRECTORY = "people"
-"""Holds a file of JSON lines for each participant, which other rooms write. Who has joined plays the settings there."""
 
 
 class StudyDirectory:

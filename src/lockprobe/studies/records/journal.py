@@ -32,7 +32,8 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
 from lockprobe.foundation.storage.jsonl import LineFile, rescued_files, whole_lines
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.directory import RECORDS, TIMINGS, StudyDirectory, claim
+from lockprobe.studies.file_names import RECORDS, TIMINGS
+from lockprobe.studies.records.directory import StudyDirectory, claim
 from lockprobe.studies.records.read_records import LeftOut, left_out, load, read_records
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Count, Seconds
@@ -242,7 +243,7 @@ def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Ite
         else has played too has one reading per record, in the same order, and the other's reading stays. If the numbers
         differ, the readings cannot be assigned, and none stays.
     """
-    records, timings = directory / "trials.jsonl", directory / "timings.jsonl"
+    records, timings = directory / RECORDS, directory / TIMINGS
     owners: dict[str, list[str]] = {}
     for line in _lines(records):
         key, owner = _owner(line)

@@ -19,6 +19,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import told_apart, write_settings
@@ -129,7 +130,7 @@ def gather(
     """
     if not sources:
         raise BadValue("sources", 0, "at least one")
-    known = read_study(directory) if (directory / "study.json").exists() else None
+    known = read_study(directory) if (directory / SETTINGS).exists() else None
     finished = [_finished(source) for source in sources]
     names = {spec: name for source in reversed(finished) for spec, name in source.study.names.items()}
     names |= known.names if known else {}

@@ -12,8 +12,9 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.jsonl import whole_lines
+from lockprobe.studies.file_names import RECORDS, SETTINGS
 from lockprobe.studies.options.settings import study_from
-from lockprobe.studies.records.directory import RECORDS, SETTINGS, read_settings
+from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader

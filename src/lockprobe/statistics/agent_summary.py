@@ -1,0 +1,244 @@
+"""The results of one agent over the doses of one axis: its conditions, fits, tests, and what one false report did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.left_out import section
+from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import PEOPLE, spec_kind
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place
+from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
+from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.excursion import Excursions, decision_points, excursions
+from lockprobe.statistics.inference.association import Correlation, correlation
+from lockprobe.statistics.inference.battery import Inference, infer
+from lockprobe.statistics.inference.peak import Peak, peak
+from lockprobe.statistics.inference.trend import TrendFit, trend_fit
+from lockprobe.statistics.loops.habit_baseline import blind_twin
+from lockprobe.statistics.outcomes import Point, outcomes
+from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.resample import resample
+from lockprobe.trial.record import PLAIN_WORDS, Trial
+
+__all__ = ["AgentSummary", "agent_summary", "is_reference"]
+
+_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
+"""The kinds of agents that are baselines."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentSummary:
+    """The results of one agent in one modality over all doses of one axis.
+
+    Attributes:
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown.
+        shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
+        reference: Whether it is a baseline.
+        heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
+        conditions: The results by dose, ascending. Those that never acted are in no fit, test or contrast.
+        success_fit: Trend of success over p (Fig. 4).
+        loop_fit: Trend of the loop rate over p (Fig. 5b).
+        correlation: Loop rate against success (Fig. 5a).
+        peak: The p of highest success, with its uncertainty.
+        inference: The tests, recommended ones and the paper's.
+        contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
+        one_false_report: What one report that was false at random did, if the study is about the agent; None without
+            such reports.
+        axis: The dose in which its conditions differ.
+        spec: The spec of the agent; of several that differ in an option, without options.
+    """
+
+    agent: str
+    modality: str
+    shown: str
+    reference: bool
+    heeded: float | None
+    conditions: tuple[ConditionSummary, ...]
+    success_fit: TrendFit
+    loop_fit: TrendFit
+    correlation: Correlation
+    peak: Peak
+    inference: Inference
+    contrast: Contrast | None
+    one_false_report: Excursions | None = None
+    axis: Axis = FLIPS
+    spec: str = ""
+
+    @property
+    def name(self) -> str:
+        """What tables call it, and ``shown`` in brackets."""
+        return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def idle(self) -> tuple[ConditionSummary, ...]:
+        """Its conditions above the lowest dose under which nothing was changed, or no report was false."""
+        return tuple(one for one in self.conditions[1:] if one.never_acted)
+
+    @property
+    def blind(self) -> bool:
+        """Whether it plays alike whatever it is told, so that its conditions are copies of each other."""
+        return self.heeded is not None
+
+    @property
+    def invited(self) -> bool:
+        """Whether it is people, who are invited rather than run; their trials are clustered by person."""
+        return self.agent == PEOPLE
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """All repetitions of all its conditions."""
+        return tuple(point for condition in self.conditions for point in condition.points)
+
+
+def is_reference(agent: str) -> bool:
+    """Whether the agent of a spec is a baseline."""
+    return spec_kind(agent) in _REFERENCES
+
+
+def agent_summary(
+    trials: AxisTrials,
+    reference: Reference | None,
+    box: Lockbox | None,
+    axis: Axis,
+    place: Callable[[Trial], Place],
+    known: Mapping[tuple[str, str], ConditionSummary],
+    *,
+    several: bool,
+    subject: bool,
+    heeded: float | None,
+    agents: int,
+) -> AgentSummary:
+    """The results of one agent in one modality.
+
+    Args:
+        trials: Its trials.
+        reference: Success of random agents and the shortest plan on the box.
+        box: The box, for the habit baseline.
+        axis: The dose in which conditions differ.
+        place: The place of a trial on the axis.
+        known: Results under conditions that were computed before, of the same trials.
+        several: Whether other trials of it have another modality.
+        subject: Whether the study is about it.
+        heeded: As in :class:`AgentSummary`.
+        agents: Agents that are judged together.
+    """
+    conditions = tuple(
+        condition_at(members, reference, box, place, known, trials.order) for _, members in trials.by_dose()
+    )
+    acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
+    distinct = acting if heeded is None else conditions[:1]
+    shares = [point for condition in distinct for point in condition.points]
+    looked_at = trials.at({condition.dose for condition in distinct})
+    inference = _tested(looked_at, box, conditions, trials.budget, agents)
+    return AgentSummary(
+        agent=trials.agent,
+        spec=trials.spec,
+        modality=trials.modality,
+        shown=", ".join(filter(None, (_shown(trials.modality, several=several), axis.rest))),
+        reference=is_reference(trials.spec),
+        heeded=heeded,
+        conditions=conditions,
+        **_fits(shares, looked_at),
+        inference=inference,
+        contrast=section(
+            "Clearest difference",
+            lambda: contrast(conditions, inference.difference) if heeded is None else None,
+            lambda: None,
+        ),
+        one_false_report=section(
+            "Effect of one false report",
+            lambda: _one_false_report(trials) if subject and heeded is None and axis == FLIPS else None,
+            lambda: None,
+        ),
+        axis=axis,
+    )
+
+
+def _one_false_report(trials: AxisTrials) -> Excursions | None:
+    points = decision_points(trials.trials)
+    return excursions(points) if len(points) else None
+
+
+def _tested(
+    trials: AxisTrials,
+    box: Lockbox | None,
+    conditions: Sequence[ConditionSummary],
+    budget: int,
+    agents: int,
+) -> Inference:
+    """The tests of one agent's trials; without a result if they cannot be made."""
+    twin = section(
+        "Blind agent with the same habits",
+        lambda: blind_twin(trials.trials, box, _stream(trials, "blind"), trials.doses),
+        lambda: None,
+    )
+    return section(
+        "Hypothesis tests",
+        lambda: infer(
+            trials.outcomes,
+            _stream(trials, "permutation"),
+            broken=trials.broken_off,
+            blind=twin,
+            persistence=conditions[0].persistence,
+            budget=budget,
+            agents=agents,
+        ),
+        lambda: infer(outcomes(()), _stream(trials, "permutation"), agents=agents),
+    )
+
+
+class _Fits(TypedDict):
+    """The curves over the dose, as fields of :class:`AgentSummary`."""
+
+    success_fit: TrendFit
+    loop_fit: TrendFit
+    correlation: Correlation
+    peak: Peak
+
+
+def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
+    """The curves over the dose; those that cannot be fitted are fits of no trials."""
+    counted, none, empty = trials.outcomes, outcomes(()), np.empty((0, 0))
+    draws = section(
+        "Bootstrap of the trend",
+        lambda: resample(counted, _stream(trials, "bootstrap")),
+        lambda: resample(none, _stream(trials, "bootstrap")),
+    )
+    return _Fits(
+        success_fit=section(
+            "Trend of success",
+            lambda: trend_fit(shares, "success", draws.success),
+            lambda: trend_fit((), "success", empty),
+        ),
+        loop_fit=section(
+            "Trend of loops",
+            lambda: trend_fit(shares, "loop_rate", draws.loop_rate),
+            lambda: trend_fit((), "loop_rate", empty),
+        ),
+        correlation=section(
+            "Correlation of loops and success",
+            lambda: correlation(shares, draws.loop_rate, draws.success),
+            lambda: correlation((), empty, empty),
+        ),
+        peak=section(
+            "Best flip rate",
+            lambda: peak(counted, _stream(trials, "peak")),
+            lambda: peak(none, _stream(trials, "peak")),
+        ),
+    )
+
+
+def _shown(modality: str, *, several: bool) -> str:
+    return spoken(modality) if several or modality not in PLAIN_WORDS else ""
+
+
+def _stream(trials: AxisTrials, use: str) -> np.random.Generator:
+    return generator(trials.seed, "analysis", trials.spec, trials.modality, use)
