@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_whole
 
 __all__ = ["Access"]
 
@@ -34,12 +35,10 @@ class Access:
     tick: float = 15.0
 
     def __post_init__(self) -> None:
-        if not 1 <= self.connections <= 10_000:
-            raise BadValue("connections", self.connections, "a whole number from 1 to 10000")
+        check_whole("connections", self.connections, 1, 10_000)
         if not 0.01 <= self.timeout <= 86_400:
             raise BadValue("timeout", self.timeout, "seconds from 0.01 to a day")
-        if not 0 <= self.retries <= 100:
-            raise BadValue("retries", self.retries, "a whole number from 0 to 100")
+        check_whole("retries", self.retries, 0, 100)
         if not 0 <= self.pause <= 60:
             raise BadValue("pause", self.pause, "seconds from 0 to 60")
         if not 0 < self.tick <= 3600:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from lockprobe.agents.policy import told_outcome
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task
 
@@ -53,8 +54,8 @@ class Eyesight:
     doubt: float = 0.05
 
     def __post_init__(self) -> None:
-        if self.acuity is not None and self.acuity < 4:
-            raise BadValue("acuity", self.acuity, "a whole number from 4")
+        if self.acuity is not None:
+            check_whole("acuity", self.acuity, 4)
         if not 0 <= self.doubt < 1:
             raise BadValue("doubt", self.doubt, "a number from 0, below 1")
 

@@ -29,6 +29,7 @@ from lockprobe.cli.printing import Screen
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
 from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.options.studyfile import trial_study
@@ -128,10 +129,8 @@ def _check_record(path: Path) -> None:
     refuse_links(path)
     check_regular(path)
     there = path.exists()
-    try:
+    with writing(path):
         path.open("ab").close()
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from None
     if not there:
         path.unlink()
 

@@ -19,7 +19,7 @@ from pydantic import Field, TypeAdapter
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.foundation.storage.atomic_file import sync_directory, write_private
+from lockprobe.foundation.storage.atomic_file import sync_directory, write_private, writing
 from lockprobe.foundation.storage.jsonl import (
     LineFile,
     read_values,
@@ -170,7 +170,7 @@ class DiaryFile:
         new = isinstance(line, Joined)
         if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
             raise BadFile(self.path, "does not exist")
-        try:
+        with writing(self.path):
             if new:
                 make_directory(self.path.parent, mode=0o700)
             with closing(LineFile(self.path, left=self._left, rescue=False)) as file:
@@ -180,8 +180,6 @@ class DiaryFile:
                     sync_directory(self.path.parent)
                 file.append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
                 self._left = file.left
-        except OSError as error:
-            raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
 
 
 @dataclass(frozen=True, slots=True)

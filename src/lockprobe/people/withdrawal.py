@@ -11,7 +11,7 @@ from pathlib import Path
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import parse_json, read_input
-from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private
+from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private, writing
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 
@@ -69,15 +69,13 @@ def finish_withdrawal(journal: Journal) -> str | None:
         check_participant(agent)
     except BadValue as error:
         raise BadFile(people / _UNDER_WAY, str(error)) from None
-    try:
+    with writing(people):
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
         journal.delete_agent(agent)
         count_withdrawn(journal.directory, int(str(note["withdrawn"])))
         remove_file(people / _UNDER_WAY)
         sync_directory(people)
-    except OSError as error:
-        raise BadFile(people, f"cannot be written ({error.strerror})") from error
     return str(note["participant"])
 
 

@@ -15,6 +15,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
@@ -244,8 +245,7 @@ def branching(
             was played by a person, or nothing is left to fork.
         UnknownName: If there is no such trial.
     """
-    if not 1 <= times <= _MOST:
-        raise BadValue("times", times, f"a whole number from 1 to {_MOST}")
+    check_whole("times", times, 1, _MOST)
     for rule in at:
         check_rule(rule)
     for arm in told:

@@ -13,7 +13,7 @@ from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.seeds import study_stream, trial_stream
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import check_choice
+from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
@@ -112,14 +112,12 @@ class Study:
             if not values or len(set(written)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
         for setting, largest in LIMITS.items():
-            value = getattr(self, setting)
-            if value is not None and not 1 <= value <= largest:
-                raise BadValue(setting, value, f"a whole number from 1 to {largest}")
+            if (value := getattr(self, setting)) is not None:
+                check_whole(setting, value, 1, largest)
         object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
         if unknown := [label for label in self.strategy_conditions if label not in labels]:
             raise BadValue("strategy_conditions", unknown, f"labels of conditions: {', '.join(labels)}")
-        if not 0 <= self.seed <= LARGEST_SEED:
-            raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
+        check_whole("seed", self.seed, 0, LARGEST_SEED)
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
         check_people(self)

@@ -21,7 +21,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.atomic_file import write_file, writing
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import DEFAULT
@@ -196,11 +196,9 @@ def begin_suite(directory: Path, suite: Suite) -> None:
             raise BadFile(directory, f"it holds {there.said}, not {suite.said}: {both}")
         return
     refuse_links(directory)
-    try:
+    with writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
         write_file(directory / SCORES, json.dumps({"suite": suite.name, **suite.stopping}) + "\n")
-    except OSError as error:
-        raise BadFile(directory, f"cannot be written ({error.strerror})") from error
 
 
 def suite_directories(directory: Path, suite: Suite) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.record import Fact
 
 __all__ = ["MOST_PLAIN", "MOST_REASONED", "ModelSettings", "read_settings"]
@@ -52,12 +53,11 @@ class ModelSettings:
             raise BadValue("temperature", self.temperature, "a number from 0 to 2")
         if self.top_p is not None and not 0 < self.top_p <= 1:
             raise BadValue("top_p", self.top_p, "a number above 0, at most 1")
-        if self.max_tokens is not None and not 1 <= self.max_tokens <= 10**7:
-            raise BadValue("max_tokens", self.max_tokens, "a whole number from 1 to 10000000")
+        if self.max_tokens is not None:
+            check_whole("max_tokens", self.max_tokens, 1, 10**7)
         if self.images < 0:
             raise BadValue("images", self.images, "the number of observations that keep their pictures, 0 for all")
-        if not 0 <= self.repairs <= 20:
-            raise BadValue("repairs", self.repairs, "a whole number from 0 to 20")
+        check_whole("repairs", self.repairs, 0, 20)
 
     def most_tokens(self, facts: ModelFacts) -> int | None:
         """The most tokens of a reply; None if it is not known whether the model reasons: its provider decides."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.validation import check_whole
 
 __all__ = [
     "HIDDEN",
@@ -130,10 +130,8 @@ def initial(joints: int, hidden: int, seed: int) -> Network:
     Raises:
         BadValue: If the sizes are out of range.
     """
-    if not 2 <= joints <= MOST_JOINTS:
-        raise BadValue("joints", joints, f"a whole number from 2 to {MOST_JOINTS}")
-    if not 1 <= hidden <= MOST_HIDDEN:
-        raise BadValue("hidden", hidden, f"a whole number from 1 to {MOST_HIDDEN}")
+    check_whole("joints", joints, 2, MOST_JOINTS)
+    check_whole("hidden", hidden, 1, MOST_HIDDEN)
     rng = generator(seed, "learner", "weights")
     made = {
         name: rng.uniform(-1, 1, shape) / np.sqrt(shape[-1]) if len(shape) == 2 else np.zeros(shape)

@@ -23,6 +23,7 @@ from lockprobe.agents.network.network import HIDDEN, Network, StepActivations, e
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.validation import check_whole
 
 __all__ = ["MOST_UPDATES", "SCHEDULE", "PlayedTrials", "TrainingSettings", "play", "success", "train"]
 
@@ -72,8 +73,7 @@ class TrainingSettings:
     box: Lockbox | None = None
 
     def __post_init__(self) -> None:
-        if not 1 <= self.schedule <= MOST_UPDATES:
-            raise BadValue("schedule", self.schedule, f"a whole number from 1 to {MOST_UPDATES}")
+        check_whole("schedule", self.schedule, 1, MOST_UPDATES)
         if not 1 <= self.updates <= self.schedule:
             raise BadValue("updates", self.updates, f"a whole number from 1 to the schedule's {self.schedule}")
         if self.box is not None and len(self.box.names) != self.joints:

@@ -39,6 +39,7 @@ __all__ = [
     "write_file",
     "write_files",
     "write_private",
+    "writing",
 ]
 
 
@@ -62,7 +63,7 @@ class Replacement:
 
     def create(self, mode: int = 0o666) -> None:
         """Make an empty draft, also where a killed process left one; ``mode`` is for a new file, less the umask."""
-        with _writing(self._path):
+        with writing(self._path):
             if self._target.exists():
                 mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
             self.draft.unlink(missing_ok=True)
@@ -70,14 +71,14 @@ class Replacement:
 
     def sync(self) -> None:
         """Force the draft to the disk, with the permissions of the file that is there."""
-        with _writing(self._path):
+        with writing(self._path):
             if _target(self._path).exists():
                 self.draft.chmod(stat.S_IMODE(self._target.stat().st_mode))
             _sync(self.draft)
 
     def rename(self) -> None:
         """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name."""
-        with _writing(self._path):
+        with writing(self._path):
             self.draft.replace(self._target)
         with suppress(OSError):  # it is in its place already
             sync_directory(self._target.parent)
@@ -106,7 +107,7 @@ def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterat
     try:
         for replacement in replacements:
             replacement.create(mode)
-        with _writing(paths[-1]):
+        with writing(paths[-1]):
             yield [replacement.draft for replacement in replacements]
         for replacement in replacements:
             replacement.sync()
@@ -138,7 +139,7 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
         BadFile: If it is no regular file, or cannot be written.
     """
     refuse_links(path)
-    with _writing(path):
+    with writing(path):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_file(path, content, alone=True, mode=mode)
 
@@ -162,7 +163,7 @@ def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode:
     """
     with atomic_files(*files, alone=alone, mode=mode) as drafts:
         for draft, (path, content) in zip(drafts, files.items(), strict=True):
-            with _writing(path):
+            with writing(path):
                 draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
@@ -181,13 +182,13 @@ class NewDirectory:
         self._target = Path(os.path.realpath(path))
         self.draft = self._target.parent / f".{secrets.token_hex(6)}.draft"
         refuse_links(path)
-        with _writing(path):
+        with writing(path):
             self.draft.mkdir(parents=True)
 
     def commit(self) -> None:
         """Force every file of the draft to the disk, and rename it to the directory's name."""
         try:
-            with _writing(self._path):
+            with writing(self._path):
                 for directory, _, names in os.walk(self.draft):
                     for name in names:
                         _sync(Path(directory, name))
@@ -211,7 +212,7 @@ def atomic_directory(path: Path) -> Iterator[Path]:
     """
     new = NewDirectory(path)
     try:
-        with _writing(path):
+        with writing(path):
             yield new.draft
         new.commit()
     finally:
@@ -235,7 +236,7 @@ def _sync(path: Path) -> None:
 def _target(path: Path) -> Path:
     """The regular file that a path names, or where a new one belongs."""
     refuse_links(path)
-    with _writing(path, (OSError, ValueError)):
+    with writing(path, (OSError, ValueError)):
         kind = irregular(path)
         found = Path(os.path.realpath(path))
     if kind:
@@ -253,8 +254,12 @@ def _own_draft(target: Path) -> Path:
 
 
 @contextmanager
-def _writing(path: Path, errors: type[Exception] | tuple[type[Exception], ...] = OSError) -> Iterator[None]:
-    """Turn errors into BadFile."""
+def writing(path: Path, errors: type[Exception] | tuple[type[Exception], ...] = OSError) -> Iterator[None]:
+    """Turn errors of writing into the mistake that a path cannot be written.
+
+    Raises:
+        BadFile: If the body raises one of ``errors``.
+    """
     try:
         yield
     except errors as error:

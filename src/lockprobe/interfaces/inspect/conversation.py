@@ -88,13 +88,14 @@ def instruction(trial: Trial) -> str:
     if not str(trial.facts.get("prompt", "")).startswith("chat "):
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
     shown = sum(kind in _SHOWN for kind in trial.opening_pictures)
-    tell = _tells(trial)
+    last = (_named(trial.channels, TextChannel) or [{}])[-1]  # the last channel of words
+    tell = str(last.get("tell", _BOTH))
     positions = not shown and tell != "outcome"
     return instructions(
         task,
         positions=positions,
         outcomes=tell != "state",
-        in_full=_form(trial) != "words",
+        in_full=last.get("form", "words") != "words",
         pictures=shown,
         labelled=trial.plant.get("labels") is not False,
         briefing=briefing_of(trial),
@@ -140,18 +141,6 @@ _ASKED: Mapping[str, Callable[[Briefing, Mapping[str, Fact]], Briefing]] = {
 
 def _named(channels: tuple[Mapping[str, Fact], ...], kind: type) -> list[Mapping[str, Fact]]:
     return [channel for channel in channels if channel.get("channel") == kind.__name__]
-
-
-def _tells(trial: Trial) -> str:
-    """The content of reports in words, from the record's last channel of words."""
-    words = _named(trial.channels, TextChannel)
-    return str(words[-1].get("tell", _BOTH)) if words else _BOTH
-
-
-def _form(trial: Trial) -> str:
-    """The form of reports in words, from the record's last channel of words."""
-    words = _named(trial.channels, TextChannel)
-    return str(words[-1].get("form", "words")) if words else "words"
 
 
 def _task(trial: Trial) -> Task:

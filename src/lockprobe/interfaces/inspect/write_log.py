@@ -11,8 +11,8 @@ from pathlib import Path
 from lockprobe.agents.llm.client import sent
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.foundation.errors import BadFile, BadValue, needing
-from lockprobe.foundation.storage.atomic_file import atomic_files
+from lockprobe.foundation.errors import BadValue, needing
+from lockprobe.foundation.storage.atomic_file import atomic_files, writing
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.interfaces.inspect.conversation import Exchange, exchanges_of, instruction, last_report
 from lockprobe.interfaces.inspect.sample_pictures import beside
@@ -77,10 +77,8 @@ def write_logs(
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
     refuse_links(next(iter(groups)))
-    try:
+    with writing(out):
         next(iter(groups)).parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadFile(out, f"cannot be written ({error.strerror or error})") from None
     with atomic_files(*groups) as drafts:
         for draft, group in zip(drafts, groups.values(), strict=True):
             log = log_of(group, study, pictures=pictures, seconds=seconds)

@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.open_study import LOG
@@ -48,10 +48,8 @@ class ServerLog(logging.Handler):
         path = directory / LOG
         refuse_links(path)
         check_regular(path)
-        try:
+        with writing(path):
             descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror})") from error
         with os.fdopen(descriptor, "ab", buffering=0) as file:
             yield cls(file, clock)
 

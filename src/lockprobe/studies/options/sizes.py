@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_whole
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.study import LIMITS, Study
@@ -40,8 +41,7 @@ def sizes_of(request: StudyOptions, extent: paper.Extent) -> Sizes:
     until = _until(request)
     if until is not None:
         most = MOST if request.most is None else request.most
-        if not 1 <= most <= LIMITS["trials"]:
-            raise BadValue("most", most, f"a whole number from 1 to {LIMITS['trials']}")
+        check_whole("most", most, 1, LIMITS["trials"])
         return Sizes(1, most, None, until)
     asked = {name: value for name in Sizes._fields if (value := getattr(request, name)) is not None}
     usual = {"repetitions": extent.repetitions, "trials": extent.trials, "strategy_trials": extent.strategy_trials}

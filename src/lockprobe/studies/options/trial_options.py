@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.study_options import StudyOptions, refusal_of
 from lockprobe.studies.study import LIMITS
@@ -90,8 +91,8 @@ def trial_options(given: Mapping[str, Any]) -> StudyOptions:
         name = next(name for name in given if _PLURAL.get(name, name) == where)
         raise refusal_of(error, name, given[name]) from None
     for one, several in _PLURAL.items():
-        if (number := getattr(found, several)) is not None and not 1 <= number <= LIMITS[several]:
-            raise BadValue(one, number, f"a whole number from 1 to {LIMITS[several]}")
+        if (number := getattr(found, several)) is not None:
+            check_whole(one, number, 1, LIMITS[several])
     return found
 
 

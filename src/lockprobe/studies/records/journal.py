@@ -27,9 +27,9 @@ from typing import Annotated
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from lockprobe.foundation.errors import BadFile, DirectoryBusy
+from lockprobe.foundation.errors import DirectoryBusy
 from lockprobe.foundation.inputs import is_there
-from lockprobe.foundation.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
+from lockprobe.foundation.storage.atomic_file import Replacement, remove_file, sync_directory, write_file, writing
 from lockprobe.foundation.storage.jsonl import LineFile, rescued_files, whole_lines
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.file_names import RECORDS, TIMINGS
@@ -212,11 +212,9 @@ class Journal:
             self._timings.close()
 
     def _sync(self) -> None:
-        try:
+        with writing(self.directory):
             self.calls.sync()  # first: a trial on disk whose calls are lost would have cost nothing
             self._records.sync()
-        except OSError as error:
-            raise BadFile(self.directory, f"cannot be written ({error.strerror})") from error
         self._synced = time.monotonic()
 
 
@@ -290,19 +288,16 @@ def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
     """
     old.check()
     replacement = Replacement(old.path, alone=True)
-    try:
-        with ExitStack() as undo:
-            undo.callback(replacement.drop)
-            replacement.create()
-            new = undo.enter_context(closing(LineFile(replacement.draft)))
-            fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            for line in lines:
-                new.append(line.rstrip(b"\n"))
-            replacement.sync()
-            replacement.rename()
-            undo.pop_all()
-    except OSError as error:
-        raise BadFile(old.path, f"cannot be written ({error.strerror})") from error
+    with writing(old.path), ExitStack() as undo:
+        undo.callback(replacement.drop)
+        replacement.create()
+        new = undo.enter_context(closing(LineFile(replacement.draft)))
+        fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for line in lines:
+            new.append(line.rstrip(b"\n"))
+        replacement.sync()
+        replacement.rename()
+        undo.pop_all()
     new.path = old.path
     old.close()
     return new

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.atomic_file import write_file, writing
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.trial.pictures.picture import Picture
 
@@ -32,12 +31,10 @@ class Album:
             BadFile: If it cannot be written; the trial is then owed, and the run stops.
         """
         path = self._directory / picture.name
-        try:
+        with writing(path):
             if path.is_file() and path.stat().st_size == len(picture.png):
                 return
             make_directory(self._directory)  # a study that was deleted does not come back
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror or error})") from error
         write_file(path, picture.png)
 
 
