@@ -99,6 +99,14 @@ SLOW = {
     "test_trials_of_the_loop_come_to_the_same": (),
     "test_two_worker_processes_write_the_records_of_one": (),
     "test_very_many_take_part_at_once": (),
+    "test_what_is_odd_comes_to_the_same_in_the_loop": (
+        "truth",
+        "flip?p=0.4",
+        "distract?p=0.4&luck=flip",
+        "distract?p=0.4",
+        "correction?p=0.4",
+        "drop?p=0.4&luck=flip",
+    ),
     "test_what_a_blind_agent_may_still_heed_is_bounded": (
         "False-0.05",
         "False-0.02",

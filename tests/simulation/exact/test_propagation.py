@@ -124,27 +124,6 @@ def test_the_exact_success_is_that_of_many_trials(agent, inverts, keep):
     assert binomtest(int(found), 400, exact).pvalue > 0.001
 
 
-@pytest.mark.parametrize(
-    ("agent", "kind", "shares"),
-    [
-        ("human-inspired", "memoryless", (0.985, 0.907, 0.803)),
-        ("human-inspired", "re-observed", (0.993, 0.933, 0.731)),
-        ("human-inspired", "latched", (0.867, 0.717, 0.620)),
-        ("human-inspired", "integrated", (0.852, 0.726, 0.584)),
-        ("cognitive:perseverant", "memoryless", (0.508, 0.640, 0.742)),
-        ("cognitive:perseverant", "re-observed", (0.523, 0.653, 0.716)),
-        ("cognitive:perseverant", "latched", (0.330, 0.254, 0.182)),
-        ("cognitive:perseverant", "integrated", (0.239, 0.218, 0.213)),
-        ("cognitive:insistent", "memoryless", (0.342, 0.358, 0.284)),
-        ("cognitive:insistent", "re-observed", (0.336, 0.343, 0.307)),
-    ],
-)
-def test_success_under_each_reading_is_as_sampled_before_there_were_readings(agent, kind, shares):
-    """From 200 000 trials a cell of another program, standard error at most .0011, written with three digits."""
-    found = [propagate(agent, p=p, flip=kind).success for p in (0.2, 0.4, 0.6)]
-    assert found == pytest.approx(shares, abs=0.005)
-
-
 def test_a_false_position_that_lives_longer_turns_the_sign_of_the_effect():
     truth = propagate("cognitive:perseverant").success
     found = [
@@ -220,8 +199,9 @@ class Unknown(HumanInspired):
 
 def test_the_order_of_the_listing_is_averaged_where_it_may_matter():
     for settings in ({"target": "any", "nearest": True}, {"lapse": 0.2}):
-        every = propagate(Unknown(**settings), p=0.2, max_steps=9)
-        assert every.solved == pytest.approx(propagate(HumanInspired(**settings), p=0.2, max_steps=9).solved)
+        every = propagate(Unknown(**settings), p=0.2, max_steps=7)
+        assert every.solved == pytest.approx(propagate(HumanInspired(**settings), p=0.2, max_steps=7).solved)
+        assert every.solved[7] > 0.1
         assert every.states >= 24
     assert propagate("round-robin", listing="panel").by(1) == 13
     assert propagate("round-robin", listing="panel").solved[12] == 0
