@@ -180,7 +180,8 @@ def _run_command() -> int | None:
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
         with _one_thread() if asked in _SMALL else nullcontext():
-            return _status(_command_for(asked)(standalone_mode=False))
+            status = _command_for(asked)(standalone_mode=False)
+            return status if isinstance(status, int) else None
     except UserMistake as mistake:
         return _complain(str(mistake), mistake.to_copy)
     except TyperException as mistake:
@@ -218,10 +219,6 @@ def _command_for(asked: str) -> Typer:
     if asked in COMMANDS or asked in _OF_ROBOT or (asked and not asked.startswith("-") and asked in every_command()):
         return build([asked])
     return overview()
-
-
-def _status(returned: object) -> int | None:
-    return returned if isinstance(returned, int) else None
 
 
 def _error_text(message: str, asked: str) -> str:

@@ -32,9 +32,7 @@ def audit(json: options.AsJson = False) -> None:
         console.print(f"\n[bold]{text}[/bold]")
         print_table(_rate_table([rate for rate in measured() if rate.question == question]))
     console.print("\n[bold]What a report says of many agents[/bold]")
-    table = new_table("world")
-    for name in ("agents", "sentence", "truth", "said"):
-        table.add_column(name)
+    table = new_table("world", "agents", "sentence", "truth", "said", numbers=False)
     for one in found["many_agents"]["rates"]:
         share = f"{one['rate']:.3f} ±{one['error']:.3f}"
         table.add_row(
@@ -57,9 +55,7 @@ def audit(json: options.AsJson = False) -> None:
 def _print_every_look(found: Mapping[str, Any], console: Console) -> None:
     """The rates of studies that are looked at after every block."""
     console.print("\n[bold]What is said falsely at least once by studies that are looked at after every block[/bold]")
-    table = new_table("said")
-    for name in ("agents", "worlds", "the worst of them", "of studies"):
-        table.add_column(name)
+    table = new_table("said", "agents", "worlds", "the worst of them", "of studies", numbers=False)
     for one in found["rates"]:
         share = f"{one['rate']:.3f} ±{one['error']:.3f}"
         share = share if one["valid"] else f"[red]{share} ![/red]"
@@ -73,9 +69,7 @@ def _print_every_look(found: Mapping[str, Any], console: Console) -> None:
 
 def _rate_table(rates: Sequence[Rate]) -> Table:
     """One row per test: its false positives in worlds without an effect, and its power in the others."""
-    table = new_table("test")
-    for name in ("false positives, worst world", "power"):
-        table.add_column(name)
+    table = new_table("test", "false positives, worst world", "power", numbers=False)
     for test in dict.fromkeys(rate.test for rate in rates):
         mine = [rate for rate in rates if rate.test == test]
         worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,7 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.export import refuse_study_file
-from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.printing import print_rows
 from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
@@ -76,15 +75,6 @@ def _print(found: Comparison) -> None:
     first = leading(found.differences)
     for rows in (success_table(found), difference_table(found, first)):
         print()
-        _print_rows(rows)
+        print_rows(rows)
     if left := len(found.differences) - len(first):
         print(f"{left} more differences, with baselines or within one study, are on the page.")
-
-
-def _print_rows(rows: Sequence[Sequence[str]]) -> None:
-    from rich.markup import escape
-
-    table = new_table(*rows[0])
-    for row in rows[1:]:
-        table.add_row(*(escape(printable(cell)) for cell in row))
-    print_table(table)

@@ -98,11 +98,8 @@ _LESS = "  a smaller --budget is fine: what is decided when it ends holds, and a
 
 def _whole(found: Estimate) -> str:
     """Which trials an estimate is of, where not all of them need to be played."""
-    return f"{_until(found)}, at most {found.trials:,} trials, which take " if found.until else ""
-
-
-def _until(found: Estimate) -> str:
-    return "until decided" if found.until == "decided" else f"until {found.until} points"
+    until = "decided" if found.until == "decided" else f"{found.until} points"
+    return f"until {until}, at most {found.trials:,} trials, which take " if found.until else ""
 
 
 def _outlook_line(found: Estimate, one: Expected) -> str:

@@ -13,7 +13,7 @@ from rich.markup import escape
 
 from lockprobe.cli import options
 from lockprobe.cli.power_people import power_people, refuse_other_options
-from lockprobe.cli.power_until import WHY_BLOCKS, power_until, stops
+from lockprobe.cli.power_until import WHY_BLOCKS, assumption, power_until, stops
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
@@ -91,7 +91,8 @@ def power(
         refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)], harm)
         power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)
         return
-    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
+    processes = Processes(workers or min(os.cpu_count() or 1, 8))
+    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": processes}
     if stops(what, asked):
         if trap is not None or harm != 1.0:
             raise Conflict("--trap and --harm", "--until", "it is decided on success alone")
@@ -118,7 +119,12 @@ def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json:
     found = measure_power(worlds, progress=time_left("studies"), **simulated)
     if json:
         head = {name: simulated[name] for name in ("target", "studies")}
-        print(json_.dumps(head | {"tests": [_row(one) for one in found]}, indent=1))
+        rows = [
+            {"effect": one.world, "question": one.question, "test": one.test, "recommended": one.recommended}
+            | _measured(one)
+            for one in found
+        ]
+        print(json_.dumps(head | {"tests": rows}, indent=1))
     else:
         _print_power(found, simulated["target"])
 
@@ -178,11 +184,7 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
     if any(one.success == one.control_success for one in found):
         console.print("Where success is equal, there is nothing to detect, and the share is of false positives.")
     _print_brackets([one.needed for one in found])
-    if shared is None:
-        console.print("Assumption: the agent goes on as in the blocks of luck that it has played here.")
-    else:
-        alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
-        console.print(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
+    console.print(assumption(shared))
 
 
 def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
@@ -202,9 +204,7 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
 
 def _print_verdicts(rates: Sequence[VerdictRates]) -> None:
     """How often studies of controls conclude what."""
-    table = new_table("effect")
-    for name in ("change", "truth", "blocks", "right", "wrong", "verdicts"):
-        table.add_column(name)
+    table = new_table("effect", "change", "truth", "blocks", "right", "wrong", "verdicts", numbers=False)
     for one in rates:
         change = f"{100 * one.change:+.1f}" if one.change else "0"
         said = ", ".join(f"{found} {n}" for found, n in one.verdicts.items())
@@ -222,11 +222,6 @@ def _given(**options: object) -> list[str]:
     return [name for name, value in options.items() if value is not None]
 
 
-def _processes(workers: int | None) -> Processes:
-    """The processes of this machine, at most eight unless a user says how many."""
-    return Processes(workers or min(os.cpu_count() or 1, 8))
-
-
 def _numbers(name: str, text: str | None) -> list[float]:
     try:
         return [float(part) for part in text.split(",")] if text is not None else []
@@ -240,11 +235,6 @@ def _whole_numbers(name: str, text: str | None) -> list[int]:
     if not all(value.is_integer() for value in values):
         raise BadValue(name, text, "whole numbers separated by commas")
     return [int(value) for value in values]
-
-
-def _row(one: Needed) -> dict[str, object]:
-    named = {"effect": one.world, "question": one.question, "test": one.test, "recommended": one.recommended}
-    return named | _measured(one)
 
 
 def _measured(one: Needed) -> dict[str, object]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lockprobe.studies.costs.expected_trials import Spread
     from lockprobe.studies.study import Study
 
-__all__ = ["WHY_BLOCKS", "power_until", "stops"]
+__all__ = ["WHY_BLOCKS", "assumption", "power_until", "stops"]
 
 WHY_BLOCKS = (50, 150, 300, 600)
 """Blocks at which a study of controls of fixed size is measured."""
@@ -96,7 +96,11 @@ def power_until(
     if success is None and not plays:
         if what is None and tuple(planned.p) != P:
             raise BadValue("--success", None, "success at each flip rate: --p needs it")
-        stated: dict[str, Sequence[float] | None] = {**(_why() if what == "why" else _flips())}
+        from lockprobe.simulation.power.why import STATED
+
+        paper = WORLDS["loops-irrelevant"].success
+        flips = {"a rise and fall like the paper's": paper, "no effect": (paper[0],) * len(paper)}
+        stated: dict[str, Sequence[float] | None] = {**(STATED if what == "why" else flips)}
     else:
         stated = {"": success}
     rows = [one for effect, shares in stated.items() for one in _rows(planned, effect, shares, shared, simulated)]
@@ -108,18 +112,6 @@ def power_until(
     for row in rows:
         _print(row, simulated)
     _explain(rows, simulated["target"], None if success is None and plays else shared)
-
-
-def _flips() -> dict[str, Sequence[float]]:
-    """Two effects of flip rates: one like the paper's, and none."""
-    paper = WORLDS["loops-irrelevant"].success
-    return {"a rise and fall like the paper's": paper, "no effect": (paper[0],) * len(paper)}
-
-
-def _why() -> dict[str, Sequence[float]]:
-    from lockprobe.simulation.power.why import STATED
-
-    return dict(STATED)
 
 
 def _rows(
@@ -267,11 +259,15 @@ def _explain(rows: Sequence[_Row], target: float, shared: float | None) -> None:
     )
     if any(row.until.steps is not None for row in rows):
         console.print("Steps are the calls that a model makes which plays like this agent.")
+    console.print(assumption(shared))
+
+
+def assumption(shared: float | None) -> str:
+    """What simulated studies of conditions assume of luck; ``shared`` is None for blocks that the agent has played."""
     if shared is None:
-        console.print("Assumption: the agent goes on as in the blocks of luck that it has played here.")
-    else:
-        alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
-        console.print(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
+        return "Assumption: the agent goes on as in the blocks of luck that it has played here."
+    alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
+    return f"Assumption: {alike} under different conditions (--shared); a sampled model shares none."
 
 
 def _mean(found: Spread) -> str:

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import IO
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from lockprobe.boxes.sketch import ascii_only
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table", "time_left"]
+__all__ = [
+    "Screen",
+    "fit_columns",
+    "new_table",
+    "plain_console",
+    "print_rows",
+    "print_table",
+    "time_left",
+]
 
 _UNBOUNDED = 10_000
 """Columns of output that does not go to a terminal: lines are not wrapped."""
@@ -29,12 +38,20 @@ def plain_console(file: IO[str] | None = None) -> Console:
     return Console(file=file, highlight=False, emoji=False, width=None if file.isatty() else _UNBOUNDED)
 
 
-def new_table(*columns: str) -> Table:
-    """An empty table with these column heads; the first column holds names, the others numbers."""
+def new_table(*columns: str, numbers: bool = True) -> Table:
+    """An empty table with these column heads; the first column holds names, the others numbers, or words."""
     table = Table(box=None, show_edge=False, pad_edge=False, padding=(0, _GAP, 0, 0))
     for place, name in enumerate(columns):
-        table.add_column(name, justify="right" if place else "left")
+        table.add_column(name, justify="right" if place and numbers else "left")
     return table
+
+
+def print_rows(rows: Sequence[Sequence[str]]) -> None:
+    """Print rows of plain text as a table; the first holds the column heads."""
+    table = new_table(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*(escape(printable(cell)) for cell in row))
+    print_table(table)
 
 
 def print_table(table: Table, file: IO[str] | None = None) -> None:

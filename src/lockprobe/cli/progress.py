@@ -74,11 +74,6 @@ def told(step: Step) -> str:
     return f"step {step.step:2}  {step.joint} {in_words(step.moved)}{lie}"
 
 
-def _of_strategies(study: Study) -> str:
-    """How many trials strategies and learners play, where that differs from the others."""
-    return f" ({study.strategy_trials} for strategies and learners)" if study.strategy_trials is not None else ""
-
-
 _LOOKS = (
     f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "
     "that are decided are no longer played."
@@ -89,7 +84,8 @@ def _extent(study: Study) -> str:
     """How many trials are played."""
     if study.until:
         return f"until {study.until}, at most {count(study.repetitions * study.trials, 'trial')} per condition,"
-    return f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{_of_strategies(study)}"
+    apart = f" ({study.strategy_trials} for strategies and learners)" if study.strategy_trials is not None else ""
+    return f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{apart}"
 
 
 def _conditions(study: Study) -> str:
@@ -201,7 +197,9 @@ class Plain:
             self.say(f"{done} of {run} trials are done already; {owed} are owed")
         elif study.shard:
             self.say(f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here")
-        self._costs(study, journal)
+        if hosted(study):
+            self._count_calls(study, journal)
+            self.estimated(estimates(study, journal.trials, read_calls(journal.directory), batch=self._batch))
 
     def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
         """Say what is forked, where it goes, and what of it is done; ``owed`` forks are to be played."""
@@ -210,16 +208,12 @@ class Plain:
         for line in lines:
             self.say(line)
         if hosted(study):
-            self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
-            journal.calls.listen(self.call)
+            self._count_calls(study, journal)
 
-    def _costs(self, study: Study, journal: Journal) -> None:
-        """The cost so far and the expected cost, if a provider charges."""
-        if not hosted(study):
-            return
+    def _count_calls(self, study: Study, journal: Journal) -> None:
+        """Count what a provider has charged so far, and what it charges from now on."""
         self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
         journal.calls.listen(self.call)
-        self.estimated(estimates(study, journal.trials, read_calls(journal.directory), batch=self._batch))
 
     def estimated(self, found: Sequence[Estimate]) -> None:
         """Say what will be spent, before anything is."""

@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -100,21 +99,15 @@ def run(
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     with reached(None if estimate else cluster) as machines:
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
-        if what in SUITE_NAMES:
-            if shard is not None:
-                raise BadValue("shard", shard, f"none with {what}, whose studies are small")
-            chosen = asked if camera is None else {**asked, "camera": camera}
-            suite = partial(_run_suite, what, chosen, out, limits, budget=budget, again=again)
-            return suite(estimate=estimate, report=report, json=json)
-        played = partial(_run_study, what, asked, out, camera, shard, limits, budget=budget, again=again)
-        return played(estimate=estimate, report=report, json=json)
+        how: Any = {"budget": budget, "again": again, "estimate": estimate, "report": report, "json": json}
+        if what not in SUITE_NAMES:
+            return _run_study(what, asked, out, camera, shard, limits, **how)
+        if shard is not None:
+            raise BadValue("shard", shard, f"none with {what}, whose studies are small")
+        from lockprobe.cli.suite import run_suite
+        from lockprobe.studies.suites import SUITES
 
-
-def _run_suite(name: str, asked: Mapping[str, object], out: Path | None, limits: Limits, **how: Any) -> None:
-    from lockprobe.cli.suite import run_suite
-    from lockprobe.studies.suites import SUITES
-
-    run_suite(SUITES[name], asked, out, limits, **how)
+        return run_suite(SUITES[what], asked if camera is None else {**asked, "camera": camera}, out, limits, **how)
 
 
 def _run_study(

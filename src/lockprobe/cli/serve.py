@@ -120,14 +120,15 @@ def serve(
     options.permit(allow)
     if not host:
         raise BadValue("host", host, "a name or IP address of this machine")
-    name = _named(what)
+    if not what:
+        raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
     file, number = _people(people or [])
     own = {
         "view": view, "trials_each": trials_each, "language": texts, "participants": number,
         "require_id": require_id, "join_code": join_code,
     }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}
-    planned, directory, experiment = _study_and_people(name, asked, file, own, out)
+    planned, directory, experiment = _study_and_people(what, asked, file, own, out)
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
@@ -251,13 +252,6 @@ def _start_lines(
         *(f"Note          {line}" for line in _reminders(words, experiment)),
         f"Ctrl-C stops; the same command resumes. Hash of the settings: {study.settings_hash}",
     )
-
-
-def _named(name: str | None) -> str:
-    if not name:
-        known = f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study"
-        raise BadValue("study", name, known)
-    return name
 
 
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:

@@ -144,7 +144,8 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
     played, again = sum(one.number for one in run), sum(one.number for one in run if one.trial.owed_again)
     by_people = 0 if of_forks else study.places_filled(one.trial for one in people)
     finished, invited = played - again + by_people, 0 if of_forks else study.invited
-    tidied = _tidied(run)
+    steps = [step for one in run for step in one.trial.steps]
+    tidied = Counter(TIDIED.get(what, what) for step in steps for what in step.decision.tidied)  # type: ignore[call-overload]
     return {
         "study": study.name,
         "trials": planned - invited,
@@ -166,14 +167,8 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
             for agent, (again, replies) in asked_again(one.trial for one in run).items()
         },
         "tidied": dict(tidied.most_common()),
-        "tidied_decisions": sum(bool(step.decision.tidied) for one in run for step in one.trial.steps),
+        "tidied_decisions": sum(bool(step.decision.tidied) for step in steps),
     }
-
-
-def _tidied(records: Sequence[Counted]) -> Counter[str]:
-    """What was tidied in replies before they were read, and how often."""
-    steps = (step for one in records for step in one.trial.steps)
-    return Counter(TIDIED.get(what, what) for step in steps for what in step.decision.tidied)  # type: ignore[call-overload]
 
 
 def _took(directory: Path, records: Sequence[Counted]) -> dict[str, object]:

@@ -6,17 +6,16 @@ import json as json_
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import typer
 
 from lockprobe.cli.format_cost import print_estimates, say_unlimited
-from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.printing import print_rows
 from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
-from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.file_names import SETTINGS, is_suite
@@ -28,9 +27,6 @@ from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.suites import Suite, begin_suite, read_suite, suite_directories, suite_studies
 from lockprobe.studies.until import MOST, Until
-
-if TYPE_CHECKING:
-    from lockprobe.report.suite.results import SuiteResults
 
 __all__ = ["report_suite", "run_suite"]
 
@@ -157,7 +153,7 @@ def _spent(directory: Path, suite: Suite, *, without: str) -> float:
 def report_suite(directory: Path, *, json: bool) -> None:
     """Write the scores and the page of a suite, and print the scores."""
     # the modules of the report take seconds, which --help and --estimate need not wait for
-    from lockprobe.report.suite.page import write_suite
+    from lockprobe.report.suite.page import score_table, write_suite
     from lockprobe.report.suite.results import suite_results
 
     found = suite_results(directory)
@@ -166,15 +162,5 @@ def report_suite(directory: Path, *, json: bool) -> None:
     if json:
         print(json_.dumps({"event": "suite", **found.plain(), "page": str(page)}, allow_nan=False), flush=True)
         return
-    _print(found)
+    print_rows(score_table(found))
     print(f"Suite: {page}{without(left_out)}")
-
-
-def _print(found: SuiteResults) -> None:
-    from lockprobe.report.suite.page import score_table
-
-    rows = score_table(found)
-    table = new_table(*rows[0])
-    for row in rows[1:]:
-        table.add_row(*(printable(cell) for cell in row))
-    print_table(table)
