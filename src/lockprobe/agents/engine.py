@@ -16,7 +16,7 @@ import math
 import os
 import urllib.request
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,8 @@ class Engine:
         except RuntimeError as error:
             raise BadFile(path, f"cannot be loaded by xllamacpp {xllamacpp.__version__} ({error})") from None
         self.tokens = cache(self._tokens)
-        self.opening = cache(self._opening)
+        # at the beginning of a prompt, after the initial token that some models need
+        self.opening = cache(partial(self._tokens, opening=True))
         self._constant: list[int] | None = None
 
     def facts(self) -> dict[str, Fact]:
@@ -93,10 +94,6 @@ class Engine:
     def _tokens(self, text: str, *, opening: bool = False) -> tuple[int, ...]:
         answer = self._http("/tokenize", {"content": text, "add_special": opening, "parse_special": False})
         return tuple(answer["tokens"])
-
-    def _opening(self, text: str) -> tuple[int, ...]:
-        """The tokens of a text at the beginning of a prompt, after the initial token that some models need."""
-        return self._tokens(text, opening=True)
 
     def restart(self, constant: str) -> list[int]:
         """Reset the cache to the constant prefix, from which every trial begins, and return the prefix's tokens."""

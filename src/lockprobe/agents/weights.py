@@ -6,6 +6,7 @@ import hashlib
 import importlib.util
 import os
 import re
+import shutil
 import struct
 import urllib.error
 import urllib.request
@@ -278,8 +279,7 @@ def _fetch(model: ModelFile, draft: Path, path: Path) -> None:
     assert model.url is not None
     try:
         with urllib.request.urlopen(model.url, timeout=30) as answer, draft.open("wb") as file:  # noqa: S310
-            while chunk := answer.read(1 << 20):
-                file.write(chunk)
+            shutil.copyfileobj(answer, file)
     except OSError as error:
         if isinstance(error, urllib.error.HTTPError):
             error.close()

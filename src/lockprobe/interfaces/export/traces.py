@@ -77,15 +77,10 @@ def requests(
         spans += _spans(trial, its_calls, times, study)
         start = times.trial.end
         if number % TRIALS_A_REQUEST == 0 or number == len(trials):
-            yield _request(spans)
+            resource = {"attributes": _pairs({"service.name": "lockprobe"})}
+            scope = {"scope": {"name": "lockprobe"}, "spans": spans}
+            yield {"resourceSpans": [{"resource": resource, "scopeSpans": [scope]}]}
             spans = []
-
-
-def _request(spans: list[_Json]) -> _Json:
-    scope = {"scope": {"name": "lockprobe"}, "spans": spans}
-    return {
-        "resourceSpans": [{"resource": {"attributes": _pairs({"service.name": "lockprobe"})}, "scopeSpans": [scope]}]
-    }
 
 
 def _spans(trial: Trial, calls: Sequence[Call], times: TrialTimes, study: str) -> Iterator[_Json]:

@@ -190,18 +190,13 @@ class ToolSession:
             if self._trial is None:
                 await self._open_next(connection)
             elif self._player is None or self._player.identity != connection.identity:
-                await self._take_over(connection)
+                plan = self._trial.plan  # its facts are those of the connection that ends it
+                await self._let_go()
+                await self._open(plan, connection)
         assert self._trial is not None
         assert self._trial.situation is not None
         self._player = connection
         return _reply(self._trial.situation, begun(self._trial.situation))
-
-    async def _take_over(self, connection: Connection) -> None:
-        """Resume the unfinished trial; its facts are those of the connection that ends it."""
-        assert self._trial is not None
-        plan = self._trial.plan
-        await self._let_go()
-        await self._open(plan, connection)
 
     async def _open_next(self, connection: Connection) -> None:
         """Open the trial that was under way, or the next one that is owed."""

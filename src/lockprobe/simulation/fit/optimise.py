@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lockprobe.simulation.fit.choices import Choices
 from lockprobe.simulation.fit.likelihood import Model
 from lockprobe.simulation.fit.result import Parameter
+from lockprobe.statistics.distributions import normal_quantile, student_quantile
 from lockprobe.statistics.proportions import LEVEL
 
 __all__ = ["DesignEffects", "Maximum", "design_effects", "ends", "maximise", "maximum", "parameters", "students_t"]
@@ -127,10 +128,8 @@ def students_t(clusters: int) -> float:
 
     With a single cluster it is the normal quantile: choices then count as independent, given the reports.
     """
-    from scipy.special import ndtri, stdtrit
-
     tail = (1 + LEVEL) / 2
-    return float(stdtrit(clusters - 1, tail) if clusters > 1 else ndtri(tail))
+    return student_quantile(tail, clusters - 1) if clusters > 1 else normal_quantile(tail)
 
 
 def parameters(model: Model, best: Maximum, choices: Choices) -> tuple[Parameter, ...]:

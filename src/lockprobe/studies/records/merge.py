@@ -204,7 +204,7 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
     theirs, ours = (_settings_to_compare(study, both) for study in (source.study, joined))
     for name in sorted({*theirs, *ours}):
         if theirs.get(name) != ours.get(name):
-            there, here = map(_short, told_apart(name, theirs.get(name), ours.get(name)))
+            there, here = (repr(one)[:200] for one in told_apart(name, theirs.get(name), ours.get(name)))
             raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
     for trial in source.trials:
         try:
@@ -222,10 +222,6 @@ def _settings_to_compare(study: Study, agents: Sequence[str]) -> dict[str, objec
     """The settings that two studies must share to be merged: all but their agents; shared ones are called alike."""
     called = {f"name of {agent}": study.label_of(agent) for agent in agents}
     return {**study.unordered_settings, "agents": [], "names": {}} | called
-
-
-def _short(value: object) -> str:
-    return repr(value)[:200]
 
 
 class _IdentityCheck:
@@ -311,7 +307,8 @@ def _take(
     album, missing = Album(journal.directory / ALBUM), 0
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
     kept = [trial for trial in source.trials if not journal.owes(trial.key)]
-    different = sum(_differs(there[trial.key], trial) for trial in kept)
+    # how often a trial was replayed says what its journal held before
+    different = sum(replace(there[trial.key], replays=0) != replace(trial, replays=0) for trial in kept)
     calls = grouped(source.calls, lambda call: call.key)
     for trial in owed:
         book.take(calls.get(trial.key, ()))
@@ -324,15 +321,6 @@ def _take(
             else:
                 album.keep(picture)
         there[trial.key] = trial
-        journal.append(trial, _timing(source, trial))
+        seconds, from_log = source.seconds.get(trial.key, 0.0), trial.key in source.from_log
+        journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), from_log=from_log))
     return len(owed), len(kept), different, missing
-
-
-def _timing(source: MergeSource, trial: Trial) -> Timing:
-    seconds = source.seconds.get(trial.key, 0.0)
-    return Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), from_log=trial.key in source.from_log)
-
-
-def _differs(one: Trial, other: Trial) -> bool:
-    """Whether two records of a trial differ. How often it was replayed says what its journal held before."""
-    return replace(one, replays=0) != replace(other, replays=0)

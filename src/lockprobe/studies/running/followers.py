@@ -128,7 +128,9 @@ class Followers:
             source = looping_source(plan.condition, self._study.conditions)
             assert source is not None  # a study has it
             followed = self._recorded(source, plan)
-            return None if followed is None else replace(one, at=_at_random(plan, followed, _lies(followed)))
+            if followed is None:
+                return None
+            return replace(one, at=_at_random(plan, followed, sum(false_reports(followed))))
         if isinstance(one, Replayed):
             followed = self._source_trial(one, plan)
             return None if followed is None else _replayed(one, plan, followed)
@@ -192,11 +194,6 @@ def _replayed(one: Replayed, plan: Plan, followed: Trial) -> Replayed:
         for claim in found
     ]
     return replace(one, misread=tuple(entries) or NOTHING)
-
-
-def _lies(trial: Trial) -> int:
-    """How many reports of a trial were false; nobody acts on the last one."""
-    return sum(false_reports(trial))
 
 
 def _at_random(plan: Plan, followed: Trial, false: int) -> tuple[int, ...]:
