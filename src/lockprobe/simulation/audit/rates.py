@@ -145,13 +145,12 @@ def within_error(rejected: int, studies: int) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _StudyRange:
-    """A range of studies of one world, the work of one job: numbers ``first`` to ``end`` - 1."""
+    """Some studies of one world, by their numbers: the work of one job."""
 
     truth: World
     design: Design
     seed: int
-    first: int
-    end: int
+    numbers: range
 
 
 Asked = Question | Literal["comparison"]
@@ -194,7 +193,7 @@ def measure(
     if len(set(kinds)) < len(kinds):
         raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
-        _StudyRange(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies))
+        _StudyRange(truth=w, design=d, seed=seed, numbers=range(studies)[first : first + BATCH])
         for w in worlds
         for d in designs or (w.design,)
         for first in range(0, studies, BATCH)
@@ -205,8 +204,8 @@ def measure(
         for test, question, recommended, rejects in verdicts:
             row = job.truth.name, job.design.clusters, test, question, recommended
             counts[row] += rejects
-            early[row] += rejects and job.first < EARLY
-        done += job.end - job.first
+            early[row] += rejects and job.numbers.start < EARLY
+        done += len(job.numbers)
         progress(done, studies * len(kinds))
     truths = {made.name: made.truths for made in worlds}
     return [
@@ -228,7 +227,7 @@ def measure(
 def _batch(job: _StudyRange) -> list[Verdict]:
     """The verdict of every test on each study: name, question, recommended, rejects."""
     verdicts: list[Verdict] = []
-    for number in range(job.first, job.end):
+    for number in job.numbers:
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
         found, broken, lowest = simulate_study(job.truth, job.design, generator(*place))
         drawn, kept = generator(*place, "tests"), persistence(lowest)

@@ -51,11 +51,10 @@ class Blocks(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _BlockRange:
-    """A range of blocks, the work of one job: numbers ``first`` to ``end`` - 1."""
+    """Some blocks, by their numbers from 1: the work of one job."""
 
     of: Played
-    first: int
-    end: int
+    numbers: range
 
 
 def played_blocks(
@@ -77,7 +76,7 @@ def played_blocks(
         What each of ``asked`` did.
     """
     jobs = [
-        _BlockRange(of=one, first=first, end=min(first + BATCH, blocks))
+        _BlockRange(of=one, numbers=range(1, blocks + 1)[first : first + BATCH])
         for one in asked
         for first in range(0, blocks, BATCH)
     ]
@@ -99,11 +98,11 @@ def _batch(job: _BlockRange) -> Blocks:
 
 async def _play(job: _BlockRange) -> Blocks:
     player = resolve(job.of.agent).make()
-    shape = (job.end - job.first, len(job.of.conditions))
+    shape = (len(job.numbers), len(job.of.conditions))
     found = Blocks(np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.int64))
-    for i in range(len(found.solved)):
+    for i, number in enumerate(job.numbers):
         for j, condition in enumerate(job.of.conditions):
-            plan = job.of.study.plan(job.of.agent, condition, 1, job.first + i + 1)
+            plan = job.of.study.plan(job.of.agent, condition, 1, number)
             trial = (await play_timed(plan, player, lambda key, step: None))[0]
             found.solved[i, j], found.steps[i, j] = trial.solved, len(trial.steps)
     return found

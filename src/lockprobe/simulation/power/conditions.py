@@ -182,13 +182,12 @@ def by_success(success: Sequence[float], shared: float, trials: int, rng: np.ran
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _StudyRange:
-    """A range of studies of one size, the work of one job: numbers ``first`` to ``end`` - 1."""
+    """Some studies of one size, by their numbers: the work of one job."""
 
     source: _Source
     trials: int
     seed: int
-    first: int
-    end: int
+    numbers: range
 
 
 def condition_power(
@@ -250,7 +249,7 @@ def _rejected(
 ) -> list[dict[int, Counter[str]]]:
     """For each source, number of trials -> condition -> studies in which its difference is detected."""
     jobs = [
-        (place, _StudyRange(source=one, trials=size, seed=seed, first=first, end=min(first + BATCH, studies)))
+        (place, _StudyRange(source=one, trials=size, seed=seed, numbers=range(studies)[first : first + BATCH]))
         for place, one in enumerate(sources)
         for size in sizes
         for first in range(0, studies, BATCH)
@@ -259,7 +258,7 @@ def _rejected(
     done = 0
     for (place, job), rejected in zip(jobs, workers.map(_batch, [job for _, job in jobs]), strict=True):
         found[place][job.trials] += rejected
-        done += job.end - job.first
+        done += len(job.numbers)
         progress(done, studies * len(sources) * len(sizes))
     return found
 
@@ -368,7 +367,7 @@ def _judged(agent: str, family: Family) -> tuple[bool | str, ...]:
 def _batch(job: _StudyRange) -> Counter[str]:
     """In how many studies the difference of each condition is detected."""
     rejected: Counter[str] = Counter()
-    for number in range(job.first, job.end):
+    for number in job.numbers:
         source = job.source
         place = (job.seed, "power", source.agent, source.family.control, source.family.name, job.trials, number)
         found = detected(

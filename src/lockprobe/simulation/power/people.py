@@ -19,6 +19,7 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.proportions import ALPHA
 
 __all__ = [
     "EFFECT_SD",
@@ -117,9 +118,7 @@ class PowerOfPeople:
     above: float | None
 
 
-def power_with(
-    model: People, design: Design, people: int, target: float = 0.8, alpha: float = 0.05
-) -> PowerOfPeople | None:
+def power_with(model: People, design: Design, people: int, target: float = 0.8) -> PowerOfPeople | None:
     """The power with so many persons in all, and the smallest effects that have the power ``target``.
 
     None where fewer than ``FEWEST`` persons would see a condition.
@@ -128,19 +127,17 @@ def power_with(
     group = people // len(model.success) if design == "between" else people
     if group < FEWEST:
         return None
-    below, above = (_smallest_effect(model, design, group, target, alpha, end) for end in (0.0, 1.0))
-    power = power_of(model, design, group, alpha)
+    below, above = (_smallest_effect(model, design, group, target, end) for end in (0.0, 1.0))
+    power = power_of(model, design, group)
     return PowerOfPeople(design=design, people=people, per_condition=group, power=power, below=below, above=above)
 
 
-def _smallest_effect(
-    model: People, design: Design, group: int, target: float, alpha: float, end: float
-) -> float | None:
+def _smallest_effect(model: People, design: Design, group: int, target: float, end: float) -> float | None:
     """The share nearest to the control's, towards ``end``, that is detected with the power ``target``."""
     control = model.success[0]
 
     def power_at(share: float) -> float:
-        return power_of(replace(model, success=(control, *[share] * (len(model.success) - 1))), design, group, alpha)
+        return power_of(replace(model, success=(control, *[share] * (len(model.success) - 1))), design, group)
 
     near, far = control, end + (control - end) * _EDGE
     if power_at(far) < target:
@@ -151,28 +148,28 @@ def _smallest_effect(
     return far
 
 
-def people_needed(model: People, design: Design, target: float = 0.8, alpha: float = 0.05) -> PeopleNeeded | None:
+def people_needed(model: People, design: Design, target: float = 0.8) -> PeopleNeeded | None:
     """The fewest persons with which each comparison with the control has the power ``target``.
 
     None where more than a million would be needed, as where a condition has the success of the control.
     """
     _check_target(target)
     low, high = FEWEST, FEWEST
-    while power_of(model, design, high, alpha) < target:
+    while power_of(model, design, high) < target:
         low, high = high, 2 * high
         if high > _MOST:
             return None
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if power_of(model, design, middle, alpha) >= target else (middle, high)
-    group = low if power_of(model, design, low, alpha) >= target else high
+        low, high = (low, middle) if power_of(model, design, middle) >= target else (middle, high)
+    group = low if power_of(model, design, low) >= target else high
     groups = len(model.success) if design == "between" else 1
     return PeopleNeeded(design=design, people=group * groups, per_condition=group)
 
 
-def power_of(model: People, design: Design, group: int, alpha: float = 0.05) -> float:
+def power_of(model: People, design: Design, group: int) -> float:
     """The least power of the comparisons with the control, with ``group`` persons under each condition."""
-    level, both = alpha / (len(model.success) - 1), _both(model)
+    level, both = ALPHA / (len(model.success) - 1), _both(model)
     found = []
     for share in model.success[1:]:
         if design == "within":

@@ -119,12 +119,11 @@ class _Source:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _StudyRange:
-    """A range of studies, the work of one job: numbers ``first`` to ``end`` - 1."""
+    """Some studies, by their numbers: the work of one job."""
 
     source: _Source
     seed: int
-    first: int
-    end: int
+    numbers: range
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +178,7 @@ def until_power(
             for agent, one in zip(study.agents, pools, strict=True)
         ]
     jobs = [
-        (place, _StudyRange(source=source, seed=study.seed, first=first, end=min(first + BATCH, studies)))
+        (place, _StudyRange(source=source, seed=study.seed, numbers=range(studies)[first : first + BATCH]))
         for place, source in enumerate(sources)
         for first in range(0, studies, BATCH)
     ]
@@ -211,7 +210,7 @@ def _source(
 
 def _batch(job: _StudyRange) -> list[_Course]:
     source, found = job.source, []
-    for number in range(job.first, job.end):
+    for number in job.numbers:
         solved, steps = source.drawn(generator(job.seed, "until", source.agent, number))
         nothing = np.zeros(len(solved), dtype=np.bool_)
         outcomes = {label: (solved[:, i].astype(np.float64), nothing) for i, label in enumerate(source.labels)}
