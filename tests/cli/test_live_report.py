@@ -11,7 +11,7 @@ from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, PAUSE, LiveReport
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import Study
 
@@ -49,7 +49,7 @@ def slow(source):
 
 
 def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_double(clock, tmp_path):
-    live = LiveReport(Silent(), tmp_path)
+    live = LiveReport(Observer(), tmp_path)
     live.trial(None, None)
     live.agent(resolve("random"), 3)
     live.trial(None, None)
@@ -67,7 +67,7 @@ def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_dou
 
 
 def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
-    live = LiveReport(Silent(), tmp_path)
+    live = LiveReport(Observer(), tmp_path)
     live.agent(slow(resolve("random")), 3)
     live.trial(None, None)
     assert not Process.begun  # there is next to nothing to report yet
@@ -82,7 +82,7 @@ def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
 
 
 def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on(monkeypatch, tmp_path):
-    class Watching(Silent):
+    class Watching(Observer):
         seen = ()
 
         def begin(self, study, journal, owed):
@@ -116,7 +116,7 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
 
 def test_that_there_is_a_first_report_is_said_once_and_when_it_is_there(clock, tmp_path):
     said = []
-    live = LiveReport(Silent(), tmp_path, tell=said.append)
+    live = LiveReport(Observer(), tmp_path, tell=said.append)
     live.trial(None, None)
     live.agent(slow(resolve("random")), 3)
     live.trial(None, None)
@@ -165,7 +165,7 @@ def test_it_waits_no_longer_than_half_a_minute(clock, tmp_path, monkeypatch):
 
     monkeypatch.setattr(Process, "wait", late)
     said = []
-    live = LiveReport(Silent(), tmp_path, tell=said.append)
+    live = LiveReport(Observer(), tmp_path, tell=said.append)
     live.trial(None, None)
     live.agent(dataclasses.replace(resolve("random"), engine="process"), 3)
     assert len(Process.begun) == 1

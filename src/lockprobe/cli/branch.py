@@ -12,7 +12,6 @@ from typing import Annotated, Literal
 import typer
 from rich.markup import escape
 
-from lockprobe.agents.catalogue import AgentSource
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
@@ -21,7 +20,7 @@ from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
-from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
+from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count, p_cell, percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.prose.branch import found_said, size_said, value_said
@@ -33,10 +32,10 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.fork_costs import fork_costs
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import Journal, Timing, load
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.observer import PassedOn
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Step, Trial
 
 __all__ = ["branch"]
 
@@ -150,10 +149,11 @@ def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
         print(printable(said))
 
 
-class _Watched:
+class _Watched(PassedOn):
     """Shows the progress of forks like that of a study, under a different heading."""
 
     def __init__(self, shown: Plain, asked: Branching, planned: int) -> None:
+        super().__init__(shown)
         self._shown, self._asked, self._planned = shown, asked, planned
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
@@ -174,21 +174,6 @@ class _Watched:
         if owed < self._planned:
             lines.append(f"{self._planned - owed} of {count(self._planned, 'fork')} are done already")
         self._shown.begin_forks(study, journal, owed, lines)
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        self._shown.agent(source, owed)
-
-    def step(self, key: str, step: Step) -> None:
-        self._shown.step(key, step)
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        self._shown.trial(trial, timing)
-
-    def more(self, owed: int) -> None:
-        self._shown.more(owed)
-
-    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        self._shown.given_up(source, owed, why)
 
 
 def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *, json: bool) -> None:

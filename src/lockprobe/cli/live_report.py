@@ -11,12 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.foundation.errors import UserMistake
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.studies.records.journal import Journal, Timing
-from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running.observer import Observer, PassedOn
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.record import Trial
 
 __all__ = ["LiveReport"]
 
@@ -30,7 +29,7 @@ WAITED = 30.0
 """The most seconds that an agent waits for a first report."""
 
 
-class LiveReport:
+class LiveReport(PassedOn):
     """Passes events on to another observer, and writes the report in a process of its own.
 
     The first report starts when a slow agent begins, or a minute later if nothing has been played yet. If a language
@@ -55,7 +54,8 @@ class LiveReport:
         begins: Callable[[int], None] = lambda trials: None,
         tell: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        self._observer, self._begins, self._tell = observer, begins, tell
+        super().__init__(observer)
+        self._begins, self._tell = begins, tell
         self._directory = directory
         self._simulated = False
         self._embedded = False  # whether a model computes on this machine
@@ -91,24 +91,12 @@ class LiveReport:
         """Whether the agent that has just played is none of those that others are compared with."""
         return bool(self._played and self._turn) and not is_reference(self._turn)
 
-    def step(self, key: str, step: Step) -> None:
-        """Pass a step on."""
-        self._observer.step(key, step)
-
     def trial(self, trial: Trial, timing: Timing) -> None:
         """Pass a trial on, and update the report if it is due."""
         self._observer.trial(trial, timing)
         self._played += 1
         self._renew()
         self._tell_of_first()
-
-    def more(self, owed: int) -> None:
-        """Pass on that there are more trials to play."""
-        self._observer.more(owed)
-
-    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        """Pass on that an agent is given up."""
-        self._observer.given_up(source, owed, why)
 
     def end(self) -> None:
         """Wait for the report that is being written."""

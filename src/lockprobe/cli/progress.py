@@ -29,6 +29,7 @@ from lockprobe.studies.options.valid_conditions import Invalid
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.records.results_hash import StudyHashes
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import LOOK_EVERY
 from lockprobe.trial.model_call import Call
@@ -134,7 +135,7 @@ def _invited(study: Study, journal: Journal) -> str:
     )
 
 
-class Plain:
+class Plain(Observer):
     """Prints lines: the first trial's steps of every slow agent, then how it goes.
 
     ``report`` is None for a study that is part of something larger, which reports it.

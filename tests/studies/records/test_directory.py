@@ -12,7 +12,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import added_agents, read_settings
 from lockprobe.studies.records.journal import Journal, load
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.condition import Condition
 
@@ -48,7 +48,7 @@ def test_a_start_that_fails_leaves_the_study_that_is_there_as_it_was(tmp_path, p
     assert everything(tmp_path) == before
 
 
-class BreaksLater(Silent):
+class BreaksLater(Observer):
     """Makes what follows the first trial a user's mistake."""
 
     def trial(self, trial, timing):

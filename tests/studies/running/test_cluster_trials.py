@@ -10,7 +10,7 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, load, read_timings
 from lockprobe.studies.running.cluster_trials import can_travel
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_line
 
@@ -30,7 +30,7 @@ class Backwards:
             yield job, Lost("ActorDiedError") if number in self.lost else work(job)
 
 
-class Seen(Silent):
+class Seen(Observer):
     def __init__(self):
         self.steps = []
 

@@ -32,7 +32,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing, left_out, load
 from lockprobe.studies.running import runner
 from lockprobe.studies.running import trial_setup as play
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, _lanes, owe_anew, run
 
 
@@ -121,7 +121,7 @@ def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
 
 
 def test_it_is_watched(tmp_path):
-    class Watching(Silent):
+    class Watching(Observer):
         def __init__(self):
             self.seen = []
 

@@ -2,62 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 
-__all__ = ["Observer", "Silent"]
+__all__ = ["Observer", "PassedOn"]
 
 
-class Observer(Protocol):
-    """Receives the progress of a run."""
+class Observer:
+    """Receives the progress of a run, and ignores what it does not override."""
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Called once, with the number of trials still to be played."""
-        ...
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """Called before an agent's trials begin."""
-        ...
 
     def step(self, key: str, step: Step) -> None:
         """Called after every step of every trial."""
-        ...
 
     def trial(self, trial: Trial, timing: Timing) -> None:
         """Called when a trial is on disk."""
-        ...
 
     def more(self, owed: int) -> None:
         """Called after a look that has not decided all, with the trials to be played before the next."""
-        ...
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Called if no further trial of an agent is played, with the number that it still owes."""
-        ...
 
 
-class Silent:
-    """An observer that ignores all events."""
+class PassedOn(Observer):
+    """Passes on to another observer what it does not override."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.begin(study, journal, owed)
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.agent(source, owed)
 
     def step(self, key: str, step: Step) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.step(key, step)
 
     def trial(self, trial: Trial, timing: Timing) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.trial(trial, timing)
 
     def more(self, owed: int) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.more(owed)
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        """Nothing."""
+        """Pass it on."""
+        self._observer.given_up(source, owed, why)

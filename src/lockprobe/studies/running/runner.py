@@ -44,7 +44,7 @@ from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.batches import play_in_batches
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.running.lanes import play_in_lanes
-from lockprobe.studies.running.observer import Observer, Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.running.workers import play_in_workers
@@ -114,7 +114,7 @@ def run(
         SettingsChanged: If an agent or the plant is another one than that of the earlier trials.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
-    limits, observer = limits or Limits(), observer or Silent()
+    limits, observer = limits or Limits(), observer or Observer()
     of = plans or next_plans(study, journal)
     known = list(known)
     sources = [resolve(spec, limits.access) for spec in study.agents]
@@ -246,7 +246,7 @@ def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> Non
         played.result()
 
 
-class _Stoppable(Silent):
+class _Stoppable(Observer):
     """An observer through which another thread ends a run."""
 
     def __init__(self) -> None:
