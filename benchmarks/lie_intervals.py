@@ -199,7 +199,7 @@ async def _forked(job: _StudyRange) -> NDArray[np.float64]:
     changes = []
     for number in range(1, FORKED + 1):
         forks = [
-            (await play_timed(planned.plan(job.agent, condition, 1, number), player, lambda key, step: None))[0]
+            (await play_timed(planned.plan(job.agent, condition, 1, number), player))[0]
             for condition in planned.conditions[-2:]  # after those of the truth
         ]
         if len(forks[0].steps) > FORK_STEP:

@@ -101,7 +101,7 @@ def by_inspect(planned: Study, connections: int) -> None:
     @solver
     def playing() -> Solver:
         async def solve(state: TaskState, generate: Generate) -> TaskState:
-            await play_timed(plans[str(state.sample_id)], Generating(state, generate), lambda key, step: None)
+            await play_timed(plans[str(state.sample_id)], Generating(state, generate))
             return state
 
         return solve
@@ -144,7 +144,7 @@ def by_client(planned: Study, connections: int, *, post: bool = False) -> None:
 
             async def lane() -> None:
                 for plan in plans:
-                    await play_timed(plan, agent, lambda key, step: None)
+                    await play_timed(plan, agent)
 
             await asyncio.gather(*(lane() for _ in range(connections)))
 

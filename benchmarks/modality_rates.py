@@ -39,9 +39,7 @@ def played(agent: str, trials: int) -> list[Trial]:
     study = Study(name="flips", agents=(agent,), box=box(), conditions=flips((0.0,)), repetitions=1, trials=trials)
 
     async def play_all() -> list[Trial]:
-        return [
-            (await play_timed(plan, resolve(agent).make(), lambda key, step: None))[0] for plan in study.plans(agent)
-        ]
+        return [(await play_timed(plan, resolve(agent).make()))[0] for plan in study.plans(agent)]
 
     return asyncio.run(play_all())
 

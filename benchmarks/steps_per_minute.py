@@ -28,7 +28,7 @@ from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Fact, Situation, Step
@@ -38,7 +38,7 @@ class TimeIsUp(Exception):
     """Ends a measurement."""
 
 
-class Counting(Silent):
+class Counting(Observer):
     """Counts steps from the first one on, and ends the run when the time is up."""
 
     def __init__(self, seconds: float) -> None:

@@ -192,11 +192,7 @@ def write_study(directory: Path, study: Study, trials: Iterable[Trial] | None = 
 
 def _played(study: Study) -> list[tuple[Trial, Timing]]:
     async def play_all() -> list[tuple[Trial, Timing]]:
-        return [
-            await play_timed(plan, resolve(agent).make(), lambda key, step: None)
-            for agent in study.agents
-            for plan in study.plans(agent)
-        ]
+        return [await play_timed(plan, resolve(agent).make()) for agent in study.agents for plan in study.plans(agent)]
 
     return asyncio.run(play_all())
 
@@ -226,7 +222,7 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
         agent, found = resolve(strategy).make(), []
         for identity, position, p, luck in slots:
             plan = study.plan(f"participant:{identity}", _at(study, p), *luck)
-            trial, _ = await play_timed(plan, agent, lambda key, step: None)
+            trial, _ = await play_timed(plan, agent)
             seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
             found.append(replace(trial, facts=seen | facts))
         return found

@@ -18,6 +18,6 @@ def flip_trials(agent, seed=1, *, p=PAPER, flip="re-observed", repetitions=3, tr
     study = study_of(p, flip, name="flips", agents=(spec,), box=box(lockbox), **settings)
 
     async def all_of_them():
-        return [(await play_timed(plan, player, lambda key, step: None))[0] for plan in study.plans(spec)]
+        return [(await play_timed(plan, player))[0] for plan in study.plans(spec)]
 
     return asyncio.run(all_of_them())

@@ -20,7 +20,7 @@ START = 1_790_000_000.25
 
 def play_as(study: Study, identity: str, slot: Slot, position: int, strategy: str = "human-inspired") -> Trial:
     """A trial of a person who plays as a strategy does."""
-    trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve(strategy).make(), lambda key, step: None))
+    trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve(strategy).make()))
     facts = {"view": "panel", "words": "en 3f9a01bc22d1", "page": "1", "position": position, "design": "within"}
     return replace(trial, facts=facts)
 

@@ -210,7 +210,7 @@ def in_short(trial, *, assessed=True):
 def without_the_page(study, trial, strategy):
     """The same trial as a study plays it that asks a strategy."""
     plan = study.plan(strategy, study.condition_of(trial), trial.repetition, trial.trial)
-    return asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))[0]
+    return asyncio.run(play_timed(plan, resolve(strategy).make()))[0]
 
 
 @contextlib.contextmanager

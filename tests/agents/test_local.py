@@ -78,7 +78,7 @@ def test_two_worker_processes_write_the_records_of_one(model, tmp_path):
     planned = study(StudyOptions(agent=["llm:local"], p=[0.4], trials=2, repetitions=1, max_steps=2))
     with Journal.open(tmp_path, planned) as journal:
         run(planned, journal, limits=Limits(workers=2))
-    here = [asyncio.run(play_timed(plan, model, lambda key, step: None))[0] for plan in planned.plans("llm:local")]
+    here = [asyncio.run(play_timed(plan, model))[0] for plan in planned.plans("llm:local")]
     written = sorted(load(tmp_path), key=lambda trial: trial.trial)
     assert [trial_to_json(trial) for trial in written] == [trial_to_json(trial) for trial in here]
     assert len(here) == 2

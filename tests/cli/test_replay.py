@@ -119,7 +119,7 @@ def test_what_was_seen_needs_no_simulation(tmp_path, made):
     )  # fmt: skip
     with Journal.open(tmp_path / "study", study) as journal:
         for plan in study.plans("viewer"):
-            played = play_timed(plan, Target(), lambda key, step: None, Album(tmp_path / "study" / "pictures").keep)
+            played = play_timed(plan, Target(), keep=Album(tmp_path / "study" / "pictures").keep)
             journal.append(*asyncio.run(played))
     made.clear()
     done = replay(tmp_path / "study", "modalities", "--seen", "--out", tmp_path / "a.gif")

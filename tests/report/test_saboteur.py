@@ -109,7 +109,7 @@ def an_error_as_a_success(files):
 def perfect(record):
     """The trial as the best player plays it."""
     plan = PLANNED.plan(MODEL, PLANNED.labelled(record["condition"]), record["repetition"], record["trial"])
-    trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make(), lambda key, step: None))
+    trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make()))
     return json.loads(trial_to_json(trial))
 
 

@@ -28,6 +28,7 @@ from lockprobe.cli import options
 from lockprobe.cli.printing import Screen
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.jsonl import LineFile
@@ -108,7 +109,7 @@ def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
     try:
         with Keys() as keys:
             person = Person(plan.box, Names(plan).labels, view, keys, screen)
-            return loop.run_until_complete(play_timed(plan, person, lambda key, step: None))[0]
+            return loop.run_until_complete(play_timed(plan, person))[0]
     finally:
         loop.close()
 
@@ -164,9 +165,9 @@ def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | N
     steps = len(trial.steps)
     screen.say()
     if trial.solved:
-        screen.say(f"You opened the box in {_steps(steps)}.", "bold green")
+        screen.say(f"You opened the box in {count(steps, 'step')}.", "bold green")
     else:
-        screen.say(f"The box is not open after {_steps(steps)}.", "bold yellow")
+        screen.say(f"The box is not open after {count(steps, 'step')}.", "bold yellow")
     screen.say()
     _story(screen, trial)
     screen.say()
@@ -178,12 +179,8 @@ def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | N
     for who, how in _standing(trial, box, others):
         screen.say(f"  {who:24} {how}")
     curve = random_curve(box, trial.budget)
-    within = f"{curve[steps]:.1%} of trials within {_steps(steps)}, " if steps < trial.budget else ""
+    within = f"{curve[steps]:.1%} of trials within {count(steps, 'step')}, " if steps < trial.budget else ""
     screen.say(f"  Blind choices open the box in {within}{curve[-1]:.1%} within {trial.budget}.")
-
-
-def _steps(number: int) -> str:
-    return f"{number} step{'s' * (number != 1)}"
 
 
 def _story(screen: Screen, trial: Trial) -> None:
@@ -209,11 +206,11 @@ def _standing(trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> It
     for spec, played in others.items():
         yield spec, "cannot plan for a box of this size" if played is None else _ending(played)
     fewest = optimum(box)
-    yield "fewest possible", "cannot be opened" if fewest is None else _steps(fewest)
+    yield "fewest possible", "cannot be opened" if fewest is None else count(fewest, "step")
 
 
 def _ending(trial: Trial) -> str:
-    return _steps(len(trial.steps)) if trial.solved else f"not within {_steps(trial.budget)}"
+    return count(len(trial.steps), "step") if trial.solved else f"not within {count(trial.budget, 'step')}"
 
 
 _RULES = """\

@@ -252,7 +252,7 @@ class Plain(Observer):
         self._shown, self._due = None, time.monotonic() + _FIRST
         self.tally.guess = f"about {minutes(owed)} min" if source.engine == "process" else "…"
         guess = f", {self.tally.guess}" if source.engine == "process" and self._guesses else ""
-        self.say(f"{self.tally.agent}: {owed} trial{'s' * (owed != 1)} to play{guess}")
+        self.say(f"{self.tally.agent}: {count(owed, 'trial')} to play{guess}")
 
     def step(self, key: str, step: Step) -> None:
         """Count a step; show it if it is of the first trial."""

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.statistics.loops import parse_sequence
 
@@ -40,7 +41,7 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
         lines.pop()
     found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := _parsed(file, number, line))]
     if empty := len(lines) - len(found):
-        print(f"{empty} empty line{'s' * (empty > 1)} skipped", file=sys.stderr)
+        print(f"{count(empty, 'empty line')} skipped", file=sys.stderr)
     return found
 
 

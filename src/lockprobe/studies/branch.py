@@ -15,7 +15,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
-from lockprobe.foundation.validation import check_whole
+from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
@@ -249,8 +249,7 @@ def branching(
     for rule in at:
         check_rule(rule)
     for arm in told:
-        if arm not in TOLD:
-            raise BadValue("told", arm, f"one of {', '.join(TOLD)}")
+        check_choice("told", arm, TOLD)
     for arm in act:
         if arm in TOLD or arm.partition("=")[0] not in ACTS:
             raise BadValue("act", arm, "one of tremble, random, force=JOINT")

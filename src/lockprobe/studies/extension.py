@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
@@ -83,6 +84,5 @@ def extension_said(study: Study) -> str:
 
 
 def _plan_said(repetitions: int, trials: int, until: Until | None) -> str:
-    many = repetitions * trials
-    number = f"{many} trial{'s' * (many != 1)} per condition"
+    number = f"{count(repetitions * trials, 'trial')} per condition"
     return f"{number} at most, until {until}" if until else number

@@ -44,7 +44,7 @@ def played(tmp_path_factory):
 
     planned = study("flips", agent=[LOCAL], p=[0, 0.4], trials=3, repetitions=1, max_steps=6)
     trials = [
-        asyncio.run(play_timed(plan, LocalModel(Engine(), {"model": "x"}, temperature=0.7), lambda key, step: None))[0]
+        asyncio.run(play_timed(plan, LocalModel(Engine(), {"model": "x"}, temperature=0.7)))[0]
         for plan in planned.plans(LOCAL)
     ]
     return write_study(tmp_path_factory.mktemp("local") / "out", planned, trials)

@@ -55,7 +55,7 @@ def pictures(directory):
 
 def test_records_and_pictures_are_those_of_one_process(tmp_path):
     small = "fast-twin?width=320&height=240&renderer=rays"
-    planned = study("modalities", agent=["viewer"], plant=small, p=[0, 0.4], trials=1, repetitions=1, max_steps=4)
+    planned = study("modalities", agent=["viewer"], plant=small, p=[0.4], trials=1, repetitions=1, max_steps=2)
     with played(tmp_path / "here", planned), played(tmp_path / "there", planned, cluster := Backwards()):
         assert len(cluster.asked) == planned.size
     assert lines(tmp_path / "there") == lines(tmp_path / "here")

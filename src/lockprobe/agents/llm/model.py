@@ -34,6 +34,7 @@ from lockprobe.agents.prompt import (
 )
 from lockprobe.agents.reply_text import without_marks
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
+from lockprobe.foundation.formatting import count
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.protocols import CallBook
 from lockprobe.trial.record import Decision, Fact, Situation
@@ -283,8 +284,7 @@ async def decided(situation: Situation, settings: ModelSettings, ask: Ask, most:
             if answer.stop == _CUT_OFF:
                 cut_off += 1 if said else _MOST_CUT_OFF
             if len(replies) > settings.repairs or cut_off >= _MOST_CUT_OFF:
-                turns = f"{len(replies)} turn{'s' * (len(replies) > 1)}"
-                why = f"no usable reply in {turns}: {fault}{_cause(answer, most, empty=not said)}"
+                why = f"no usable reply in {count(len(replies), 'turn')}: {fault}{_cause(answer, most, empty=not said)}"
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [
                 *messages,

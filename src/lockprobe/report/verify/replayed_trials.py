@@ -199,7 +199,7 @@ class _Recorded:
 
 
 async def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
-    again, _ = await play_timed(plan, agent, lambda key, step: None, recorded=trial)
+    again, _ = await play_timed(plan, agent, recorded=trial)
     return replace(again, replays=trial.replays)
 
 

@@ -103,6 +103,6 @@ async def _play(job: _BlockRange) -> Blocks:
     for i, number in enumerate(job.numbers):
         for j, condition in enumerate(job.of.conditions):
             plan = job.of.study.plan(job.of.agent, condition, 1, number)
-            trial = (await play_timed(plan, player, lambda key, step: None))[0]
+            trial = (await play_timed(plan, player))[0]
             found.solved[i, j], found.steps[i, j] = trial.solved, len(trial.steps)
     return found

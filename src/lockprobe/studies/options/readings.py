@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import DEFAULT, FlipKind
@@ -36,8 +37,7 @@ def readings_of(words: Sequence[str]) -> tuple[FlipKind, ...]:
         BadValue: If one does not exist, comes twice, or none is named.
     """
     for word in words:
-        if word not in _WORDS:
-            raise BadValue("readings", word, f"one of {', '.join(_WORDS)}")
+        check_choice("readings", word, _WORDS)
     found = [kind for word in words for kind in _WORDS[word]]
     if not found or len({*found}) < len(found):
         raise BadValue("readings", ",".join(words), "at least one, and every one once")

@@ -141,6 +141,6 @@ def _play_batch(plans: Sequence[Plan]) -> Lines:
 async def _played(plans: Sequence[Plan], agent: Agent, identities: Mapping[str, str]) -> Lines:
     lines = []
     for plan in plans:
-        trial, timing = await play_timed(plan, agent, lambda key, step: None)
+        trial, timing = await play_timed(plan, agent)
         lines.append((trial_to_line(trial, identities[trial.condition]), timing))
     return lines

@@ -103,7 +103,7 @@ class _PlayerFactory:
             def keep(picture: Picture) -> None:
                 taken[picture.name] = picture
 
-            trial, timing = asyncio.run(play_timed(plan, agent, lambda key, step: None, keep))
+            trial, timing = asyncio.run(play_timed(plan, agent, keep=keep))
             return _TrialResult(trial=trial, timing=timing, pictures=tuple(taken.values()))
 
         return play

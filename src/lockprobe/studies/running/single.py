@@ -69,7 +69,7 @@ async def _alone(plan: Plan, agent: str | Agent, pictures: Path | None) -> Trial
     player: Agent = resolve(agent).make() if isinstance(agent, str) else agent
     try:
         keep = None if pictures is None else Album(pictures).keep
-        return (await play_timed(plan, player, lambda key, step: None, keep))[0]
+        return (await play_timed(plan, player, keep=keep))[0]
     finally:
         if isinstance(agent, str) and isinstance(player, Closable):
             await player.aclose()

@@ -116,7 +116,7 @@ class _ReadAsRecorded(_LazyPlant):
 async def play_timed(
     plan: Plan,
     agent: Agent,
-    on_step: Callable[[str, Step], None],
+    on_step: Callable[[str, Step], None] = lambda key, step: None,
     keep: Callable[[Picture], None] | None = None,
     calls: Calls | None = None,
     place: Executor = here,
