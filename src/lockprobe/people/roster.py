@@ -132,7 +132,9 @@ class Roster:
         limit = self._opened.experiment.participants
         if limit is not None and self._taking_part() - late >= limit:
             return True
-        return not (late or self._is_anything_left())
+        study = self._opened.study
+        every_trial = len(conditions_of(study)) * study.repetitions * study.trials
+        return not late and len(self._all_given().taken) >= every_trial
 
     async def make_room(self) -> None:
         """Release the trials of late participants, longest away first, as far as a new one needs them.
@@ -202,11 +204,6 @@ class Roster:
         if limit is not None and self._taking_part() >= limit:
             return False
         return len(self.assigned()) >= boxes_each(self._opened.study, self._opened.experiment)
-
-    def _is_anything_left(self) -> bool:
-        """Whether there is a trial that nobody has."""
-        study = self._opened.study
-        return len(self._all_given().taken) < len(conditions_of(study)) * study.repetitions * study.trials
 
     def _all_given(self) -> Given:
         """What was given out; counted once and then kept up to date."""

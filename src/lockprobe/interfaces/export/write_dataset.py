@@ -17,7 +17,7 @@ import io
 import json
 import re
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
@@ -40,7 +40,6 @@ from lockprobe.studies.records.journal import Journal, Timing, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import PICTURE_NAME
-from lockprobe.trial.record import Trial
 
 __all__ = [
     "DATA",
@@ -131,7 +130,11 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
     with Journal.open(records, given.study) as journal:
         for trial in given.trials:
             journal.append(trial, Timing(key=trial.key, seconds=seconds.get(trial.key, 0.0), steps=len(trial.steps)))
-    _copy_pictures(given.trials, given.directory / ALBUM, records / ALBUM)
+    names = {name for trial in given.trials for name in trial.picture_names if PICTURE_NAME.fullmatch(name)}
+    for name in sorted(names):
+        if (picture := given.directory / ALBUM / name).is_file():
+            (records / ALBUM).mkdir(exist_ok=True)
+            shutil.copyfile(picture, records / ALBUM / name)
     write_diaries(records, given.diaries)
     if number := withdrawn(given.directory):
         count_withdrawn(records, number)
@@ -139,13 +142,6 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
         language = Path(given.experiment.language).name
         settings = given.experiment.model_copy(update={**dict.fromkeys(SECRET, ""), "language": language})
         write_private(records / PEOPLE_DIRECTORY / EXPERIMENT, f"{settings.model_dump_json(indent=2)}\n")
-
-
-def _copy_pictures(trials: Iterable[Trial], album: Path, new: Path) -> None:
-    for name in sorted({name for trial in trials for name in trial.picture_names if PICTURE_NAME.fullmatch(name)}):
-        if (album / name).is_file():
-            new.mkdir(exist_ok=True)
-            shutil.copyfile(album / name, new / name)
 
 
 def _texts_read(source: PeopleRecords) -> bytes | None:

@@ -252,9 +252,12 @@ class ToolSession:
 
     async def _attempt(self, connection: Connection, joint: str, last_action: str | None, hypothesis: str) -> Reply:
         trial, situation = self._under_way(connection)
-        step = RecordedAttempt(
-            _joint(joint, situation), _claimed(last_action, situation), hypothesis=_hypothesis(hypothesis)
-        )
+        if joint not in (known := situation.task.joints):
+            raise CallRefused(f"joint: {joint[:40]!r} is none of {', '.join(known)}. This call did nothing.")
+        claimed = _claimed(last_action, situation)
+        if len(hypothesis) > LONGEST_HYPOTHESIS:
+            raise CallRefused(f"hypothesis: at most {LONGEST_HYPOTHESIS} characters. This call did nothing.")
+        step = RecordedAttempt(joint, claimed, hypothesis=without_keys(hypothesis))
         with _writing():
             told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
             try:
@@ -347,13 +350,6 @@ def _retrieve(call: asyncio.Task[Any]) -> None:
         call.exception()
 
 
-def _joint(joint: str, situation: Situation) -> str:
-    known = situation.task.joints
-    if joint not in known:
-        raise CallRefused(f"joint: {joint[:40]!r} is none of {', '.join(known)}. This call did nothing.")
-    return joint
-
-
 def _claimed(said: str | None, situation: Situation) -> Outcome | None:
     """The client's claim about its last action, as in the chat protocol."""
     first = situation.percept.joint is None
@@ -368,12 +364,6 @@ def _claimed(said: str | None, situation: Situation) -> Outcome | None:
     elif not first and claimed is None:
         raise CallRefused('last_action is missing: "moved" or "did not move". This call did nothing.')
     return claimed
-
-
-def _hypothesis(text: str) -> str:
-    if len(text) > LONGEST_HYPOTHESIS:
-        raise CallRefused(f"hypothesis: at most {LONGEST_HYPOTHESIS} characters. This call did nothing.")
-    return without_keys(text)
 
 
 def _reply(situation: Situation, text: str) -> Reply:
