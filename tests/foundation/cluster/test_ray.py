@@ -10,14 +10,14 @@ from loopback_cluster import loopback_cluster
 from lockprobe.foundation.cluster import Cluster
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, load, read_timings
-from lockprobe.studies.running.observer import Silent
+from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_line
 
 pytestmark = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed")  # importing it comes later
 
 
-class Killer(Silent):
+class Killer(Observer):
     """Kills a process group after some trials."""
 
     def __init__(self, process, after):
