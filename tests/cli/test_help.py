@@ -4,12 +4,14 @@ import os
 import re
 import subprocess
 import sys
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
 
 from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build
+from lockprobe.interventions.flip import FlipKind
 
 
 def test_the_version(lockprobe):
@@ -28,6 +30,17 @@ def test_a_command_s_help_says_all_that_it_does(lockprobe):
     said = " ".join(lockprobe("run", "--help")[1].split())
     assert "Exit status 3: a budget ended it; 1: a trial broke and is owed, or a condition has no valid trial." in said
     assert "--condition and --sweep vary anything else" in said
+
+
+def test_help_names_every_kind_of_agent_and_of_flip_that_a_short_study_may_have(lockprobe):
+    said = " ".join(lockprobe("run", "--help")[1].split())
+    assert "(flips: a cognitive model, a learner, llm:local and three baselines)" in said
+    assert all(kind in said.partition("What a false report is:")[2] for kind in get_args(FlipKind))
+
+
+def test_people_are_offered_no_stop_when_it_is_decided(lockprobe):
+    assert "--until" in lockprobe("mcp", "--help")[1]
+    assert "--until" not in lockprobe("serve", "--help")[1]
 
 
 def test_no_help_shows_what_is_for_programmers(lockprobe):

@@ -123,8 +123,8 @@ class StudyOptions(BaseModel):
     agent: Annotated[
         Several | None,
         _about(
-            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: llm:local, a learner "
-            "and three baselines)."
+            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, a "
+            "learner, llm:local and three baselines)."
         ),
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
@@ -160,8 +160,8 @@ class StudyOptions(BaseModel):
     flip: Annotated[
         FlipKind | None,
         _about(
-            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; or "
-            "outcome-only, without positions (re-observed)."
+            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
+            "all positions; or outcome-only, without positions (re-observed)."
         ),
     ] = None
     readings: Annotated[
