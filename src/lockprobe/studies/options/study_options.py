@@ -130,12 +130,15 @@ class StudyOptions(BaseModel):
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[
         Annotated[list[Number], Field(max_length=1000)] | None,
-        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0.4 with why)."),
+        _about(
+            "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
+            "--repetitions; 0.4 with why)."
+        ),
     ] = None
     trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition (in each repetition: 6; 10 with --full, or if --p or --repetitions is given; 50 with "
+            "Trials per condition (in each repetition: 2; 10 with --full, or if --p or --repetitions is given; 50 with "
             "why)."
         ),
     ] = None
