@@ -107,7 +107,8 @@ def main() -> None:
     trained = train(boxes(500, asked.box, asked.p, shuffle=shuffle), asked.seed)
     untrained: Policy = lambda told: np.zeros(len(told), dtype=np.int64)  # noqa: E731
     played = asked.p if asked.played is None else asked.played
-    print(f"{asked.box}, trained at p = {asked.p:g}, played at p = {played:g}, 500 trials of 20 steps")
+    rates = f"trained at a flip rate of {asked.p:g}, played at {played:g}"
+    print(f"{asked.box}, {rates}, 500 trials of 20 steps")
     for name, policy in (("before training", untrained), ("after training", trained)):
         steps = play(policy, boxes(500, asked.box, played, shuffle=shuffle))
         solved = steps[np.isfinite(steps)]

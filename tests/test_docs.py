@@ -4,6 +4,7 @@ import re
 import shlex
 import sys
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,17 @@ def test_a_command_line_parses(line):
     except TyperException as mistake:  # some lines only name a command, or an option
         refused = mistake.format_message()
     assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused)
+
+
+@pytest.mark.parametrize("line", [line for line in LINES if line.startswith("power") and "--success " in line])
+def test_a_line_on_power_gives_a_share_for_every_condition(line):
+    words = [word for word in shlex.split(line) if word not in PLACEHOLDERS]
+    value = dict(pairwise(words))
+    if value["--success"] == "T,F,TT,FT,TF,FF,R":
+        return
+    fixed = 7 if "why" in words else 2 if "--people" in words else 0
+    rates = value.get("--p", "0,0.1,0.2,0.3,0.4,0.5,0.6").split(",")
+    assert len(value["--success"].split(",")) == (fixed or len(rates) + words.count("--condition"))
 
 
 def test_the_table_of_commands_names_every_option_of_replay():

@@ -1,10 +1,12 @@
 """Model files: found, checked, fetched from a publisher that a test plays."""
 
 import hashlib
+import re
 import struct
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,7 @@ from lockprobe.foundation.errors import BadFile, Missing, UnknownName
 from lockprobe.studies.options.agent_names import named_agents
 
 CONTENT = b"GGUF" + bytes(3000)
+RESULTS = Path(__file__).parents[2] / "docs" / "results.md"
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -74,7 +77,8 @@ def test_without_the_network_it_says_how_to_place_the_file_by_hand(publisher):
 
 
 def test_an_unknown_model_lists_what_exists():
-    with pytest.raises(UnknownName, match="^no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b$"):
+    known = "smollm2-135m, qwen2.5-coder-0.5b, qwen2.5-coder-1.5b"
+    with pytest.raises(UnknownName, match=f"^no model is called 'gpt'; there are: {known}$"):
         weights.pull("gpt")
 
 
@@ -198,3 +202,9 @@ def test_a_file_that_says_no_name_goes_by_its_own(content, tmp_path):
     path = tmp_path / "a model.gguf"
     path.write_bytes(content)
     assert weights.model_name(path) == "a-model"
+
+
+def test_the_model_of_the_page_of_results_is_known():
+    (sha256,) = re.findall(r"sha256 `([0-9a-f]{64})`", RESULTS.read_text("utf-8"))
+    (name,) = re.findall(r"`lockprobe models pull ([\w.-]+)`", RESULTS.read_text("utf-8"))
+    assert weights.KNOWN[name].sha256 == sha256

@@ -140,7 +140,7 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "chan-4"], UnknownName, "no box is called 'chan-4' .did you mean 'chain-4'"),
         (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
-        (["show", "--out", "x.pdf"], BadValue, "a file name that ends in .svg, .png or .xml"),
+        (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml, or .pdf with --scale 1:1"),
         (["show", "--scale", "1:1"], BadValue, "--out: got None, expected FILE.svg or FILE.pdf"),
         (["show", "--scale", "1:1", "--out", "x.png"], BadValue, "a file name that ends in .svg or .pdf, with --scale"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),

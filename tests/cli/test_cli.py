@@ -151,7 +151,10 @@ def test_lists():
         (["status", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
         (["report", "nowhere"], "nowhere: no "),
         (["loops", "none.txt"], "none.txt: cannot be read (No such file or directory)"),
-        (["models", "pull", "gpt"], "no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b"),
+        (
+            ["models", "pull", "gpt"],
+            "no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b, qwen2.5-coder-1.5b",
+        ),
         (["fly"], "No such command 'fly'."),
         (
             ["box", "chain-4"],

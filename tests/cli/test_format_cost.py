@@ -1,5 +1,7 @@
 """Money and tokens in words."""
 
+from pathlib import Path
+
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
@@ -9,6 +11,8 @@ from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Usage
+
+COST_PAGE = Path(__file__).parents[2] / "docs" / "cost.md"
 
 
 @pytest.mark.parametrize(
@@ -47,6 +51,8 @@ def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
     assert f" to {fresh} (" in second
     assert f" to {cached} with its provider's cache); at most {money(found.most_dollars)} whatever" in second
     assert second.endswith(f"; prices of {found.price.date}")
+    quoted = COST_PAGE.read_text("utf-8").partition("```text\n")[2].splitlines()[:2]
+    assert all(line.startswith(said.removesuffix("…")) for line, said in zip((first, second), quoted, strict=True))
 
 
 def test_an_estimate_of_a_study_that_stops_when_it_is_decided_names_what_it_assumes():

@@ -4,12 +4,18 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
+from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
 
 from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.studies.options.paper import FULL, SHORT
+
+AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
 
 
 def test_the_version(lockprobe):
@@ -28,6 +34,26 @@ def test_a_command_s_help_says_all_that_it_does(lockprobe):
     said = " ".join(lockprobe("run", "--help")[1].split())
     assert "Exit status 3: a budget ended it; 1: a trial broke and is owed, or a condition has no valid trial." in said
     assert "--condition and --sweep vary anything else" in said
+
+
+def test_help_names_every_kind_of_agent_and_of_flip_that_a_short_study_may_have(lockprobe):
+    said = " ".join(lockprobe("run", "--help")[1].split())
+    assert "(flips: a cognitive model, a learner, llm:local and three baselines)" in said
+    assert all(kind in said.partition("What a false report is:")[2] for kind in get_args(FlipKind))
+
+
+def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockprobe):
+    said = " ".join(lockprobe("run", "--help")[1].split())
+    assert f"(in each repetition: {SHORT.trials}; {FULL.trials} with --full" in said
+    assert f"inverted ({','.join(f'{p:g}' for p in SHORT.p)}; 0 to {FULL.p[-1]} by {FULL.p[1]} with --full" in said
+    (row,) = re.findall(r"^\| trials, flips \| (.*?) \|", AS_PAPER.read_text("utf-8"), re.MULTILINE)
+    assert row == (f"{SHORT.repetitions} repetitions of {SHORT.trials} trials at {len(SHORT.p)} rates, "
+                   f"{SHORT.strategy_trials} of strategies")  # fmt: skip
+
+
+def test_people_are_offered_no_stop_when_it_is_decided(lockprobe):
+    assert "--until" in lockprobe("mcp", "--help")[1]
+    assert "--until" not in lockprobe("serve", "--help")[1]
 
 
 def test_no_help_shows_what_is_for_programmers(lockprobe):

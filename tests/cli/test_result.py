@@ -104,6 +104,16 @@ def test_what_is_open_is_the_next_step(played):
     assert not result_lines(nothing, directory)[0].startswith("Answer")
 
 
+@pytest.mark.parametrize(("agent", "n"), [("participant", 5), ("mcp:some", 5), ("random", 0)])
+def test_forks_are_not_named_where_nobody_who_played_can_be_asked_again(played, agent, n):
+    directory, _ = played
+    found = read_result(directory)
+    kept = tuple(one for one in found.findings if one.kind not in ("untested", "needed"))
+    (row, *_) = found.where("success")
+    told = found.changed(findings=kept, rows=(row.model_copy(update={"agent": agent, "n": n}),))
+    assert not any("branch" in step["command"] for step in result_facts(told, directory)["next"])
+
+
 @pytest.mark.parametrize(("keep", "whose"), [(0.0, ""), (1.0, ", for a:b and c")])
 def test_where_an_agent_played_false_reports_that_stay_it_is_said_who_did_not(played, keep, whose):
     directory, _ = played

@@ -219,7 +219,7 @@ def _draw(box: Lockbox, out: Path) -> None:
     elif out.suffix == ".png":
         form = "png"
     else:
-        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
+        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml, or .pdf with --scale 1:1")
     from lockprobe.report.figures import render
     from lockprobe.report.figures.boxes import box_figure
 

@@ -76,8 +76,8 @@ def branch(
 
     Earlier steps come from the record; the agent is not asked again. Arms share their luck if the agent is seeded.
     Forks are written to DIR/forks and do not count as trials of the study; the same command resumes them. In trials
-    at p = 0 the effect is that of the first lie among true reports. --budget counts all forks of the study; --estimate
-    also says how many there would be. Exit status 3: the budget ended the run; 1: a fork broke and is owed.
+    under true reports the effect is that of the first lie. --budget counts all forks of the study; --estimate also says
+    how many there would be. Exit status 3: the budget ended the run; 1: a fork broke and is owed.
     """
     options.permit(allow)
     study = read_study(directory)

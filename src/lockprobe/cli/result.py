@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
@@ -97,9 +98,14 @@ def _next(found: Results, directory: Path) -> list[_Step]:
         steps.append(_Step(f"the same command with {untested['option']}", shows))
     elif "needed" in said:
         steps.append(_Step("the same command with more --trials", said["needed"]))
-    elif any("flip.p" in one.doses for one in found.design.conditions):
+    elif any("flip.p" in one.doses for one in found.design.conditions) and _can_be_forked(found):
         steps.append(_Step(f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
     return steps
+
+
+def _can_be_forked(found: Results) -> bool:
+    """Whether an agent played that can be asked again: not a person, nor a client with tools."""
+    return any(row.n and spec_kind(row.agent) not in (PEOPLE, MCP) for row in found.where("success"))
 
 
 def _all_broken(found: Results) -> _Step | None:

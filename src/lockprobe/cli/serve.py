@@ -88,7 +88,7 @@ WritePeople = Annotated[
         "Files to edit": "write_people write_texts",
     }
 )
-@with_study_options(without=("agent",))
+@with_study_options(without=("agent", "until", "most"))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,

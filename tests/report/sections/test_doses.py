@@ -9,6 +9,7 @@ from drawn import bars
 from page_parts import part
 
 from lockprobe.report.figures.loops import loops_by_dose
+from lockprobe.report.figures.palette import Style, colours, of_agent
 from lockprobe.report.figures.success_by_flip_rate import success_by_dose
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
@@ -162,3 +163,12 @@ def test_an_option_of_agents_is_a_dose(tmp_path):
 @pytest.mark.parametrize("page", ["report", "details"])
 def test_captions_are_short(lab, page):
     assert too_long(page_of(page, lab), lab.plain()) == []
+
+
+def test_an_option_of_an_agent_is_drawn_as_an_axis_in_the_colour_of_the_agent(tmp_path):
+    found = found_in(tmp_path, agent="human-inspired", sweep="agent.lapse=0,0.1,0.3", p=[0], **SMALL)
+    (axis,) = found.design.axes
+    assert axis.name == "lapse"
+    (course,) = found.courses(axis)
+    assert of_agent(course, Style(colour="black")).colour == colours([course])["human-inspired", course.modality]
+    assert all(draw(found, 0).axes for draw in (success_by_dose, loops_by_dose))

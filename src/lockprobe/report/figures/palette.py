@@ -133,12 +133,15 @@ def colours(courses: Sequence[Course]) -> dict[tuple[str, str], str]:
 def of_agent(course: Course, style: Style, white: float = 0.0) -> Style:
     """A style in the colour that the agent has in every figure, or in a lighter shade of it.
 
+    An agent whose option is the dose of an axis has courses of its own there, and no other in the study.
+
     Args:
         course: The agent.
         style: Marks and dashes.
         white: How much white is mixed into the colour, from 0 to 1.
     """
-    own = colours(course.found.courses())[course.agent, course.modality]
+    found = colours(course.found.courses())
+    own = found.get((course.agent, course.modality)) or colours([course])[course.agent, course.modality]
     return replace(style, colour=_mixed(own, white) if white else own)
 
 

@@ -123,19 +123,22 @@ class StudyOptions(BaseModel):
     agent: Annotated[
         Several | None,
         _about(
-            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: llm:local, a learner "
-            "and three baselines)."
+            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, a "
+            "learner, llm:local and three baselines)."
         ),
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[
         Annotated[list[Number], Field(max_length=1000)] | None,
-        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0.4 with why)."),
+        _about(
+            "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
+            "--repetitions; 0.4 with why)."
+        ),
     ] = None
     trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition (in each repetition: 6; 10 with --full, or if --p or --repetitions is given; 50 with "
+            "Trials per condition (in each repetition: 2; 10 with --full, or if --p or --repetitions is given; 50 with "
             "why)."
         ),
     ] = None
@@ -160,8 +163,8 @@ class StudyOptions(BaseModel):
     flip: Annotated[
         FlipKind | None,
         _about(
-            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; or "
-            "outcome-only, without positions (re-observed)."
+            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
+            "all positions; or outcome-only, without positions (re-observed)."
         ),
     ] = None
     readings: Annotated[
