@@ -19,6 +19,7 @@ from typing import cast
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import Missing, ModelFault, PlantFault, UserMistake
+from lockprobe.foundation.interrupts import held_back
 from lockprobe.foundation.plugins import allow, allowed
 from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
@@ -80,7 +81,8 @@ class _Pool:
         for _ in range(count):
             ours, theirs = context.Pipe()
             process = context.Process(target=_work, args=(self._agent, self._pictures, allowed(), theirs), daemon=True)
-            process.start()
+            with held_back():
+                process.start()
             theirs.close()
             self._workers[ours] = _Worker(process, ours)
 
