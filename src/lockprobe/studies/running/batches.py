@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import math
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -128,6 +129,7 @@ _playing: dict[str, tuple[Agent, Mapping[str, str]]] = {}
 def _begin(spec: str, identities: Mapping[str, str]) -> None:
     """What another process does first. It leaves Ctrl-C to the one that started it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr  # what agents print is no result
     end_with_parent()
     _playing["agent"] = resolve(spec).make(), identities
 

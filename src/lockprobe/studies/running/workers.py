@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -138,6 +139,7 @@ class _Pool:
 def _work(spec: str, pictures: Path | None, code: tuple[str, ...], pipe: Connection) -> None:
     """The worker's side. It leaves Ctrl-C to the parent, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr  # what agents print is no result
     allow(*code)
     try:
         agent = resolve(spec).make()
