@@ -125,6 +125,7 @@ def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_rep
     broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", text_of(name))]
     assert broad == [
         "lockprobe/agents/llm/retry.py",
+        "lockprobe/foundation/errors.py",
         "lockprobe/foundation/left_out.py",
         "lockprobe/foundation/plugins.py",
         "lockprobe/interfaces/inspect/read_log.py",

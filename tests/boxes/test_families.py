@@ -65,7 +65,9 @@ def test_a_family_and_a_number_of_joints_are_a_name():
     assert {len(box(sized("common-effect", joints)).joints) for joints in (4, 5)} == {4, 5}
 
 
-@pytest.mark.parametrize(("family", "joints"), [("chain", 9), ("common-cause", 3), ("fork", 5), ("chain-6", 5)])
+@pytest.mark.parametrize(
+    ("family", "joints"), [("chain", 9), ("common-cause", 3), ("fork", 5), ("chain-6", 5), ("random", 0)]
+)
 def test_sizes_that_a_family_lacks_are_refused(family, joints):
     with pytest.raises(BadValue, match=f"joints of {family}: got {joints}, expected one of"):
         sized(family, joints)

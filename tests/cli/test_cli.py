@@ -149,6 +149,8 @@ def test_lists():
         (["run", "none.toml"], "none.toml: cannot be read (No such file or directory)"),
         (["run", "flips", "--agent", "llm:gguf:none.gguf"], "none.gguf: cannot be read (No such file or directory)"),
         (["status", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
+        (["verify", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
+        (["box", "generate", "--joints", "0"], "joints of random: got 0, expected one of 2, 3, 4, 5, 6, 7, 8"),
         (["report", "nowhere"], "nowhere: no "),
         (["loops", "none.txt"], "none.txt: cannot be read (No such file or directory)"),
         (
@@ -168,6 +170,14 @@ def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, li
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("lockprobe: " + line)
+
+
+@pytest.mark.parametrize("group", [[], ["box"]])
+def test_without_a_command_the_help_is_printed_line_by_line(group):
+    done, asked = typed(*group), typed(*group, "--help")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.split() == asked.stdout.split()
+    assert "\n  list " in done.stderr or "\n  run  " in done.stderr
 
 
 def test_the_settings_of_another_study_are_refused_with_both_ways_out(directory):

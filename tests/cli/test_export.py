@@ -77,6 +77,12 @@ def test_a_dash_is_standard_output(lockprobe, tmp_path, played, monkeypatch):
     assert not (tmp_path / "-").exists()
 
 
+@pytest.mark.parametrize("out", ["", ".", ".."])
+def test_a_table_without_a_name_is_refused(lockprobe, played, out):
+    status, _, said = lockprobe("export", played, "--out", out)
+    assert (status, said) == (2, f"lockprobe: {out or '.'}: is a directory, not a regular file: choose another name\n")
+
+
 @pytest.mark.parametrize("name", ["trials.jsonl", "people/aaaa01.jsonl", "pictures/x.png"])
 def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, name):
     (tmp_path / "link.csv").symlink_to(played / name)

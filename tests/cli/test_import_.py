@@ -176,3 +176,9 @@ def test_mistakes_are_one_line(lockprobe, tmp_path, played):
         status, _, error = lockprobe("import", played, source)
         assert (status, error.count("\n")) == (2, 1)
         assert said in error
+
+
+def test_a_file_that_is_no_log_is_named_at_once(lockprobe, tmp_path, played):
+    status, _, said = lockprobe("import", tmp_path / "new", played / "trials.jsonl")
+    assert status == 2
+    assert "not an Inspect log, whose name ends in .eval or .json, and not a directory" in said

@@ -40,6 +40,7 @@ def test_machines_are_told_all_of_it(tmp_path):
         ["--hidden", "0"],
         ["--box", "nowhere"],
         ["--out", "/nowhere/at/all.npz"],
+        ["--out", "."],
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(tmp_path, wrong):

@@ -99,6 +99,18 @@ def provider(provider, prices):
     return provider
 
 
+CHATTY = """
+from lockprobe import Decision
+
+class Chatty:
+    facts = {}
+
+    async def decide(self, situation, rng):
+        print("a thought")
+        return Decision(joint="none of them")
+"""
+
+
 def play(out, **more):
     run("flips", **({"agent": [SPEC], "p": "0", "trials": 4, "repetitions": 1, "out": out} | more))
 
@@ -385,6 +397,16 @@ def test_a_call_that_had_to_be_repeated_is_an_event(tmp_path, provider, capsys):
     play(tmp_path / "s", trials=1, json=True)
     repeated = [event for event in events(capsys) if event["event"] == "call"]
     assert [(event["step"], event["retries"], event["error"]) for event in repeated] == [(1, 1, None)]
+
+
+def test_what_an_agent_prints_is_no_json_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "chatty.py").write_text(CHATTY)
+    with pytest.raises(typer.Exit):
+        play(tmp_path / "s", agent=["python:chatty:Chatty"], trials=1, json=True, report=False)
+    printed = capsys.readouterr()
+    assert {json.loads(line)["event"] for line in printed.out.splitlines()} >= {"begin", "trial"}
+    assert printed.err.splitlines() == ["a thought"]
 
 
 def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, capsys):

@@ -32,6 +32,9 @@ def test_it_is_played_reported_added_to_and_verified(lockprobe, tmp_path):
     directory = tmp_path / "lockprobe-runs" / "suite-1"
     first = (directory / "suite.json").read_bytes()
     assert lockprobe("run", "suite-1")[0] == 0  # the same agents, nothing owed
+    for command in ("measures", "branch"):  # which are of one study
+        said = lockprobe(command, directory)[2]
+        assert f"{directory}: a suite; its studies are {directory}/chain-4, {directory}/fork, " in said
     assert (directory / "suite.json").read_bytes() == first
     status, said, _ = lockprobe("run", "suite-1", "--agent", "human-inspired", "--json")
     last = json.loads(said.splitlines()[-1])

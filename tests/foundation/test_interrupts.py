@@ -1,6 +1,10 @@
-"""Ctrl-C interrupts a wait of the main thread, and means afterwards what it meant before."""
+"""Ctrl-C interrupts a wait of the main thread, and ends processes that help without a word."""
 
+import os
 import signal
+import subprocess
+import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -33,3 +37,32 @@ def test_another_thread_changes_nothing(handler):
 
     with ThreadPoolExecutor(1) as thread:
         assert thread.submit(seen).result() is handler
+
+
+STARTING = """
+import os, signal, time
+from lockprobe.foundation.parallel import Processes
+if __name__ == "__main__":
+    try:
+        for _ in Processes(2).map(time.sleep, [0, 30, 30, 30]):
+            print("begun", flush=True)
+    except KeyboardInterrupt:
+        print("stopped", flush=True)
+"""
+
+
+@pytest.mark.parametrize("begun", [True, False], ids=["at work", "while processes start"])
+def test_ctrl_c_in_a_terminal_ends_all_processes_at_once_and_no_other_one_speaks(begun, tmp_path):
+    """A terminal sends it to all of them, also to those that still import modules."""
+    (tmp_path / "starting.py").write_text(
+        STARTING.replace("    try:", "    try:" if begun else "    print('begun', flush=True)\n    try:")
+    )
+    command = [sys.executable, str(tmp_path / "starting.py")]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        assert run.stdout.readline() == "begun\n"
+        time.sleep(0 if begun else 0.2)
+        os.killpg(run.pid, signal.SIGINT)
+        said, complained = run.communicate(timeout=20)
+    assert (said, complained) == ("stopped\n", "")

@@ -34,13 +34,36 @@ def test_anybody_s_error_is_a_fault(boundary, fault, error):
     assert caught.value.__cause__ is error
 
 
-@pytest.mark.parametrize(
-    "error", [Missing("a", "b"), ReplyFault("no"), KeyboardInterrupt(), GeneratorExit(), asyncio.CancelledError()]
-)
+@pytest.mark.parametrize("error", [Missing("a", "b"), ReplyFault("no"), KeyboardInterrupt(), GeneratorExit()])
 def test_what_is_ours_or_ends_the_run_passes(error):
     with pytest.raises(type(error)) as caught, PLANT:
         raise error
     assert caught.value is error
+
+
+def test_the_end_of_the_task_passes_and_a_cancellation_of_the_agent_s_own_is_a_fault():
+    async def cancelled(by_us):
+        if by_us:
+            asyncio.current_task().cancel()
+        with AGENT:
+            await asyncio.sleep(0)
+            raise asyncio.CancelledError
+
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(cancelled(by_us=True))
+    with pytest.raises(ModelFault, match=r"in the agent \(.*\): CancelledError$"):
+        asyncio.run(cancelled(by_us=False))
+    with pytest.raises(PlantFault, match=r"^CancelledError$"), PLANT:  # in a thread without tasks
+        raise asyncio.CancelledError
+
+
+def test_an_error_that_breaks_when_it_is_printed_is_a_fault_too():
+    class Mute(Exception):
+        def __str__(self):
+            raise ValueError
+
+    with pytest.raises(PlantFault, match=r"^Mute$"), PLANT:
+        raise Mute
 
 
 def test_an_error_in_a_person_s_agent_names_its_file_and_the_line_that_led_to_it(tmp_path):

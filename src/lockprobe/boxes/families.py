@@ -45,9 +45,10 @@ def sized(family: str, joints: int | None) -> str:
     if family in known and joints in (None, known[family]):
         return family
     sizes = {n: name for name, n in known.items() if family in (name, name.rpartition("-")[0])}
-    if sizes and (joints or 4) not in sizes:
-        raise BadValue(f"joints of {family}", joints or 4, f"one of {', '.join(map(str, sorted(sizes)))}")
-    return sizes.get(joints or 4, family)
+    wanted = 4 if joints is None else joints
+    if sizes and wanted not in sizes:
+        raise BadValue(f"joints of {family}", wanted, f"one of {', '.join(map(str, sorted(sizes)))}")
+    return sizes.get(wanted, family)
 
 
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:

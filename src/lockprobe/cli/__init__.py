@@ -185,7 +185,7 @@ def _run_command() -> int | None:
     except UserMistake as mistake:
         return _complain(str(mistake), mistake.to_copy)
     except TyperException as mistake:
-        return _complain(_error_text(getattr(mistake, "format_message", mistake.__str__)(), asked))
+        return _wrong_command_line(getattr(mistake, "format_message", mistake.__str__)(), asked)
     except typer.Abort:
         return 130
     except BrokenPipeError:
@@ -219,6 +219,14 @@ def _command_for(asked: str) -> Typer:
     if asked in COMMANDS or asked in _OF_ROBOT or (asked and not asked.startswith("-") and asked in every_command()):
         return build([asked])
     return overview()
+
+
+def _wrong_command_line(said: str, asked: str) -> int:
+    """Print what is wrong with a command line: one line, or the help where it names no command."""
+    if said.startswith("Usage: "):
+        print(said, file=sys.stderr)
+        return 2
+    return _complain(_error_text(said, asked))
 
 
 def _error_text(message: str, asked: str) -> str:

@@ -109,7 +109,8 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
                 journal.calls.limit(budget)
             watched = _Watched(observer, asked, len(planned))
             try:
-                play_forks(asked, journal, limits=limits, observer=watched)
+                with observer.played():
+                    play_forks(asked, journal, limits=limits, observer=watched)
             except KeyboardInterrupt:
                 observer.interrupted(journal.directory)
                 raise

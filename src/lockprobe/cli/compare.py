@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.export import refuse_study_file
+from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.left_out import LeftOutSection, without
@@ -47,8 +47,7 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
         compare_studies,  # two seconds of imports, which --help need not wait for
     )
 
-    for directory in directories:
-        refuse_study_file(out, directory)
+    refuse_study_file(out)
     found = compare_studies(directories, agent or ())
     left_out: list[LeftOutSection] = []
     path = write_comparison(found, out / PAGE if out.is_dir() else out, left_out=left_out.append)

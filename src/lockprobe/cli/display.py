@@ -5,11 +5,11 @@ from __future__ import annotations
 import json as json_
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -40,16 +40,30 @@ __all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 
 
 class JsonLines(Plain):
-    """Prints progress as JSON, one object per line, with every step and trial of slow agents."""
+    """Prints progress as JSON, one object per line, with every step and trial of slow agents.
+
+    What agents print meanwhile goes to the standard error stream, so that every line is JSON.
+    """
 
     _hashes: Mapping[str, object] = MappingProxyType({})
+    _lines: TextIO | None = None
 
     def say(self, text: str) -> None:
         """Print nothing: :meth:`event` prints everything."""
 
+    @contextmanager
+    def played(self) -> Iterator[None]:
+        """Play here."""
+        self._lines = sys.stdout
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            self._lines = None
+
     def event(self, kind: str, **facts: object) -> None:
         """Print one event."""
-        print(json_.dumps({"event": kind, **facts}), flush=True)
+        print(json_.dumps({"event": kind, **facts}), file=self._lines, flush=True)
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Print the study's settings and its progress."""

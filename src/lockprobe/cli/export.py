@@ -10,7 +10,8 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.cli import options
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.cli.out_file import refuse_study_file
+from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.interfaces.export.hub_dataset import write_hub_dataset
 from lockprobe.interfaces.export.send_traces import endpoints_of, send_traces
 from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, write_rows, write_table
@@ -19,15 +20,11 @@ from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.step_times import seconds_of_trials, times_of_steps
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.file_names import ASKED, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 
-__all__ = ["export", "refuse_study_file"]
-
-STUDY_FILES = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, "results.json")
-"""Files of a study that no export may replace."""
+__all__ = ["export"]
 
 Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]
 
@@ -86,7 +83,7 @@ def export(
             raise BadValue("--out", None, f"a file or a directory to write, because {format} is not text")
         write_rows(_rows(table, directory), sys.stdout, format)
         return
-    refuse_study_file(out, directory)
+    refuse_study_file(out)
     if format == "psych-ds":
         written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
     elif format == "hf":
@@ -97,18 +94,6 @@ def export(
         written = write_table(_rows(table, directory), out, format)
     for path in written:
         print(path)
-
-
-def refuse_study_file(out: Path, directory: Path) -> None:
-    """Refuse to replace a file of a study, also through a link.
-
-    Raises:
-        BadFile: If ``out`` is a file of the study in ``directory``.
-    """
-    file, study = out.resolve(), directory.resolve()
-    kept = (study / ALBUM, study / PEOPLE_DIRECTORY)
-    if (file.parent == study and file.name in STUDY_FILES) or any(file.is_relative_to(place) for place in kept):
-        raise BadFile(out, "belongs to the study; choose another file")
 
 
 def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
@@ -132,7 +117,7 @@ def _export_traces(directory: Path, out: Path | None, endpoint: str | None, star
     if (out is None and endpoint is None) or str(out) == "-":
         raise BadValue("--out", None if out is None else str(out), "a file to write, or use --endpoint URL")
     if out is not None:
-        refuse_study_file(out, directory)
+        refuse_study_file(out)
     if endpoint is not None:
         endpoints_of(endpoint)
     begins = EPOCH if start is None else _nanoseconds(start)

@@ -18,7 +18,7 @@ from rich.table import Table
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.cli import options
-from lockprobe.cli.export import refuse_study_file
+from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.errors import UserMistake
@@ -59,7 +59,7 @@ def fit(
     """
     out = None if str(out) == "-" else out
     if out is not None:
-        refuse_study_file(out, directory)
+        refuse_study_file(out)
     trials = load(directory)
     report = fit_agents(
         trials,

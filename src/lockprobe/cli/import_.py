@@ -19,6 +19,8 @@ from lockprobe.studies.records.merge import MergeSource, gather, source_of_direc
 
 __all__ = ["take"]
 
+_LOGS = (".eval", ".json")
+
 _SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directory of another study, or a dataset."
 
 
@@ -71,6 +73,8 @@ def _sources(path: Path, directory: Path) -> list[MergeSource]:
         return [source_of_directory(path)]
     if is_dataset(path):
         return [source_of_dataset(path)]
+    if path.is_file() and path.suffix not in _LOGS:
+        raise BadFile(path, f"not an Inspect log, whose name ends in {' or '.join(_LOGS)}, and not a directory")
     from lockprobe.interfaces.inspect.read_log import log_files, read_log
 
     if not (files := log_files(path)):

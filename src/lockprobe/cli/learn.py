@@ -15,6 +15,7 @@ from lockprobe.agents.network.network_file import load, save
 from lockprobe.agents.network.training import SCHEDULE, TrainingSettings, success, train
 from lockprobe.boxes.families import box as find_box
 from lockprobe.cli import options
+from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.formatting import percent
@@ -48,6 +49,9 @@ def learn(
     """
     if not out.parent.is_dir():
         raise BadFile(out, "its directory does not exist")
+    if out.is_dir():
+        raise BadFile(out, "is a directory, not a file: choose another name")
+    refuse_study_file(out)
     only = None if box is None else find_box(box)
     schooling = TrainingSettings(
         updates=updates,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -152,6 +153,10 @@ class Plain(Observer):
         self._simulated = self._until = False
         self._shown: str | None = None
         self._due = 0.0
+
+    def played(self) -> AbstractContextManager[None]:
+        """A context in which trials are played."""
+        return nullcontext()
 
     def close(self) -> None:
         """End a live table, where there is one."""

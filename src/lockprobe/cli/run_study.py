@@ -110,7 +110,8 @@ def _play_trials(
 ) -> BudgetReached | None:
     """Play the owed trials, and return what ended them early if the budget did."""
     try:
-        play_trials(planned, journal, limits=limits, observer=live)
+        with observer.played():
+            play_trials(planned, journal, limits=limits, observer=live)
     except KeyboardInterrupt:
         finished = sum(not trial.owed_again for trial in journal.trials.values())
         observer.interrupted(journal.directory, read_result(journal.directory), finished)

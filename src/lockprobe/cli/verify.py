@@ -11,8 +11,9 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.file_names import is_suite
+from lockprobe.studies.file_names import RECORDS, SETTINGS, is_suite, not_here
 from lockprobe.studies.records.results_hash import check_hash
 
 __all__ = ["verify"]
@@ -39,6 +40,8 @@ def verify(
     """
     check_hash("settings", settings)
     check_hash("results", results)
+    if not is_suite(directory) and not any((directory / name).exists() for name in (SETTINGS, RECORDS)):
+        raise BadFile(directory, not_here(directory, SETTINGS))
     # two seconds of imports, which --help need not wait for
     from lockprobe.report.verify.suite_verification import verify_suite
     from lockprobe.report.verify.verification import NOT_SHOWN

@@ -57,6 +57,7 @@ __all__ = [
     "TrialFault",
     "UnknownName",
     "UserMistake",
+    "kind_and_words",
     "needing",
 ]
 
@@ -156,7 +157,7 @@ class BrokenPlugin(UserMistake):
 
     def __init__(self, kind: str, name: str, package: str, error: BaseException) -> None:
         owner = f" of {package}" if package else ""
-        super().__init__(f"{kind} {name!r}{owner} does not work ({type(error).__name__}: {error})")
+        super().__init__(f"{kind} {name!r}{owner} does not work ({kind_and_words(error)})")
 
 
 class Missing(UserMistake):
@@ -199,6 +200,19 @@ def needing(what: str, extra: str, package: str = "lockprobe") -> Iterator[None]
     except ImportError as error:
         missing = "pillow" if str(error.name).startswith("PIL") else error.name
         raise Missing(f"{what} need the package {missing}", f"pip install '{package}[{extra}]'") from error
+
+
+def kind_and_words(error: BaseException) -> str:
+    """The kind of an error and what it says. One of foreign code may say nothing, or break when it is asked.
+
+    >>> kind_and_words(ValueError("no")), kind_and_words(MemoryError())
+    ('ValueError: no', 'MemoryError')
+    """
+    try:
+        said = str(error)
+    except Exception:  # noqa: BLE001  of whoever wrote it
+        said = ""
+    return f"{type(error).__name__}: {said}" if said.strip() else type(error).__name__
 
 
 class BudgetReached(LockprobeError):

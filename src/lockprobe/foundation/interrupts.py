@@ -1,4 +1,4 @@
-"""Ctrl-C while the main thread waits: an event loop that handles it would delay it until the wait is over."""
+"""Ctrl-C: a wait that it interrupts at once, and processes that say nothing when it ends them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["interruptible"]
+__all__ = ["end_at_interrupt", "held_back", "interruptible"]
 
 
 @contextmanager
@@ -21,3 +21,23 @@ def interruptible() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Hold Ctrl-C back while processes start here.
+
+    A terminal sends it to them too, and one that still imports modules would print a traceback. They hold it back from
+    their first moment on, until they decide what it does to them.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_at_interrupt() -> None:
+    """Let Ctrl-C end this process at once and without a word, also if it came while it was held back."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

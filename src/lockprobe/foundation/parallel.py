@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
@@ -13,8 +14,9 @@ from threading import Thread
 from typing import Any, Protocol, TypeVar
 
 from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.interrupts import end_at_interrupt, held_back
 
-__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes", "end_with_parent"]
+__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes", "Spawned", "begin_helper", "end_with_parent"]
 
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
@@ -29,6 +31,18 @@ class Pool(Protocol):
     def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
         """The results in the order of the jobs. ``work`` is a function of a module, and has no state."""
         ...
+
+
+class Spawned(ProcessPoolExecutor):
+    """Fresh processes of this machine. Ctrl-C is held back in each until its ``initializer`` says what it does."""
+
+    def __init__(self, count: int, initializer: Callable[..., None], *initargs: Any) -> None:
+        super().__init__(count, mp_context=get_context("spawn"), initializer=initializer, initargs=initargs)
+
+    def submit(self, fn: Callable[..., _R], /, *args: Any, **kwargs: Any) -> Future[_R]:
+        """Submit a job, for which a process may be started."""
+        with held_back():
+            return super().submit(fn, *args, **kwargs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +64,22 @@ class Processes:
         if self.count == 1:
             yield from map(work, jobs)
             return
+        pool = Spawned(self.count, begin_helper)
         try:
-            with ProcessPoolExecutor(self.count, mp_context=get_context("spawn")) as pool:
-                yield from pool.map(work, jobs)
+            under_way = deque(pool.submit(work, job) for job in jobs)
+            while under_way:
+                yield under_way.popleft().result()
         except BrokenProcessPool:
             remedy = f"is there memory enough for {self.count}? try --workers 1"
             raise Missing("a worker process died before its work was done", remedy) from None
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def begin_helper() -> None:
+    """What a process that helps another one does first: it ends with that one, and at Ctrl-C."""
+    end_at_interrupt()
+    end_with_parent()
 
 
 def end_with_parent() -> None:

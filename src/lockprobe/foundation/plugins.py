@@ -22,7 +22,15 @@ from pathlib import Path
 from types import BuiltinFunctionType, FunctionType
 from typing import TYPE_CHECKING, Any, Literal
 
-from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, Missing, UserMistake
+from lockprobe.foundation.errors import (
+    BadFile,
+    BadValue,
+    BrokenPlugin,
+    LockprobeError,
+    Missing,
+    UserMistake,
+    kind_and_words,
+)
 from lockprobe.foundation.spec import arguments_from, spec_kind, spec_name, split_specs
 
 if TYPE_CHECKING:
@@ -369,4 +377,4 @@ def _package(point: Any) -> str:
 
 
 def _words(error: BaseException) -> str:
-    return str(error) if isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {error}"
+    return str(error) if isinstance(error, ImportError | AttributeError) else kind_and_words(error)

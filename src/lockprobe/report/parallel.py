@@ -8,18 +8,17 @@ import os
 import pickle
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.parallel import Each, Pool, end_with_parent
+from lockprobe.foundation.parallel import Each, Pool, Spawned, begin_helper
 from lockprobe.studies.file_names import RECORDS
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
@@ -104,7 +103,7 @@ def shared(
 def _processes(others: int, first: Sequence[str], later: Sequence[str]) -> Iterator[Each]:
     """This process and so many others."""
     with (
-        ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
+        Spawned(others, _begin) as pool,
         ThreadPoolExecutor(others) as errands,
     ):
         for _ in range(others):
@@ -174,7 +173,7 @@ def _import(modules: Sequence[str]) -> None:
 
 def _begin() -> None:
     """What another process does first: nobody collects there, and it does not outlive the one that started it."""
+    begin_helper()
     gc.disable()
     atexit.register(os._exit, 0)  # freeing every object takes a second
     one_thread()  # for as long as the process lives
-    end_with_parent()

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["ASKED", "ATTEMPTS", "CALLS", "PEOPLE_DIRECTORY", "RECORDS", "SCORES", "SETTINGS", "TIMINGS", "is_suite"]
+__all__ = [
+    "ASKED",
+    "ATTEMPTS",
+    "CALLS",
+    "PEOPLE_DIRECTORY",
+    "RECORDS",
+    "SCORES",
+    "SETTINGS",
+    "TIMINGS",
+    "is_suite",
+    "not_here",
+]
 
 SETTINGS = "study.json"
 """The settings of a study."""
@@ -34,3 +45,11 @@ SCORES = "suite.json"
 def is_suite(directory: Path) -> bool:
     """Whether a directory is that of a suite."""
     return (directory / SCORES).is_file() and not (directory / SETTINGS).exists()
+
+
+def not_here(directory: Path, name: str) -> str:
+    """What to say of a directory without a file of a study: that it is no study, or which ones a suite has."""
+    if is_suite(directory):
+        studies = sorted(str(path.parent) for path in directory.glob(f"*/{SETTINGS}"))
+        return f"a suite; its studies are {', '.join(studies) or 'not begun'}"
+    return f"no {name} here; is it the directory of a study?"

@@ -8,11 +8,11 @@ from pathlib import PurePath
 from traceback import walk_tb
 from types import TracebackType
 
-from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, TrialFault
+from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, TrialFault, kind_and_words
 
 __all__ = ["AGENT", "INTERVENTIONS", "PLANT", "Boundary"]
 
-_PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError)
+_PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
 """What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
 
 
@@ -40,10 +40,21 @@ class Boundary:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None and not isinstance(error, _PASSING):
+        if error is not None and not (isinstance(error, _PASSING) or _is_end_of_task(error)):
             line = _own_line(trace) if self._part else ""
             where = f"in {self._part} ({line}): " if line else ""
-            raise self._fault(f"{where}{type(error).__name__}: {error}") from error
+            raise self._fault(f"{where}{kind_and_words(error)}") from error
+
+
+def _is_end_of_task(error: BaseException) -> bool:
+    """Whether the task that plays is cancelled. What only says so, as after a timeout inside an agent, is an error."""
+    if not isinstance(error, asyncio.CancelledError):
+        return False
+    try:
+        task = asyncio.current_task()
+    except RuntimeError:  # nothing here can be cancelled
+        return False
+    return task is not None and task.cancelling() > 0
 
 
 def _own_line(trace: TracebackType | None) -> str:

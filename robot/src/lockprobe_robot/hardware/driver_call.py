@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from lockprobe.foundation.errors import LockprobeError, PlantFault
+from lockprobe.foundation.errors import LockprobeError, PlantFault, kind_and_words
 
 __all__ = ["DriverThread", "call_driver"]
 
@@ -29,7 +29,7 @@ def call_driver(what: str, work: Callable[[], _T]) -> _T:
     except LockprobeError:
         raise
     except Exception as error:
-        raise PlantFault(f"{what}: {type(error).__name__}: {error}") from error
+        raise PlantFault(f"{what}: {kind_and_words(error)}") from error
 
 
 class DriverThread:

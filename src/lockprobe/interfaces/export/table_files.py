@@ -74,7 +74,7 @@ def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
         Missing: If Parquet is asked for and pyarrow is not installed.
         BadFile: If a file cannot be written, or is no regular file.
     """
-    beside = path.with_name(f"{path.name}-metadata.json")
+    beside = path.parent / f"{path.name}-metadata.json"
     described = dictionary(path.name, table.columns, table.about)
     with atomic_files(beside, path) as (beside_draft, draft):
         beside_draft.write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")

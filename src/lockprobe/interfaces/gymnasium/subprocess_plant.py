@@ -24,7 +24,7 @@ from typing import IO, Any
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
-from lockprobe.foundation.errors import PlantFault, TrialFault, UserMistake
+from lockprobe.foundation.errors import PlantFault, TrialFault, UserMistake, kind_and_words
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.pictures.frame import Frame
@@ -189,7 +189,7 @@ def serve() -> None:
             elif isinstance(error, UserMistake):
                 answer = ("mistake", str(error))
             else:
-                said = str(error) if isinstance(error, TrialFault) else f"{type(error).__name__}: {error}"
+                said = str(error) if isinstance(error, TrialFault) else kind_and_words(error)
                 answer = ("fault", said)
             _send(answers, answer)
 

@@ -19,6 +19,7 @@ from typing import IO, Protocol
 from starlette.responses import Response, StreamingResponse
 
 from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.interrupts import held_back
 from lockprobe.people.web.refusals import RequestRefused
 
 __all__ = ["Downloadable", "Downloads"]
@@ -94,7 +95,8 @@ class Downloads:
 async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
     """Write a file in another process. If that fails, ``mistake`` holds the reason, or neither file exists."""
     process = get_context("spawn").Process(target=_write, args=(write, file, mistake), daemon=True)
-    process.start()
+    with held_back():
+        process.start()
     try:
         await asyncio.to_thread(process.join)
     finally:

@@ -21,7 +21,7 @@ from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
-from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS
+from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS, not_here
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings_hash import in_no_order
 from lockprobe.studies.study import Study
@@ -131,7 +131,7 @@ def read_settings(directory: Path | str) -> dict[str, object]:
     """
     path = Path(directory) / SETTINGS
     if not path.exists():
-        raise BadFile(directory, "no study.json here; is it the directory of a study?")
+        raise BadFile(directory, not_here(Path(directory), SETTINGS))
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict) or not _are_of_a_study(settings):
         raise BadFile(path, "not the settings of a study")

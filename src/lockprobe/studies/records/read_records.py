@@ -12,7 +12,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.jsonl import whole_lines
-from lockprobe.studies.file_names import RECORDS, SETTINGS
+from lockprobe.studies.file_names import RECORDS, SETTINGS, not_here
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.study import Study
@@ -89,7 +89,7 @@ def records_of(directory: Path | str) -> Path:
     path = Path(directory) / RECORDS
     check_regular(path)
     if not path.is_file():
-        raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
+        raise BadFile(directory, not_here(Path(directory), RECORDS))
     return path
 
 

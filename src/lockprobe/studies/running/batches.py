@@ -10,17 +10,17 @@ from __future__ import annotations
 import asyncio
 import math
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from multiprocessing import get_context
 from typing import Protocol
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.parallel import end_with_parent
+from lockprobe.foundation.parallel import Spawned, end_with_parent
 from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.plan import Plan
@@ -97,7 +97,7 @@ def _play_elsewhere(
         BrokenProcessPool: If it does.
     """
     begin = (waiting[0].agent, dict(identities))
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin, initargs=begin)
+    pool = Spawned(workers, _begin, *begin)
     try:
         reader = TrialReader()
         for lines in _in_order(pool, list(waiting), ahead=_AHEAD * workers):
@@ -111,7 +111,7 @@ def _play_elsewhere(
         pool.shutdown(cancel_futures=True)
 
 
-def _in_order(pool: ProcessPoolExecutor, plans: Sequence[Plan], *, ahead: int) -> Iterator[Lines]:
+def _in_order(pool: Spawned, plans: Sequence[Plan], *, ahead: int) -> Iterator[Lines]:
     """The lines of batches in the order of the plans; no more batches are under way than ``ahead``."""
     under_way: deque[Future[Lines]] = deque()
     for first in range(0, len(plans), _BATCH):
@@ -129,6 +129,7 @@ _playing: dict[str, tuple[Agent, Mapping[str, str]]] = {}
 def _begin(spec: str, identities: Mapping[str, str]) -> None:
     """What another process does first. It leaves Ctrl-C to the one that started it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr  # what agents print is no result
     end_with_parent()
     _playing["agent"] = resolve(spec).make(), identities
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -19,6 +20,7 @@ from typing import cast
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import Missing, ModelFault, PlantFault, UserMistake
+from lockprobe.foundation.interrupts import held_back
 from lockprobe.foundation.plugins import allow, allowed
 from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
@@ -80,7 +82,8 @@ class _Pool:
         for _ in range(count):
             ours, theirs = context.Pipe()
             process = context.Process(target=_work, args=(self._agent, self._pictures, allowed(), theirs), daemon=True)
-            process.start()
+            with held_back():
+                process.start()
             theirs.close()
             self._workers[ours] = _Worker(process, ours)
 
@@ -136,6 +139,7 @@ class _Pool:
 def _work(spec: str, pictures: Path | None, code: tuple[str, ...], pipe: Connection) -> None:
     """The worker's side. It leaves Ctrl-C to the parent, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr  # what agents print is no result
     allow(*code)
     try:
         agent = resolve(spec).make()

@@ -1,0 +1,27 @@
+"""No command writes in the place of what belongs to a study: this one, another one, or the one around it."""
+
+import pytest
+
+from lockprobe.cli.out_file import refuse_study_file
+from lockprobe.foundation.errors import BadFile
+from lockprobe.report.pages import PAGES
+from lockprobe.studies.branch import FORKS
+
+KEPT = ("trials.jsonl", "calls.jsonl", "attempts.jsonl", "results.json", "people/a.jsonl", "pictures/new.png")
+
+
+@pytest.mark.parametrize("marked", ["study.json", "suite.json"])
+def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, marked, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "link.csv").symlink_to(tmp_path / "trials.jsonl")
+    kept = (marked, *KEPT, *(f"{page}.html" for page in PAGES), f"{FORKS}/next_choices.json", "link.csv")
+    for name in kept:
+        refuse_study_file(tmp_path / "elsewhere" / name)  # there is no study
+        refuse_study_file(tmp_path / name)
+    (tmp_path / marked).write_text("{}")
+    for name in kept:
+        for path in (tmp_path / name, tmp_path / "no" / ".." / name, tmp_path.relative_to(tmp_path) / name):
+            with pytest.raises(BadFile, match="belongs to the study; choose another file"):
+                refuse_study_file(path)
+    for name in ("steps.csv", "compare.html", "tables/steps.csv", "inner/trials.jsonl"):
+        refuse_study_file(tmp_path / name)
