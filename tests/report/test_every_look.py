@@ -1,5 +1,6 @@
 """What a page shows of a study that is unfinished, was extended, or stops when it is decided."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.report.every_look import at_every_look, note_at
 from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of
 from lockprobe.report.prose.stopping import effects_said
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
@@ -85,6 +87,35 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
     assert {row.note for row in always.where("claim")} == {"not judged"}
     assert once.not_judged == ""
     assert "one look" in always.not_judged
+
+
+def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):
+    """An interval of success is wider then than Wilson's, which only loop rates have."""
+    once, always = (page_of("report", found) + page_of("details", found) for found in (pages[""], pages["until"]))
+    wilson = re.findall(r"[^.>]*Wilson[^.<]*", once)
+    assert any("success" in one for one in wilson)
+    said = re.findall(r"[^.>]*Wilson[^.<]*", always)
+    assert {one.strip() for one in said} == {
+        "Intervals of loop rates are 95 % Wilson intervals",
+        "Fisher's tests and Wilson intervals do not account for that; the other tests do",
+    }
+    assert "Intervals of success are 95 % confidence sequences, which hold at every look." in always
+
+
+def test_a_line_at_the_deciding_block_is_named_only_where_it_is_drawn(pages, tmp_path):
+    drawn = "The vertical line marks"
+    assert drawn in SECTIONS[0].figures[0].caption(pages["until"]).shown
+    open_ = found_in(tmp_path, KINDS["until"][0], trials_of(2))
+    assert not open_.where("decided_at_block")
+    assert drawn not in SECTIONS[0].figures[0].caption(open_).shown
+
+
+def test_what_is_not_estimated_is_not_promised_for_the_end(pages):
+    """No number of a planned trial more makes an effect of one false report out of too few of them."""
+    for found in (pages["unfinished"], pages["until"]):
+        (said,) = found.said("one_false_report", "effect")
+        assert "is not estimated: " in said
+        assert "The effect on success is not estimated: there are too few trials." in page_of("report", found)
 
 
 def test_an_extension_and_a_plan_to_stop_are_told(pages):

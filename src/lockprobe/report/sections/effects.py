@@ -11,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
-from lockprobe.report.captions import wilson_said
+from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
@@ -263,7 +263,7 @@ def _grid_caption(found: Results) -> Caption:
     return Caption(
         "Share of trials solved under every combination of two doses, with count and interval where there is room. "
         "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-        f"{wilson_said(row.agent for row in found.where('success_in_grid'))} Numbers are in per cent.",
+        f"{share_intervals_said(row.agent for row in found.where('success_in_grid'))} Numbers are in per cent.",
     )
 
 
