@@ -14,6 +14,7 @@ from lockprobe.report.prose.stopping import effects_said
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.section import Note
+from lockprobe.report.sections import agents_compared, success
 from lockprobe.report.sections.stopping import SECTIONS
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.sequential.contrasts import Numbers
@@ -42,6 +43,12 @@ def planned(trials=ROWS, **more):
 
 def found_in(directory, study, trials):
     return results_of(study_numbers(open_study(write_study(directory / "study", study, trials))))
+
+
+def caption(section, name, found):
+    (figure,) = (one for part in section.SECTIONS for one in part.figures if one.name == name)
+    made = figure.caption(found)
+    return f"{made.shown} {made.computed}"
 
 
 def said(found, kind):
@@ -99,7 +106,25 @@ def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages
         "Intervals of loop rates are 95 % Wilson intervals",
         "Fisher's tests and Wilson intervals do not account for that; the other tests do",
     }
-    assert "Intervals of success are 95 % confidence sequences, which hold at every look." in always
+    kind = "are 95 % confidence sequences, which hold at every look."
+    assert f"Intervals of success {kind}" in always
+    assert f"Intervals {kind}" in caption(success, "fig4-corrected", pages["until"])
+
+
+def test_an_interval_that_does_not_hold_at_every_look_says_so_in_a_study_of_several_agents(tmp_path):
+    agents = ("human-inspired", "llm:a")
+    study = replace(small_study(agents, (0.0, 0.4), 1, ROWS), earlier=(EARLIER,))
+    trials = [
+        trial_of(p, n, solved=not p or n % 4 == 0, agent=agent)
+        for agent in agents
+        for n in range(1, ROWS + 1)
+        for p in (0.0, 0.4)
+    ]
+    found = found_in(tmp_path, study, trials)
+    assert "Brackets: 95 % intervals clustered by block, for one look." in page_of("report", found)
+    assert "the 95 % set of the best flip rate, for one look;" in caption(success, "fig4-corrected", found)
+    bars = "Bars are 95 % intervals of means over blocks, which hold at every look."
+    assert bars in caption(agents_compared, "side-by-side", found)
 
 
 def test_a_line_at_the_deciding_block_is_named_only_where_it_is_drawn(pages, tmp_path):

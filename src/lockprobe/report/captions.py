@@ -39,7 +39,8 @@ def best_dose_said(courses: Sequence[Course], dose: str) -> str:
     several = [course for course in courses if _several(course)]
     marks = []
     if any(course.where("best_dose_set") for course in several):
-        marks.append(f"triangles mark the 95 % set of the best {dose}")
+        looks = ", for one look" * any(course.found.progress.every_look != "" for course in several)
+        marks.append(f"triangles mark the 95 % set of the best {dose}{looks}")
     if any(course.value("success_at_best_dose") is not None for course in several):
         marks.append("the diamond is the highest share, corrected for selection of the maximum")
     said = "; ".join(marks)

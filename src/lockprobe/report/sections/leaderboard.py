@@ -153,7 +153,8 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         f"Results {over_rates(found)}. 80 % by step: the first step by which 80 % of all trials are solved; misread: "
         "claims that contradict the report; relative area: the area under the success curve by step, 0 for a random "
         "agent, 1 for the shortest plan.",
-        f"Brackets: 95 % intervals clustered by block.{rank if ranked else ''}",
+        f"Brackets: 95 % intervals clustered by block{', for one look' * bool(found.progress.every_look)}."
+        f"{rank if ranked else ''}",
         "Relative area: the area between the success curves of the agent and of a uniformly random agent, divided by "
         "the area between those of the shortest plan and of the random agent. Loops above chance: loop rate minus the "
         "loop rate of uniformly random actions in trials of the same lengths, in points.",

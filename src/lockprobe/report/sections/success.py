@@ -240,12 +240,13 @@ def _highest(course: Course, best: float) -> str:
 def _sure(course: Course) -> str:
     """Which flip rates may be the best; a set that was not borne out by a detected difference carries no confidence."""
     members = [f"{row.value:g}" for row in course.where("best_dose_set")]
+    looks = ", for one look" * bool(course.found.progress.every_look)
     if not members:
         return "any flip rate may be the best"
     if _kind(course) == course_said("no change detectable"):
-        there = f"the 95 % set of the best one is {listed(members, 'or')}"
+        there = f"the 95 % set of the best one is {listed(members, 'or')}{looks}"
         return f"no difference from the lowest flip rate was detected, and {there}"
-    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}"
+    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}{looks}"
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
