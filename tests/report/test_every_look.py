@@ -140,7 +140,7 @@ def test_what_is_not_estimated_is_not_promised_for_the_end(pages):
     for found in (pages["unfinished"], pages["until"]):
         (said,) = found.said("one_false_report", "effect")
         assert "is not estimated: " in said
-        assert "The effect on success is not estimated: there are too few trials." in page_of("report", found)
+        assert "Not estimated: too few trials." in page_of("report", found)
 
 
 def test_an_extension_and_a_plan_to_stop_are_told(pages):

@@ -31,6 +31,7 @@ __all__ = [
     "cards_of",
     "condition_numbers",
     "intervals_said",
+    "open_said",
     "why_numbers",
 ]
 
@@ -83,7 +84,9 @@ def axis_numbers(agent: AgentSummary) -> KeyNumbers:
 
 def _open(change: DifferenceAt | Paired | BlockMean) -> bool:
     """Whether a change was not detected although its interval leaves out 0."""
-    return (change.low > 0 or change.high < 0) and change.p_value is not None and change.p_value >= ALPHA
+    if change.low is None or change.high is None or change.p_value is None:
+        return False
+    return (change.low > 0 or change.high < 0) and change.p_value >= ALPHA
 
 
 def _under(condition: str) -> str:
@@ -128,8 +131,12 @@ def intervals_said(numbers: Sequence[KeyNumbers], *, every_look: bool) -> str:
     chosen = next((f"choosing the {which}" for which in ("largest", "clearest") if which in against), "")
     corrected = " and ".join(f"for {one}" for one in (chosen, f"{many} agents" * (many > 1)) if one)
     looks = "at every look" if every_look else "for one look, after all planned trials"
-    said = f"Brackets: 95 % intervals, {looks}{f'; changes: corrected {corrected}' if corrected else ''}."
-    return said + " A change whose interval excludes 0 is detected only if its test rejects, too." * any(
+    return f"Brackets: 95 % intervals, {looks}{f'; changes: corrected {corrected}' if corrected else ''}."
+
+
+def open_said(numbers: Sequence[KeyNumbers]) -> str:
+    """Why a change was not detected although its interval excludes 0; empty without one."""
+    return "A change whose interval excludes 0 is detected only if its test rejects, too." * any(
         row.open for row in numbers
     )
 

@@ -54,9 +54,9 @@ def effects_on(agents_of_study: Mapping[Who, tuple[Subject, Excursions]]) -> Ite
             yield Fact(about=_about(*who), name=f"{left_out.outcome}, {left_out.among}", text=left_out.reason)
         yield _said("effect", excursion_said(effects, heeding[who]), who, judges=_on_success(effects) is not None)
     parts = [
-        f"{bracketed(one.effect, one.low, one.high)} {heeding[who].name}"
+        f"{bracketed(solved.effect, solved.low, solved.high)} {heeding[who].name}"
         for who, effects in found.items()
-        if (one := _on_success(effects))
+        if (solved := _on_success(effects))
     ]
     if parts:
         yield _said("answer", f"Success after one more false report, in points: {first_three(parts, '; ')}.")
@@ -125,7 +125,7 @@ _TABLE = Table("lies", _table, numeric_from=3)
 
 def _show(found: Results) -> Iterator[Part]:
     if found.where(_REPORTS):
-        answer = found.answer_of(_NAME) or "The effect on success is not estimated: there are too few trials."
+        answer = found.answer_of(_NAME) or "Not estimated: too few trials."
         yield Part("Effect of one false report", answer, list(_blocks(found)))
 
 
