@@ -3,7 +3,7 @@
 import pytest
 from builders import played_by_people, small_study, write_study
 
-from lockprobe.report.captions import paper_rates, wilson_said
+from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
@@ -67,6 +67,6 @@ def test_no_interval_of_people_is_called_a_plain_wilson_interval(tmp_path):
     assert said
     assert not any("Wilson" in one for one in said if "each person has one box" not in one)
     assert "Intervals of success and loop rate are 95 % intervals clustered by person." in page
-    assert wilson_said(["participant", "random"]) == (
+    assert share_intervals_said(["participant", "random"]) == (
         "Intervals are 95 % Wilson intervals, clustered by person for people."
     )

@@ -1,5 +1,6 @@
 """What a page shows of a study that is unfinished, was extended, or stops when it is decided."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,12 @@ from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.report.every_look import at_every_look, note_at
 from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of
 from lockprobe.report.prose.stopping import effects_said
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.section import Note
+from lockprobe.report.sections import agents_compared, success
 from lockprobe.report.sections.stopping import SECTIONS
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.sequential.contrasts import Numbers
@@ -40,6 +43,12 @@ def planned(trials=ROWS, **more):
 
 def found_in(directory, study, trials):
     return results_of(study_numbers(open_study(write_study(directory / "study", study, trials))))
+
+
+def caption(section, name, found):
+    (figure,) = (one for part in section.SECTIONS for one in part.figures if one.name == name)
+    made = figure.caption(found)
+    return f"{made.shown} {made.computed}"
 
 
 def said(found, kind):
@@ -85,6 +94,53 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
     assert {row.note for row in always.where("claim")} == {"not judged"}
     assert once.not_judged == ""
     assert "one look" in always.not_judged
+
+
+def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):
+    """An interval of success is wider then than Wilson's, which only loop rates have."""
+    once, always = (page_of("report", found) + page_of("details", found) for found in (pages[""], pages["until"]))
+    wilson = re.findall(r"[^.>]*Wilson[^.<]*", once)
+    assert any("success" in one for one in wilson)
+    said = re.findall(r"[^.>]*Wilson[^.<]*", always)
+    assert {one.strip() for one in said} == {
+        "Intervals of loop rates are 95 % Wilson intervals",
+        "Fisher's tests and Wilson intervals do not account for that; the other tests do",
+    }
+    kind = "are 95 % confidence sequences, which hold at every look."
+    assert f"Intervals of success {kind}" in always
+    assert f"Intervals {kind}" in caption(success, "fig4-corrected", pages["until"])
+
+
+def test_an_interval_that_does_not_hold_at_every_look_says_so_in_a_study_of_several_agents(tmp_path):
+    agents = ("human-inspired", "llm:a")
+    study = replace(small_study(agents, (0.0, 0.4), 1, ROWS), earlier=(EARLIER,))
+    trials = [
+        trial_of(p, n, solved=not p or n % 4 == 0, agent=agent)
+        for agent in agents
+        for n in range(1, ROWS + 1)
+        for p in (0.0, 0.4)
+    ]
+    found = found_in(tmp_path, study, trials)
+    assert "Brackets: 95 % intervals clustered by block, for one look." in page_of("report", found)
+    assert "the 95 % set of the best flip rate, for one look;" in caption(success, "fig4-corrected", found)
+    bars = "Bars are 95 % intervals of means over blocks, which hold at every look."
+    assert bars in caption(agents_compared, "side-by-side", found)
+
+
+def test_a_line_at_the_deciding_block_is_named_only_where_it_is_drawn(pages, tmp_path):
+    drawn = "The vertical line marks"
+    assert drawn in SECTIONS[0].figures[0].caption(pages["until"]).shown
+    open_ = found_in(tmp_path, KINDS["until"][0], trials_of(2))
+    assert not open_.where("decided_at_block")
+    assert drawn not in SECTIONS[0].figures[0].caption(open_).shown
+
+
+def test_what_is_not_estimated_is_not_promised_for_the_end(pages):
+    """No number of a planned trial more makes an effect of one false report out of too few of them."""
+    for found in (pages["unfinished"], pages["until"]):
+        (said,) = found.said("one_false_report", "effect")
+        assert "is not estimated: " in said
+        assert "Not estimated: too few trials." in page_of("report", found)
 
 
 def test_an_extension_and_a_plan_to_stop_are_told(pages):

@@ -8,7 +8,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Course
 from lockprobe.statistics.published import PEAK
 
-__all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "wilson_said"]
+__all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "share_intervals_said", "success_and_loops_said"]
 
 
 def paper_rates(courses: Iterable[Course]) -> list[float]:
@@ -39,7 +39,8 @@ def best_dose_said(courses: Sequence[Course], dose: str) -> str:
     several = [course for course in courses if _several(course)]
     marks = []
     if any(course.where("best_dose_set") for course in several):
-        marks.append(f"triangles mark the 95 % set of the best {dose}")
+        looks = ", for one look" * any(course.found.progress.every_look != "" for course in several)
+        marks.append(f"triangles mark the 95 % set of the best {dose}{looks}")
     if any(course.value("success_at_best_dose") is not None for course in several):
         marks.append("the diamond is the highest share, corrected for selection of the maximum")
     said = "; ".join(marks)
@@ -51,13 +52,35 @@ def _several(course: Course) -> bool:
     return len(course.where("best_dose_probability")) > 1
 
 
-def wilson_said(agents: Iterable[str], of: str = "Intervals") -> str:
+def share_intervals_said(agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False) -> str:
     """What intervals of shares are, as a sentence: those of people are clustered by person.
 
-    >>> wilson_said(["random"]), wilson_said(["participant"])
+    Args:
+        agents: The agents whose shares are shown.
+        of: What the intervals are of.
+        every_look: Whether they hold at every look; those of success do where differences in success do.
+
+    >>> share_intervals_said(["random"]), share_intervals_said(["participant"])
     ('Intervals are 95 % Wilson intervals.', 'Intervals are 95 % intervals clustered by person.')
+    >>> share_intervals_said(["random"], every_look=True)
+    'Intervals are 95 % confidence sequences, which hold at every look.'
     """
     people = {agent == PEOPLE for agent in agents}
     if people == {True}:
         return f"{of} are 95 % intervals clustered by person."
-    return f"{of} are 95 % Wilson intervals{', clustered by person for people' * (True in people)}."
+    kind = "confidence sequences, which hold at every look" if every_look else "Wilson intervals"
+    return f"{of} are 95 % {kind}{', clustered by person for people' * (True in people)}."
+
+
+def success_and_loops_said(agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False) -> str:
+    """The same where shares of solved trials stand beside loop rates, whose intervals hold for one look.
+
+    >>> success_and_loops_said(["random"], every_look=True).partition(" Intervals of loop")[2]
+    ' rates are 95 % Wilson intervals.'
+    """
+    shown = [*agents]
+    if not every_look:
+        return share_intervals_said(shown, of)
+    success = share_intervals_said(shown, "Intervals of success", every_look=True)
+    loops = share_intervals_said(shown, "Intervals of loop rates")
+    return success if set(shown) == {PEOPLE} else f"{success} {loops}"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.captions import wilson_said
+from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.format import tex_text
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.conditions.modalities import spoken
@@ -182,7 +182,7 @@ def _tested(found: Results) -> str:
     tests = list(dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test))
     most = max((row.corrected_for for row in rows), default=1)
     corrected = f", corrected for at most {most} comparisons of a family" if most > 1 else ""
-    said = wilson_said(map(str, found.study.get("agents", ())), "Intervals of shares")
+    said = share_intervals_said(map(str, found.study.get("agents", ())), "Intervals of shares")
     said = tex_text(said).replace("Wilson intervals", r"Wilson intervals~\cite{wilson1927}")
     if not tests:
         return said

@@ -32,6 +32,7 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
         f"Trials with a loop when told the truth (chance): {100 * loops.value:.0f} % ({100 * chance:.0f} to "
     )
     assert found["loops"].endswith(" %) cognitive:insistent.")
+    assert found["speed"].startswith("Area under the success curve when told the truth (random agent 0")
     judged = first.rationality[0]
     shares = f"{100 * judged.optimal.value:.0f} % ({100 * judged.by_chance['optimal']:.0f} %)"
     assert found["optimal_actions"].endswith(f"(random choice): {shares} cognitive:insistent.")

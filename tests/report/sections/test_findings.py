@@ -83,6 +83,25 @@ def test_every_sentence_stands_on_the_page_and_belongs_to_its_agent(tmp_path):
     assert "Flip rate <i>p</i>" in part_of(found)
 
 
+def test_agents_that_play_alike_have_every_line_under_their_own_name(tmp_path):
+    """A line says "the agent": of two agents it names which, and equal lines are not taken for one."""
+    agents = ("cognitive:perseverant", "llm:a")
+    trials = [
+        make_trial(SOLUTION if n <= solved else (0, 1, 2, 0) * 5, agent=agent, p=p, trial=n)
+        for agent in agents
+        for p, solved in ((0.0, 3), (0.4, 12))
+        for n in range(1, 16)
+    ]
+    planned = study_of(name="flips", agents=agents, box=box("chain-4"), repetitions=1, trials=15)
+    found = found_in(tmp_path, planned, trials)
+    shown = [said for said, _ in lines(found)]
+    first, second = ([one for one in shown if one.startswith(f"{agent}: ")] for agent in agents)
+    assert [one.removeprefix(f"{agents[0]}: ") for one in first] == [one.removeprefix("llm:a: ") for one in second]
+    assert any("Action loops occur in" in one for one in first)
+    assert any("False reports decrease the mean number of steps" in one for one in first)
+    assert not any(one.startswith(("Action loops", "False reports decrease")) for one in shown)
+
+
 def test_the_test_of_a_finding_stands_behind_its_sentence(tmp_path):
     found = found_in(tmp_path, small_study(("cognitive:perseverant",), (0.0, 0.4), 2, 10))
     tested = [(said, test) for said, test in lines(found) if test]
@@ -143,3 +162,6 @@ def test_the_verdict_of_a_study_of_controls_comes_first(tmp_path):
     part = part_of(found)
     assert f'<p class="first">{said} <a href="why.html">' in part
     assert '<a href="why.html">' in page_of("report", found).partition("<nav>")[2].partition("</nav>")[0]
+    (again,) = found.said("findings", "finding")
+    assert words(again) not in written(found)  # the same difference, by another test
+    assert words(found.said("findings", "loops")[0]) in written(found)

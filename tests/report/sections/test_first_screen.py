@@ -59,6 +59,25 @@ def test_of_equal_p_values_the_largest_effect_is_the_clearest():
     assert row.change.startswith("+2")
 
 
+def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path):
+    """Of 25 pairs, 9 are solved at the flip rate alone and 2 at 0 alone: the exact test does not reject."""
+    solved = {0.0: range(1, 12), 0.4: [*range(1, 10), *range(12, 21)]}
+    trials = [
+        make_trial(SOLUTION if n in own else (0,) * 20, agent="llm:a", p=p, trial=n)
+        for p, own in solved.items()
+        for n in range(1, 26)
+    ]
+    planned = study_of(name="flips", agents=("llm:a",), box=box("chain-4"), repetitions=1, trials=25)
+    found = found_in(tmp_path, planned, trials)
+    row = found.one("clearest_success_difference")
+    assert row.low > 0
+    assert row.p_value > 0.05
+    explained = "A change whose interval excludes 0 is detected only if its test rejects, too."
+    assert found.fact("first screen", "undetected") == explained
+    assert explained in screen(page_of("report", found))
+    assert "the largest difference" not in found.said("findings", "finding")[0]  # there is one
+
+
 @pytest.fixture(scope="module")
 def models(tmp_path_factory):
     """Five models that false reports help, so that one is left out of the key numbers."""
@@ -88,6 +107,7 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
         "figure": "overview",
         "more": "and 1 more in the sections below",
         "intervals": "Brackets: 95 % intervals, for one look, after all planned trials; changes: corrected for 5 agents.",
+        "undetected": "A change whose interval excludes 0 is detected only if its test rejects, too.",
         "random agents": "39 / 69 %",
     }
     assert not models.facts_about("first screen 5")

@@ -86,9 +86,16 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     assert "the reported outcome is inverted; a false position is corrected when another joint is attempted" in said
     assert "The paper does not say which of these false reports it has" in said
     assert f"Trials that {AGENT} solved, against no feedback at all: " in said
-    assert "solved fewer trials with false reports that stay than with false reports" in part.answer
+    compared = "solved fewer trials with false reports that stay than with false reports that are corrected"
+    assert compared in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
     assert "false reports that stay" in found.answer
+
+
+def test_readings_at_one_flip_rate_are_named_in_words_too(tmp_path):
+    planned = study("flips", agent=[AGENT], p=[0, 0.4], readings="fresh,kept", trials=40, repetitions=1, seed=3)
+    (part,) = SECTIONS[0].show(results(write_study(tmp_path / "study", planned)))
+    assert "fewer trials with false reports that stay than with false reports that are corrected" in part.answer
 
 
 def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):

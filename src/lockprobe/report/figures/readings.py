@@ -76,6 +76,8 @@ def _panels(found: Results) -> list[_Panel]:
 
 
 def _success(axes: Axes, panel: _Panel) -> None:
+    every_look = panel.first.found.progress.every_look
+    kind = "confidence sequences" if every_look else "Wilson intervals"
     for _, style, course in panel.own:
         by_dose(axes, course.played, "success", style, linestyle=style.dash)
     cells = [cell for _, _, course in panel.own for cell in course.played]
@@ -83,7 +85,7 @@ def _success(axes: Axes, panel: _Panel) -> None:
         published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, cells)
-    title(axes, agent_label(panel.first), f"{counts(panel.first.played)} per flip rate; 95 % Wilson intervals")
+    title(axes, agent_label(panel.first), f"{counts(panel.first.played)} per flip rate; 95 % {kind}")
 
 
 def _strip(axes: Axes, panel: _Panel) -> None:

@@ -28,7 +28,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     found = {
         "agents_compared": _best(summary),
         "success": courses_said(summary, brief=True),
-        "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
+        "speed": _said(agents, f"Area under the success curve {where} (random agent 0, shortest plan 1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
         "optimal_actions": _said(agents, f"{capital(where)} (random choice)", _optimal),
         "hypothesis_tests": _tests(agents),

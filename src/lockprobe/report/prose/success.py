@@ -89,9 +89,9 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
             f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
             f"the course over all {'other ' * bool(agent.idle)}{agent.axis.plural} is tested below"
         )
-    size = "the largest difference" if contrast.farthest else "the clearest difference"
+    size = f", the {'largest' if contrast.farthest else 'clearest'} difference" if contrast.choices > 1 else ""
     return (
-        f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
+        f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}"
         f"{size} ({_interval(contrast)}). This does not show that there is no effect."
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from lockprobe.report.rows.design import Player
+from lockprobe.report.rows.design import Player, Progress
 from lockprobe.report.rows.row import Curve, Estimate
 
 __all__ = ["Cell", "Course"]
@@ -13,6 +13,9 @@ __all__ = ["Cell", "Course"]
 
 class _Rows(Protocol):
     """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""
+
+    @property
+    def progress(self) -> Progress: ...
 
     def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
 

@@ -248,7 +248,10 @@ def _caption(found: Results) -> Caption:
         "Differences between two agents on the same boxes, the first named minus the other; filled marks were detected."
     )
     if not found.where("success_change_difference", axis=FLIPS.name, of="mean"):
-        computed = "Bars are 95 % intervals clustered by block. Tests are corrected for the number of pairs."
+        bars = "clustered by block"
+        if found.progress.every_look:
+            bars = "of means over blocks, which hold at every look"
+        computed = f"Bars are 95 % intervals {bars}. Tests are corrected for the number of pairs."
         return Caption(f"{shown} Compared {over_rates(found)}.", computed)
     return Caption(
         f"{shown} First: success over all flip rates; second: change of success from the lowest flip rate to the one "

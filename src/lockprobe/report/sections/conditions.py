@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from operator import itemgetter
 
 from lockprobe.foundation.formatting import NONE, percent
-from lockprobe.report.captions import wilson_said
+from lockprobe.report.captions import success_and_loops_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
@@ -157,6 +157,12 @@ def _range(found: Results) -> str:
     return f"From {percent(low)} of trials solved ({least.agent}) to {percent(high)} ({most.agent})."
 
 
+def _intervals(found: Results) -> str:
+    agents = (cell.agent for cell in found.cells)
+    of = "Intervals of success and loop rate"
+    return success_and_loops_said(agents, of, every_look=bool(found.progress.every_look))
+
+
 def _blocks(found: Results) -> Iterator[Block]:
     mixed = found.beside_flips
     yield _MIXED if mixed else _CONDITIONS
@@ -165,8 +171,8 @@ def _blocks(found: Results) -> Iterator[Block]:
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
         "in the same true configuration, mean over trials.",
-        f"{wilson_said((cell.agent for cell in found.cells), 'Intervals of success and loop rate')} By chance: loop "
-        "rate of random actions in trials of the same lengths, from uniform to without immediate repeats.",
+        f"{_intervals(found)} By chance: loop rate of random actions in trials of the same lengths, from uniform to "
+        "without immediate repeats.",
     )
     if _measures(found):
         yield Heading("Measures of installed packages")

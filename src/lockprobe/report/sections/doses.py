@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, listed
-from lockprobe.report.captions import best_dose_said, model_said, wilson_said
+from lockprobe.report.captions import best_dose_said, model_said, share_intervals_said
 from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import courses_said, finding
-from lockprobe.report.rows import Course, DoseAxis, Finding, Results, Row
+from lockprobe.report.rows import DoseAxis, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
@@ -72,7 +72,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
-    success, loops = _figures(found.courses(axis), axis, number, place)
+    success, loops = _figures(found, axis, number, place)
     yield from map(Text, found.said(_name(number), "finding"))
     yield success
     yield Detail(f"Action loops by {axis.name}", [*map(Text, found.said(_name(number), "loops")), loops])
@@ -82,17 +82,18 @@ def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator
     yield Detail(f"All tests of {axis.name}", tests)
 
 
-def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int) -> tuple[Figure, Figure]:
+def _figures(found: Results, axis: DoseAxis, number: int, place: int) -> tuple[Figure, Figure]:
     """Success and loops over the axis."""
-    shown = [course for course in courses if course.played]
-    wilson = wilson_said(course.agent for course in shown)
+    shown = [course for course in found.courses(axis) if course.played]
+    agents = [course.agent for course in shown]
+    of_success = share_intervals_said(agents, every_look=bool(found.progress.every_look))
     success = Figure(
         f"series-{number}-success",
         f"Success by {axis.name}",
         Caption(
             f"Share of trials solved by {axis.name}, with the exact success of random agents. "
             f"{best_dose_said(shown, 'dose')}".strip(),
-            f"{wilson} {model_said(shown)}".strip(),
+            f"{of_success} {model_said(shown)}".strip(),
         ),
         "lockprobe.report.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),
@@ -102,7 +103,7 @@ def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int)
         f"Action loops by {axis.name}",
         Caption(
             f"Share of trials with an action loop by {axis.name}, with chance levels in trials of the same lengths.",
-            wilson,
+            share_intervals_said(agents),
         ),
         "lockprobe.report.figures.loops:loops_by_dose",
         arguments=(place,),

@@ -11,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
-from lockprobe.report.captions import wilson_said
+from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
@@ -260,10 +260,12 @@ _COLUMN = replace(_FIGURE, name="effects-column", arguments=("column",))
 
 
 def _grid_caption(found: Results) -> Caption:
+    agents = (row.agent for row in found.where("success_in_grid"))
+    of = "Intervals, for one look," if found.progress.every_look else "Intervals"
     return Caption(
         "Share of trials solved under every combination of two doses, with count and interval where there is room. "
         "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-        f"{wilson_said(row.agent for row in found.where('success_in_grid'))} Numbers are in per cent.",
+        f"{share_intervals_said(agents, of)} Numbers are in per cent.",
     )
 
 
@@ -322,7 +324,7 @@ def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
         ),
         Markup(
             "Each block that has a trial in every cell gives one value; <i>P</i> is that of a sign-flip permutation "
-            "test over blocks."
+            "test over blocks, and the interval is Student's, widened as if one more block differed."
         ),
     )
     yield Detail("All cells", [_GRIDS])

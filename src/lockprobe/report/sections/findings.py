@@ -22,6 +22,7 @@ from lockprobe.report.rows import Finding, Results, Row
 from lockprobe.report.section import Block, Detail, Part, Section, Template, Text
 from lockprobe.report.sections.doses import dose_sections
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import name_of
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.summary import StudySummary
 
@@ -120,10 +121,7 @@ def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    whys = [
-        " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
-        for row in found.where("false_report_effect", of="total")
-    ]
+    whys = [" ".join(found.said("why", "verdict", agent=agent, modality=modality)) for agent, modality in _why(found)]
     lines = [*(_of_flips(found) or ["No trial has been played yet."] * _unplayed(found)), *_beside_flips(found)]
     lines = list(dict.fromkeys(lines))
     number = (len(whys) + len(lines)) * any(one.section == "findings" for one in found.findings)
@@ -143,18 +141,28 @@ def _of_flips(found: Results) -> list[str]:
     of = partial(found.said, "findings")
     modalities, courses = of("modalities"), of("courses")
     whole = len(found.subjects) > _MANY and bool(courses)
-    agents = [] if modalities else of("finding") if whole else list(_by_agent(found))
+    effects = [] if _why(found) else of("finding")
+    agents = [] if modalities else effects if whole else list(_by_agent(found))
     last = [*of("ranking"), *(of("baselines") if of("finding") else [])]
     first, then = (courses, []) if whole else ([], courses)
     return [*modalities, *first, *agents, *of("verdicts"), *then, *last]
 
 
+def _why(found: Results) -> list[tuple[str, str]]:
+    """Agents of a study of controls: the verdict on why false reports change success says whether they do."""
+    return [(row.agent, row.modality) for row in found.where("false_report_effect", of="total")]
+
+
 def _by_agent(found: Results) -> Iterator[str]:
+    """What is said of each agent; of several, each line has the agent's name."""
+    whys, several = _why(found), len(found.said("findings", "finding")) > 1
     for one in found.findings:
         if (one.section, one.kind) == ("findings", "finding"):
-            yield one.text
+            own = {"agent": one.agent, "modality": one.modality}
+            name = f"{name_of(found, **own)}: " if several else ""
+            yield from [one.text] * ((one.agent, one.modality) not in whys)
             for kind in ("loops", "conclusion"):
-                yield from found.said("findings", kind, agent=one.agent, modality=one.modality)
+                yield from (f"{name}{text}" for text in found.said("findings", kind, **own))
 
 
 def _beside_flips(found: Results) -> Iterator[str]:

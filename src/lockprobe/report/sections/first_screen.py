@@ -42,6 +42,7 @@ from lockprobe.report.sections.key_numbers import (
     cards_of,
     condition_numbers,
     intervals_said,
+    open_said,
     why_numbers,
 )
 from lockprobe.report.sections.readings import untested
@@ -160,6 +161,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if screen.numbers:
         about |= {
             "intervals": intervals_said(screen.numbers, every_look=bool(numbers.opened.every_look)),
+            "undetected": open_said(screen.numbers),
             "random agents": screen.by_chance,
         }
     yield from (Fact(about=_ABOUT, name=name, text=said) for name, said in about.items() if said)

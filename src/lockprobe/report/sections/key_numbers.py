@@ -12,12 +12,15 @@ from lockprobe.report.prose.bridge import steps_said
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.bridge.arms import WORDS
 from lockprobe.statistics.bridge.bridge import Bridge
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.inference.difference import DifferenceAt
+from lockprobe.statistics.proportions import ALPHA, Paired
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.trial.condition import TRUTH
 
@@ -28,13 +31,17 @@ __all__ = [
     "cards_of",
     "condition_numbers",
     "intervals_said",
+    "open_said",
     "why_numbers",
 ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyNumbers:
-    """The numbers of one agent, as text with 95 % intervals; ``agents`` are judged together."""
+    """The numbers of one agent, as text with 95 % intervals; ``agents`` are judged together.
+
+    ``open`` is a change that was not detected although its interval leaves out 0.
+    """
 
     agent: str
     what: str
@@ -43,17 +50,18 @@ class KeyNumbers:
     change: str = NONE
     against: str = ""
     agents: int = 1
+    open: bool = False
 
 
 def axis_numbers(agent: AgentSummary) -> KeyNumbers:
     """Success at the first flip rate, and the change from it that was tested."""
     first, contrast = next(one for one in agent.conditions if one.success.n), agent.contrast
     found = first.success
-    change, against = NONE, ""
+    change, against, open_ = NONE, "", False
     if agent.blind:
         change, against = "0 points", "change: it plays alike whatever it is told"
     elif contrast is not None:
-        gap = contrast.difference
+        gap, open_ = contrast.difference, _open(contrast.difference)
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         start = "change " if contrast.choices == 1 else ""
         which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
@@ -70,7 +78,15 @@ def axis_numbers(agent: AgentSummary) -> KeyNumbers:
         change=change,
         against=against,
         agents=contrast.agents if contrast else 1,
+        open=open_,
     )
+
+
+def _open(change: DifferenceAt | Paired | BlockMean) -> bool:
+    """Whether a change was not detected although its interval leaves out 0."""
+    if change.low is None or change.high is None or change.p_value is None:
+        return False
+    return (change.low > 0 or change.high < 0) and change.p_value >= ALPHA
 
 
 def _under(condition: str) -> str:
@@ -89,6 +105,7 @@ def why_numbers(found: Why, spec: str) -> KeyNumbers:
         change=f"{bracketed(change.value, change.low, change.high)} points",
         against="change under false reports",
         agents=found.agents,
+        open=_open(change),
     )
 
 
@@ -104,6 +121,7 @@ def condition_numbers(found: Effects, spec: str) -> KeyNumbers:
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
         against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
         agents=found.agents,
+        open=_open(gap),
     )
 
 
@@ -114,6 +132,13 @@ def intervals_said(numbers: Sequence[KeyNumbers], *, every_look: bool) -> str:
     corrected = " and ".join(f"for {one}" for one in (chosen, f"{many} agents" * (many > 1)) if one)
     looks = "at every look" if every_look else "for one look, after all planned trials"
     return f"Brackets: 95 % intervals, {looks}{f'; changes: corrected {corrected}' if corrected else ''}."
+
+
+def open_said(numbers: Sequence[KeyNumbers]) -> str:
+    """Why a change was not detected although its interval excludes 0; empty without one."""
+    return "A change whose interval excludes 0 is detected only if its test rejects, too." * any(
+        row.open for row in numbers
+    )
 
 
 def cards_of(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.formatting import NONE, bracketed, percent
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.captions import wilson_said
+from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row
@@ -153,7 +153,8 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         f"Results {over_rates(found)}. 80 % by step: the first step by which 80 % of all trials are solved; misread: "
         "claims that contradict the report; relative area: the area under the success curve by step, 0 for a random "
         "agent, 1 for the shortest plan.",
-        f"Brackets: 95 % intervals clustered by block.{rank if ranked else ''}",
+        f"Brackets: 95 % intervals clustered by block{', for one look' * bool(found.progress.every_look)}."
+        f"{rank if ranked else ''}",
         "Relative area: the area between the success curves of the agent and of a uniformly random agent, divided by "
         "the area between those of the shortest plan and of the random agent. Loops above chance: loop rate minus the "
         "loop rate of uniformly random actions in trials of the same lengths, in points.",
@@ -174,10 +175,14 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
     elsewhere = Markup("; tokens and costs are in <code>tables/leaderboard-by-p.csv</code>") if costly else ""
     by_p = Note(
         Markup("The columns of the table above at each flip rate{}.").format(elsewhere),
-        f"{wilson_said((course.agent for course in found.courses()), 'Intervals of success')} Those of claims are "
-        "clustered by trial.",
+        f"{_intervals_of_success(found)} Those of claims are clustered by trial.",
     )
     yield Detail("Results by flip rate", [Cells([row[:8] for row in _table_by_p(found)]), by_p])
+
+
+def _intervals_of_success(found: Results) -> str:
+    agents = (course.agent for course in found.courses())
+    return share_intervals_said(agents, "Intervals of success", every_look=bool(found.progress.every_look))
 
 
 def _prices(found: Results, one: Course) -> Iterator[Markup]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import percent
-from lockprobe.report.captions import fit_said, paper_rates, wilson_said
+from lockprobe.report.captions import fit_said, paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.prose.section_answers import NO_NUMBERS
@@ -141,7 +141,7 @@ def _fig5a_caption(found: Results) -> Caption:
 
 
 def _fig5b_corrected_caption(found: Results) -> Caption:
-    wilson = wilson_said((course.agent for course in _shown(found)), "Intervals of loop rates")
+    wilson = share_intervals_said((course.agent for course in _shown(found)), "Intervals of loop rates")
     onset = any(curve.quantity == "loop_onset" for curve in found.curves)  # none with a single flip rate
     share = ", and the share that has looped by each step" * onset
     by_step = (

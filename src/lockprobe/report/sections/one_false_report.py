@@ -52,19 +52,27 @@ def effects_on(agents_of_study: Mapping[Who, tuple[Subject, Excursions]]) -> Ite
             yield from _effect(one, effects.agents, own)
         for left_out in effects.left_out:
             yield Fact(about=_about(*who), name=f"{left_out.outcome}, {left_out.among}", text=left_out.reason)
-        yield _said("effect", excursion_said(effects, heeding[who]), who)
+        yield _said("effect", excursion_said(effects, heeding[who]), who, judges=_on_success(effects) is not None)
     parts = [
-        f"{bracketed(one.effect, one.low, one.high)} {heeding[who].name}"
+        f"{bracketed(solved.effect, solved.low, solved.high)} {heeding[who].name}"
         for who, effects in found.items()
-        for one in effects.estimates
-        if (one.outcome, one.among) == ("solved", "all")
+        if (solved := _on_success(effects))
     ]
     if parts:
         yield _said("answer", f"Success after one more false report, in points: {first_three(parts, '; ')}.")
 
 
-def _said(kind: str, text: str, who: Who = ("", "")) -> Finding:
-    return Finding(section=_NAME, kind=kind, agent=who[0], modality=who[1], text=text, rests_on=(_EFFECT, _REPORTS))
+def _on_success(effects: Excursions) -> Excursion | None:
+    """The effect of all reports on success; None if it is not estimated."""
+    return next((one for one in effects.estimates if (one.outcome, one.among) == ("solved", "all")), None)
+
+
+def _said(kind: str, text: str, who: Who = ("", ""), *, judges: bool = True) -> Finding:
+    agent, modality = who
+    rests_on = (_EFFECT, _REPORTS)
+    return Finding(
+        section=_NAME, kind=kind, agent=agent, modality=modality, text=text, rests_on=rests_on, judges=judges
+    )
 
 
 def _about(agent: str, modality: str) -> str:
@@ -117,7 +125,7 @@ _TABLE = Table("lies", _table, numeric_from=3)
 
 def _show(found: Results) -> Iterator[Part]:
     if found.where(_REPORTS):
-        answer = found.answer_of(_NAME) or "Too few trials differ."
+        answer = found.answer_of(_NAME) or "Not estimated: too few trials."
         yield Part("Effect of one false report", answer, list(_blocks(found)))
 
 

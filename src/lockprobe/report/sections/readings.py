@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
@@ -119,10 +120,20 @@ def _answer(found: Results) -> str:
     return f"{capital(_difference(found, clearest))}."
 
 
+def _words(found: Results, condition: str) -> str:
+    """The false reports of a condition, or its name if it is more than a flip."""
+    specs = next((one.specs for one in found.design.conditions if one.name == condition), ())
+    acts = [Spec.parse(spec, "condition") for spec in specs]
+    if [one.kind for one in acts] != ["flip"]:
+        return condition
+    return false_reports("&".join(f"{name}={value}" for name, value in acts[0].without(["p"]).options.items()))
+
+
 def _difference(found: Results, row: Estimate) -> str:
     doses = {one.name: one.doses.get("flip.p", 0.0) for one in found.design.conditions}
-    words = {name: false_reports(options) for axis, options in found.readings for name in axis.doses}
-    kept, fresh = words.get(row.condition, row.condition), words.get(row.control, row.control)
+    kept, fresh = (_words(found, name) for name in (row.condition, row.control))
+    if kept == f"{fresh} that stay":
+        fresh += " that are corrected"
     more = "more" if (row.value or 0.0) > 0 else "fewer"
     return (
         f"at a flip rate of {doses[row.condition]:g} {Subject.of(row.agent).name} solved {more} trials with {kept} "
@@ -163,15 +174,21 @@ _SHARES = Table("readings", _shares, numeric_from=2)
 _COMPARED = Table("readings-compared", _compared_table)
 _NONE = Table("against-no-feedback", _none_table)
 
+
+def _caption(found: Results) -> Caption:
+    bars = "confidence sequences, which hold at every look" if found.progress.every_look else "Wilson intervals"
+    return Caption(
+        "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
+        "were reported falsely, and of reports that showed a joint in a false position.",
+        f"Bars are 95 % {bars}. The flip rate is the assigned dose; how many outcomes and positions are false depends "
+        "on the reading and on what the agent does.",
+    )
+
+
 _FIGURE = Figure(
     "readings",
     "Success by flip rate under each reading of a false report, with the share of reports that were false",
-    Caption(
-        "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
-        "were reported falsely, and of reports that showed a joint in a false position.",
-        "Bars are 95 % Wilson intervals. The flip rate is the assigned dose; how many outcomes and positions are false "
-        "depends on the reading and on what the agent does.",
-    ),
+    _caption,
     draw="lockprobe.report.figures.readings:readings",
 )
 

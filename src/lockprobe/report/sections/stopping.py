@@ -81,11 +81,9 @@ _TABLE = Table("stopping", _table, numeric_from=2)
 
 def _caption(found: Results) -> Caption:
     until = found.study.get("until")
-    dotted = (
-        f" Dotted: ±{100 * until['points']:g} points. The vertical line marks the block with which it was decided."
-        if until
-        else ""
-    )
+    dotted = f" Dotted: ±{100 * until['points']:g} points." if until else ""
+    if found.where("decided_at_block"):
+        dotted += " The vertical line marks the block with which it was decided."
     return Caption(
         "Success under each condition minus success under the control after every block, with the interval that holds "
         f"at every look.{dotted}",

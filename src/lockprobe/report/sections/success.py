@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent, points
-from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
+from lockprobe.report.captions import (
+    best_dose_said,
+    fit_said,
+    model_said,
+    paper_rates,
+    share_intervals_said,
+    success_and_loops_said,
+)
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
@@ -111,10 +118,11 @@ def _fig4_caption(found: Results) -> Caption:
 
 def _corrected_caption(found: Results) -> Caption:
     subjects = _subjects(found)
+    of_success = share_intervals_said((course.agent for course in subjects), every_look=bool(found.progress.every_look))
     return Caption(
         "Success by flip rate, with the exact success of random agents. "
         f"{best_dose_said(subjects, 'flip rate')}".strip(),
-        f"{_intervals(subjects)} {model_said(subjects)}".strip(),
+        f"{of_success} {model_said(subjects)}".strip(),
     )
 
 
@@ -122,16 +130,14 @@ def _courses_caption(found: Results) -> Caption:
     return Caption(
         "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
         "The heading compares success with that at the lowest flip rate.",
-        _intervals(found.courses()),
+        success_and_loops_said(
+            (course.agent for course in found.courses()), every_look=bool(found.progress.every_look)
+        ),
     )
 
 
 def _subjects(found: Results) -> list[Course]:
     return [course for course in found.courses() if course.subject]
-
-
-def _intervals(courses: Iterable[Course]) -> str:
-    return wilson_said(course.agent for course in courses)
 
 
 _DRAWN = "lockprobe.report.figures.success_by_flip_rate"
@@ -234,12 +240,13 @@ def _highest(course: Course, best: float) -> str:
 def _sure(course: Course) -> str:
     """Which flip rates may be the best; a set that was not borne out by a detected difference carries no confidence."""
     members = [f"{row.value:g}" for row in course.where("best_dose_set")]
+    looks = ", for one look" * bool(course.found.progress.every_look)
     if not members:
         return "any flip rate may be the best"
     if _kind(course) == course_said("no change detectable"):
-        there = f"the 95 % set of the best one is {listed(members, 'or')}"
+        there = f"the 95 % set of the best one is {listed(members, 'or')}{looks}"
         return f"no difference from the lowest flip rate was detected, and {there}"
-    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}"
+    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}{looks}"
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:

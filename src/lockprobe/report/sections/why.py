@@ -167,16 +167,26 @@ def _arm_table(found: Results) -> TextTable:
 _WHY = Table("why", _table, numeric_from=3)
 _ARM = Table("arms", _arm_table, numeric_from=3)
 
+
+def _caption(found: Results) -> Caption:
+    return Caption(
+        "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
+        "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
+        f"Brackets are 95 % {_kind(found)}. The other panels: the total effect of false reports (filled) and, if it "
+        "was detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the "
+        "number of agents.",
+    )
+
+
+def _kind(found: Results) -> str:
+    """What the intervals of shares are."""
+    return "confidence sequences, which hold at every look" if found.progress.every_look else "Wilson intervals"
+
+
 _FIGURE = Figure(
     "why",
     "Success by first and last statement of a report, and with true reports, false reports and a remark",
-    Caption(
-        "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
-        "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
-        "Brackets are 95 % Wilson intervals. The other panels: the total effect of false reports (filled) and, if it "
-        "was detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the "
-        "number of agents.",
-    ),
+    _caption,
     draw="lockprobe.report.figures.why:why",
     applies=lambda found: bool(_asked(found)),
 )
@@ -191,7 +201,7 @@ def _show(found: Results) -> Iterator[Part]:
         yield _by_step(found)
         yield _told(found)
         said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
-        yield Part("Arms", said, [_ARM, _arm_note(many)], "arms")
+        yield Part("Arms", said, [_ARM, _arm_note(many, _kind(found))], "arms")
         margin = found.where("equivalence_margin")[0].value or 0.0
         yield Part("Limits", "What these comparisons do not show.", [Listed(_limits(margin))], "limits")
 
@@ -280,7 +290,7 @@ def _told_row(one: Exhibit) -> list[str]:
     return [one.of, f"Step {one.parted}: {at.words}", f"attempted {label} next; {end}"]
 
 
-def _arm_note(many: bool) -> Note:
+def _arm_note(many: bool, kind: str) -> Note:
     corrected = (
         Markup("both are corrected for the number of agents, and <i>P</i> also")
         if many
@@ -289,9 +299,8 @@ def _arm_note(many: bool) -> Note:
     return Note(
         "Success in every arm, and its difference from the arm with true reports.",
         Markup(
-            "Success has 95 % Wilson intervals. Differences are between matched pairs of trials; {} for the number of "
-            "arms (Holm)."
-        ).format(corrected),
+            "Success has 95 % {}. Differences are between matched pairs of trials; {} for the number of arms (Holm)."
+        ).format(kind, corrected),
     )
 
 
