@@ -10,6 +10,9 @@ from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["rendered"]
 
+_PER_CENT = re.compile(r"(?<=\d) %(?![\dA-F]{2})")
+"""The space between a number and its per cent, where no line may end; not what a picture writes with a %."""
+
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
 
@@ -21,7 +24,7 @@ def rendered(name: str, **values: Any) -> str:
         name: Of the template, without its ending.
         values: What the template names; a name without a value is an error.
     """
-    return str(_templates().get_template(f"{name}.html.jinja").render(**values))
+    return _PER_CENT.sub("\N{NO-BREAK SPACE}%", _templates().get_template(f"{name}.html.jinja").render(**values))
 
 
 @cache
