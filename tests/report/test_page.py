@@ -104,7 +104,7 @@ def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
     for page in ("report", "details", "claims"):
         text = page_of(page, found)
         assert "llm:evil/?a?b c?d" in text
-        assert all(line.isprintable() for line in text.replace("\N{NO-BREAK SPACE}", " ").split("\n"))
+        assert all(line.isprintable() for line in text.split("\n"))
     assert found.cells[0].agent == name
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["rendered"]
+__all__ = ["rendered", "with_joined_per_cents"]
 
 _PER_CENT = re.compile(r"(?<=\d) %(?![\dA-F]{2})")
 """The space between a number and its per cent, where no line may end; not what a picture writes with a %."""
@@ -24,7 +24,12 @@ def rendered(name: str, **values: Any) -> str:
         name: Of the template, without its ending.
         values: What the template names; a name without a value is an error.
     """
-    return _PER_CENT.sub("\N{NO-BREAK SPACE}%", _templates().get_template(f"{name}.html.jinja").render(**values))
+    return str(_templates().get_template(f"{name}.html.jinja").render(**values))
+
+
+def with_joined_per_cents(page: str) -> str:
+    """The page with no line end between a number and its per cent sign."""
+    return _PER_CENT.sub("\N{NO-BREAK SPACE}%", page)
 
 
 @cache
