@@ -79,7 +79,7 @@ def texts(axes):
 def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []
-    found += [text for legend in figure.legends for text in legend.get_texts()]
+    found += [text for legend in figure.legends for text in (legend.get_title(), *legend.get_texts())]
     found += [text for axes in figure.axes if axes.get_visible() for text in texts(axes)]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 

@@ -16,11 +16,14 @@ from urllib.parse import quote
 
 __all__ = ["Image", "Piece", "compact_svg", "dark", "image", "with_dark_colours"]
 
-_GREY = 0.12
-"""Saturation up to which a colour is a grey."""
+_GREY = 0.05
+"""How far apart the parts of a grey are, at most."""
+
+_GROUND_OF_PAGE = "#17181b"
+"""What white is on a dark page: its ground."""
 
 _PAPER, _INK = 0.10, 0.93
-"""Lightness of what is white, and of what is black, on a dark page."""
+"""Lightness of what is nearly white, and of what is black, on a dark page."""
 
 _PALE, _LEAST = 0.85, 0.62
 """Lightness from which a colour is a pale ground, and the least lightness of a line on a dark page."""
@@ -135,10 +138,14 @@ def dark(colour: str) -> str:
     """A colour on a dark page: greys are turned round, pale grounds become dark, and lines light enough to be seen.
 
     >>> dark("#ffffff"), dark("#000000"), dark("#0072b2")
-    ('#191919', '#ededed', '#3db9ff')
+    ('#17181b', '#ededed', '#3db9ff')
     """
-    hue, light, full = colorsys.rgb_to_hls(*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)))
-    if full < _GREY or light in (0.0, 1.0):
+    if colour == "#ffffff":
+        return _GROUND_OF_PAGE
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    hue, light, full = colorsys.rgb_to_hls(*parts)
+    if max(parts) - min(parts) < _GREY:
+        full = 0.0
         light = _INK + light * (_PAPER - _INK)
     elif light >= _PALE:
         light = _PAPER + (1 - light)

@@ -105,6 +105,15 @@ def test_a_panel_that_has_nothing_to_show_ends_below_its_words():
     assert panels["panel-1"][3] < panels["panel-0"][3] / 3
 
 
+def test_a_note_stands_above_the_legend():
+    figure = sheet(
+        "ab", lambda axes, shown: axes.plot([0, 1], label=shown), note="What is the same in all of these. " * 3
+    )
+    render(figure, "png")
+    assert not touching(figure)
+    assert figure.legends[0].get_window_extent().width < figure.bbox.width / 2  # a phone has room for it
+
+
 def _named(axes, course):
     axes.plot([0, 1], [0, 1], label=course.agent)
 

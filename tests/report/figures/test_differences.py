@@ -53,6 +53,11 @@ def test_every_pair_has_a_row_with_its_difference(results):
     assert [text.get_text() for text in axes.texts[:2]] == ["llm:a", "\N{MINUS SIGN} llm:b"]
 
 
+def test_panels_have_one_axis(results):
+    first, second = side_by_side(results(models(a=(2, 18), b=(10, 10)))).axes
+    assert first.get_xlim() == second.get_xlim()
+
+
 def test_changes_are_those_from_the_lowest_p(results):
     _, axes = side_by_side(results(models(a=(2, 18), b=(10, 10)))).axes
     (mark,) = marks(axes)

@@ -26,6 +26,11 @@ def test_both_observers_stand_with_their_intervals_beside_chance(typical, model,
     assert chance_of(axes) == expected
 
 
+def test_steps_lost_have_one_axis(studies):
+    lower = rationality(studies["three"]).axes[2:4]
+    assert lower[0].get_ylim() == lower[1].get_ylim()
+
+
 def test_everything_is_in_sight(studies):
     found = studies["strategies"]
     shown = [axes for axes in rationality(found).axes if axes.get_ylabel() == "steps lost per action"]

@@ -160,7 +160,7 @@ def sheet(
         draws: What draws on a panel's axes, from the top.
         heights: Their heights in inches, the same for all panels; or that of every row of axes.
         around: What stands around axes is so high, in inches; the heights are then those of the axes alone.
-        note: A text below all.
+        note: A text below all panels; above the legend, where there is one.
         columns: Panels beside each other, at most.
         width: Of a panel, in inches.
         cells: Whether text stands on coloured cells, so that the colours of a page must not change them.
@@ -184,25 +184,28 @@ def sheet(
                 draw(axes, shown[i])
             else:
                 axes.set_visible(False)
-    if note:
-        lines = textwrap.wrap(note, int(width * columns / _CHARACTER))
+    lines = textwrap.wrap(note, int(COLUMN / _CHARACTER))
+    if not _legend(figure, "\n".join(lines)) and lines:
         figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT).set_gid("note")
         figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
-    _legend(figure)
     return figure
 
 
-def _legend(figure: Figure) -> None:
-    """Every name once, below the axes."""
+def _legend(figure: Figure, note: str) -> Legend | None:
+    """Every name once, below the axes and a note; None without a name."""
     entries: dict[str, Artist] = {}
     for axes in figure.axes:
         for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(name, handle)
-    if entries:
-        spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
-        legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces)
-        legend.set_gid("legend")
-        figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
+    if not entries:
+        return None
+    spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+    head: dict[str, Any] = {"title": note, "title_fontproperties": {"size": SMALL}} if note else {}
+    legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces, **head)
+    legend.set_gid("legend")
+    legend.get_title().set_color(FAINT)
+    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
+    return legend
 
 
 def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:

@@ -25,7 +25,6 @@ from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.trial.record import PLAIN_WORDS
 
 __all__ = ["SHOWN", "by_condition", "comparison_drawing", "effects", "pair_rows", "side_by_side"]
 
@@ -58,10 +57,11 @@ class _Panel:
 
 
 def _sheet(panels: Sequence[_Panel], columns: int, note: str = "") -> Figure | None:
-    """The panels, each row of them as high as the longest in it."""
+    """The panels on one axis, so that they can be compared, each row of them as high as the longest in it."""
     bands = [panels[i : i + columns] for i in range(0, len(panels), columns)]
     heights = [max(height(one.rows) for one in band) for band in bands]
-    shown = [replace(one, room=room) for band, room in zip(bands, heights, strict=True) for one in band]
+    reach = max((one.reach for one in panels), default=0.0)
+    shown = [replace(one, room=room, reach=reach) for band, room in zip(bands, heights, strict=True) for one in band]
     lines = max((len(title_lines(*one.title)) for one in panels), default=0)
     return sheet(shown, _draw, columns=columns, heights=heights, around=around(lines), note=note)
 
@@ -103,6 +103,7 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
     """
     own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
+    names = {(one.agent, one.modality): agent_label(one, _LONGEST) for one in found.courses()}
     panels, looks = [], colours(found.courses())
     for (agent, control), compared in own.items():
         modality = shown[control]
@@ -112,12 +113,10 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
         for one in crossed:
             name = safe_name(one.of, _LONGEST)
             rows.append(_row(name, one, detected=one.detected, colour=colour, marker="s"))
-        who = Subject.of(agent).name + ("" if modality in PLAIN_WORDS else f" ({modality})")
+        who = names.get((agent, modality)) or safe_name(Subject.of(agent).name, _LONGEST)
         pairs = f"n = {from_to(one.n for one in compared)} pairs of trials; filled: detected"
         label = f"success minus that under {safe_name(control, _LONGEST)}, points"
-        panels.append(_Panel.of(rows, safe_name(who, _LONGEST), pairs, label=label))
-    reach = max((one.reach for one in panels), default=0.0)  # one axis, so that agents can be compared
-    panels = [replace(one, reach=reach) for one in panels]
+        panels.append(_Panel.of(rows, who, pairs, label=label))
     panels.sort(key=lambda one: -len(one.rows))
     if size == "column":
         return _sheet(panels, 1) if len(panels) > 1 else None
@@ -186,9 +185,7 @@ def by_condition(found: Results) -> Figure | None:
         more = f"the first {SHOWN}, {left} more in the tables" if left else ""
         compared = grouped(pairs[:SHOWN], lambda row: _versus(found, row))
         rows = {pair: [_under(row) for row in under] for pair, under in compared.items()}
-        reach = _reach([row for under in rows.values() for row in under])
-        made = [_Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
-        panels += [replace(panel, reach=reach) for panel in made]
+        panels += [_Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
     return _sheet(panels, 1)
 
 
@@ -205,12 +202,11 @@ def comparison_drawing(found: Sequence[StudyDifference], names: Mapping[Side, st
         names: What each side is called.
     """
     pairs = pair_rows(found)
-    reach = _reach([row for rows in pairs.values() for row in rows])
     panels = []
     for i, ((first, second), rows) in enumerate(pairs.items(), start=1):
         label = "difference in success, points" if i == len(pairs) else ""
         named = (safe_name(names[second], _WHOLE), f"\N{MINUS SIGN} {safe_name(names[first], _WHOLE)}")
-        panels.append(_Panel(rows, label, named, reach))
+        panels.append(_Panel.of(rows, *named, label=label))
     left = len(found) - sum(len(one.rows) for one in panels)
     note = f"{left} more differences are in the tables" if left else ""
     return _sheet(panels, 1, note)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from statistics import fmean
+from itertools import product
 from typing import Any, Literal
 
-import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Bbox
 
 from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
 from lockprobe.report.figures.frame import (
@@ -60,8 +62,11 @@ _CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorde
 _RANDOM = "random agents, exact"
 """What that range is called, beside agents that were played."""
 
-_BESIDE_STAR, _NEAR_STAR = 0.1, 0.13
-"""How far beside a star its name is, of the width of the axes, and how near in height a line would cross the name."""
+_OF_STARS = "Zenkri & Brock"
+"""Whose the stars are."""
+
+_STAR, _STAR_NAME = 0.02, (0.19, 0.12)
+"""How far beside a star its name begins, and the size of the name, in sizes of the axes, generously."""
 
 _OTHER: Dash = (0, (1, 1.2))
 """The line of an agent under another reading of a false report."""
@@ -84,7 +89,7 @@ def draw_overview(found: Results, size: Literal["screen", "column", "print"] = "
         size: That of the first screen, of a column of print, or of two.
     """
     shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
-    draw = partial(_by_p, stars_named=size != "column") if found.several_p else _by_step
+    draw = partial(_by_p, beside=size != "column") if found.several_p else _by_step
     width, height = _SIZES[size]
     figure = sheet([shown] if shown else [], partial(draw, found), heights=(height,), width=width)
     if figure and size == "column":  # the names of agents take half of it
@@ -97,8 +102,8 @@ def draw_overview(found: Results, size: Literal["screen", "column", "print"] = "
     return figure
 
 
-def _by_p(found: Results, axes: Axes, shown: _Shown, *, stars_named: bool) -> None:
-    """Shares with Wilson's intervals, beside the range of random agents. In a column the caption names the stars."""
+def _by_p(found: Results, axes: Axes, shown: _Shown, *, beside: bool) -> None:
+    """Shares with Wilson's intervals, beside random agents. Stars are named beside them, or at the edge."""
     courses = found.courses()
     labels = []
     cells = [cell for course in courses for cell in course.cells]
@@ -118,21 +123,36 @@ def _by_p(found: Results, axes: Axes, shown: _Shown, *, stars_named: bool) -> No
         labels.append(((low + high) / 2, _RANDOM, FAINT))
     stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
     published(axes, stars, label="")
-    for place in stars if stars_named else ():
-        _name_star(axes, place, [line for xy in axes.lines if len(line := np.asarray(xy.get_xydata())) > 1])
+    if stars and not (beside and _name_stars(axes, stars)):
+        labels.append((0.0, f"\N{WHITE STAR} {_OF_STARS}", FAINT))
     label_right(axes, labels)
 
 
-def _name_star(axes: Axes, place: tuple[float, float], lines: Sequence[Any]) -> None:
-    """Name a star beside it, above or below it where a line passes there."""
-    left, right = axes.get_xlim()
-    side = 1 if place[0] < (left + right) / 2 else -1
-    there = place[0] + side * _BESIDE_STAR * (right - left)
-    passing = [y for y in (np.interp(there, *line.T) for line in lines) if abs(y - place[1]) < _NEAR_STAR]
-    style: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if side > 0 else "right"}
-    style["va"] = "center" if not passing else "bottom" if fmean(passing) <= place[1] else "top"
-    style["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
-    axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **style)
+def _name_stars(axes: Axes, stars: Sequence[tuple[float, float]]) -> bool:
+    """Name the stars beside which a name crosses no line; whether there is such a one."""
+    bars = [line for bar in axes.collections if isinstance(bar, LineCollection) for line in bar.get_segments()]
+    drawn = [line.get_xydata() for line in axes.lines if line.get_linestyle() != "None"]
+    lines = [Path(axes.transLimits.transform(line)) for line in (*bars, *drawn)]
+    places = {star: next(_beside(axes.transLimits.transform(star).tolist(), lines), None) for star in stars}
+    for star, place in places.items():
+        if place:
+            side, upright = place
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if side > 0 else "right"}
+            style["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
+            name = _OF_STARS.replace(" ", "\n", 1)
+            axes.annotate(name, star, (6 * side, 0), va=upright, color=FAINT, zorder=6, **style)
+    return any(places.values())
+
+
+def _beside(star: Sequence[float], lines: Sequence[Path]) -> Iterator[tuple[int, str]]:
+    """Where a name beside a star, in sizes of the axes, crosses no line: its side and how it stands to the star."""
+    (x, y), (wide, high) = star, _STAR_NAME
+    inwards = 1 if x < 0.5 else -1
+    for (upright, below), side in product((("center", 0.5), ("bottom", 0.0), ("top", 1.0)), (inwards, -inwards)):
+        left, right = sorted((x + side * _STAR, x + side * (_STAR + wide)))
+        room = Bbox.from_extents(left, y - below * high, right, y + (1 - below) * high)
+        if left >= 0.0 and right <= 1.0 and not any(line.intersects_bbox(room, filled=False) for line in lines):
+            yield side, upright
 
 
 def _named(course: Course, shown: _Shown) -> str:

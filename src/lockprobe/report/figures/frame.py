@@ -107,11 +107,15 @@ def agent_label(agent: Course, longest: int = 30) -> str:
 
 
 def label_in_lines(agent: Course, longest: int) -> str:
-    """The agent's label, in two lines where one of so many characters would leave its end out."""
-    label = agent_label(agent, longest)
+    """The agent's label, in two lines where one of so many characters would leave a part of its name out."""
+    label, whole = agent_label(agent, longest), agent_label(agent, _WHOLE)
+    if label == whole:
+        return label
+    if agent.shown:
+        name = shortened(whole.removesuffix(f" ({agent.shown})"), longest)
+        return f"{name}\n({agent.shown})"
     if not label.endswith("…"):
         return label
-    whole = agent_label(agent, _WHOLE)
     halves = [(whole[: found.end()], whole[found.end() :]) for found in re.finditer(r"[-_/:?&.]", whole)]
     narrow = min(halves, key=lambda lines: max(map(_width, lines)), default=(whole, ""))
     return "\n".join(narrow) if max(map(_width, narrow)) <= longest else label

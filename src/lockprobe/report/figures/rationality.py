@@ -22,12 +22,19 @@ _LOOKS: dict[str, tuple[Style, str, Dash, float]] = {
 """How each observer is drawn, its name in the legend, the line of chance, and how far its marks are moved sideways, in
 widths of the axis, so that they stay apart."""
 
+_LOST = "steps lost per action"
+
 
 @own_settings()
 def rationality(found: Results) -> Figure | None:
     """Share of optimal actions and steps lost of the agents that the study is about; None if none was judged."""
     judged = [course for course in found.courses() if course.subject and _judged(course)]
-    return sheet(judged, _optimal_actions, _steps_lost, heights=(HEIGHT, 2.1))
+    figure = sheet(judged, _optimal_actions, _steps_lost, heights=(HEIGHT, 2.1))
+    lower = [axes for axes in figure.axes if axes.get_ylabel() == _LOST] if figure else []
+    top = max((axes.get_ylim()[1] for axes in lower), default=0.0)
+    for axes in lower:  # one scale, so that agents can be compared
+        axes.set_ylim(-0.03 * top, top)
+    return figure
 
 
 def _judged(course: Course) -> list[Cell]:
@@ -46,12 +53,11 @@ def _optimal_actions(axes: Axes, course: Course) -> None:
 
 def _steps_lost(axes: Axes, course: Course) -> None:
     """Mean regret of an action in expected steps, by flip probability."""
-    dose_axes(axes, course, "steps lost per action")
+    dose_axes(axes, course, _LOST)
     axes.set_ylim(auto=True)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.yaxis.set_major_formatter(ScalarFormatter())
     _observers(axes, course, "steps_lost")
-    axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
 
 
 def _observers(axes: Axes, course: Course, quantity: str) -> None:

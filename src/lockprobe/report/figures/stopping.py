@@ -72,5 +72,5 @@ def _draw(axes: Axes, panel: tuple[Results, Curve]) -> None:
         )
     axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     axes.set_xlabel("blocks")
-    axes.set_ylabel("points")
+    axes.set_ylabel("difference, points")
     title(axes, safe_name(curve.agent, _LONGEST), safe_name(curve.of, _LONGEST))
