@@ -44,7 +44,9 @@ import os, signal, time
 from lockprobe.foundation.parallel import Processes
 if __name__ == "__main__":
     try:
-        for _ in Processes(2).map(time.sleep, [0, 30, 30, 30]):
+        if not BEGUN:
+            print("begun", flush=True)
+        for _ in Processes(2).map(time.sleep, [0 if BEGUN else 30, 30, 30, 30]):
             print("begun", flush=True)
     except KeyboardInterrupt:
         print("stopped", flush=True)
@@ -54,9 +56,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("begun", [True, False], ids=["at work", "while processes start"])
 def test_ctrl_c_in_a_terminal_ends_all_processes_at_once_and_no_other_one_speaks(begun, tmp_path):
     """A terminal sends it to all of them, also to those that still import modules."""
-    (tmp_path / "starting.py").write_text(
-        STARTING.replace("    try:", "    try:" if begun else "    print('begun', flush=True)\n    try:")
-    )
+    (tmp_path / "starting.py").write_text(f"BEGUN = {begun}{STARTING}")
     command = [sys.executable, str(tmp_path / "starting.py")]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
