@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from jinja2 import UndefinedError
 
-from lockprobe.report.rendering import _breakable, rendered, with_joined_per_cents
+from lockprobe.report.rendering import _breakable, rendered
 
 
 def test_text_is_escaped_and_a_missing_value_is_an_error():
@@ -19,12 +19,6 @@ def test_text_is_escaped_and_a_missing_value_is_an_error():
     page = rendered("compare", content=content, **values)
     assert not any(attack in page for attack in ("<img src=x", "<b>", "<script>", "\u202e"))
     assert "&lt;img src=x&gt;" in page
-
-
-def test_no_line_ends_between_a_number_and_its_per_cent():
-    page = with_joined_per_cents("""<p>95 % of 71 %)</p><img src="data:,<text x='1 %3E%23">""")
-    assert page.split("\N{NO-BREAK SPACE}%")[:2] == ["<p>95", " of 71"]
-    assert "x='1 %3E%23" in page
 
 
 def test_a_spec_breaks_after_its_marks_and_never_within_a_tag():

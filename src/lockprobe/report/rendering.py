@@ -8,10 +8,7 @@ from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["rendered", "with_joined_per_cents"]
-
-_PER_CENT = re.compile(r"(?<=\d) %(?![\dA-F]{2})")
-"""The space between a number and its per cent, where no line may end; not what a picture writes with a %."""
+__all__ = ["rendered"]
 
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
@@ -25,11 +22,6 @@ def rendered(name: str, **values: Any) -> str:
         values: What the template names; a name without a value is an error.
     """
     return str(_templates().get_template(f"{name}.html.jinja").render(**values))
-
-
-def with_joined_per_cents(page: str) -> str:
-    """The page with no line end between a number and its per cent sign."""
-    return _PER_CENT.sub("\N{NO-BREAK SPACE}%", page)
 
 
 @cache

@@ -19,7 +19,6 @@ from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.pages import PAGES, figures_of, page_of, parts_of, tables_of
-from lockprobe.report.rendering import with_joined_per_cents
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.sample_pictures import embedded
@@ -197,7 +196,7 @@ def _page(
 ) -> str | None:
     """A page; None if there is nothing to show on it."""
     shown = page in _ALWAYS or parts_of(found, page)
-    return with_joined_per_cents(page_of(page, found, images, photographs, trials)) if shown else None
+    return page_of(page, found, images, photographs, trials) if shown else None
 
 
 _ALWAYS = ("claims", "audit", "report")
