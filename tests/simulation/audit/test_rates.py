@@ -117,20 +117,10 @@ def test_no_studies_are_refused():
 
 
 def test_a_killed_worker_is_one_line(monkeypatch):
-    class Pool:
-        def __init__(self, *_, **__):
-            self.map = self.broken
+    def broken(*_):
+        raise BrokenProcessPool("a child process terminated abruptly")
 
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            return False
-
-        def broken(self, *_):
-            raise BrokenProcessPool("a child process terminated abruptly")
-
-    monkeypatch.setattr("lockprobe.foundation.parallel.ProcessPoolExecutor", Pool)
+    monkeypatch.setattr("lockprobe.foundation.parallel.Spawned.submit", broken)
     with pytest.raises(Missing, match="a worker process died before its work was done: is there memory enough for 2"):
         measure([TRAP], studies=12, workers=Processes(2))
 
