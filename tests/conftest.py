@@ -87,6 +87,7 @@ SLOW = {
     "test_many_browsers_at_once_and_the_server_is_killed_meanwhile": (),
     "test_no_model_takes_more_than_its_sum": (),
     "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
+    "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
     "test_over_many_agents_a_course_is_seldom_said_that_is_none": (),
     "test_p_values_are_corrected_within_a_kind_as_statsmodels_does": (),
     "test_several_processes_change_no_byte": (),
