@@ -59,6 +59,7 @@ SLOW = {
         "words, clicks",
         "words, keys, outcomes only, unasked",
     ),
+    "test_a_modality_more_changes_no_p_value_of_another": (),
     "test_an_agent_with_rare_long_trials_is_not_called_faster": ("100-100-0.022", "100-60-0.037", "20-30-0.05"),
     "test_characters_are_helped_hurt_and_both": (),
     "test_counted_numbers_give_the_exact_distribution": (
@@ -116,6 +117,7 @@ SLOW = {
         "True-0.2",
         "False-0.2",
     ),
+    "test_what_was_said_of_the_size_of_requests_holds_for_the_models_own_count": (),
     "test_where_loops_are_irrelevant_success_is_as_stated": (
         "many-p",
         "unequal-luck-many-p",
