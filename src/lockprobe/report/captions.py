@@ -8,7 +8,15 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Course
 from lockprobe.statistics.published import PEAK
 
-__all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "share_intervals_said", "success_and_loops_said"]
+__all__ = [
+    "best_dose_said",
+    "fit_said",
+    "interval_kind",
+    "model_said",
+    "paper_rates",
+    "share_intervals_said",
+    "success_and_loops_said",
+]
 
 
 def paper_rates(courses: Iterable[Course]) -> list[float]:
@@ -52,6 +60,11 @@ def _several(course: Course) -> bool:
     return len(course.where("best_dose_probability")) > 1
 
 
+def interval_kind(every_look: object) -> str:
+    """What intervals of shares of solved trials are, those of people aside: for one look if ``every_look`` is false."""
+    return "confidence sequences, which hold at every look" if every_look else "Wilson intervals"
+
+
 def share_intervals_said(agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False) -> str:
     """What intervals of shares are, as a sentence: those of people are clustered by person.
 
@@ -68,7 +81,7 @@ def share_intervals_said(agents: Iterable[str], of: str = "Intervals", *, every_
     people = {agent == PEOPLE for agent in agents}
     if people == {True}:
         return f"{of} are 95 % intervals clustered by person."
-    kind = "confidence sequences, which hold at every look" if every_look else "Wilson intervals"
+    kind = interval_kind(every_look)
     return f"{of} are 95 % {kind}{', clustered by person for people' * (True in people)}."
 
 

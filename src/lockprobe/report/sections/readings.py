@@ -10,6 +10,7 @@ from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
+from lockprobe.report.captions import interval_kind
 from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
@@ -176,7 +177,7 @@ _NONE = Table("against-no-feedback", _none_table)
 
 
 def _caption(found: Results) -> Caption:
-    bars = "confidence sequences, which hold at every look" if found.progress.every_look else "Wilson intervals"
+    bars = interval_kind(found.progress.every_look)
     return Caption(
         "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
         "were reported falsely, and of reports that showed a joint in a false position.",

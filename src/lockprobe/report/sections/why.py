@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, capital, p_cell
 from lockprobe.interventions.words import CORRECTION
+from lockprobe.report.captions import interval_kind
 from lockprobe.report.every_look import note_at
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
@@ -172,15 +173,10 @@ def _caption(found: Results) -> Caption:
     return Caption(
         "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
         "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
-        f"Brackets are 95 % {_kind(found)}. The other panels: the total effect of false reports (filled) and, if it "
-        "was detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the "
-        "number of agents.",
+        f"Brackets are 95 % {interval_kind(found.progress.every_look)}. The other panels: the total effect of false "
+        "reports (filled) and, if it was detected, differences between arms (hollow), in matched pairs with 95 % "
+        "intervals corrected for the number of agents.",
     )
-
-
-def _kind(found: Results) -> str:
-    """What the intervals of shares are."""
-    return "confidence sequences, which hold at every look" if found.progress.every_look else "Wilson intervals"
 
 
 _FIGURE = Figure(
@@ -201,7 +197,7 @@ def _show(found: Results) -> Iterator[Part]:
         yield _by_step(found)
         yield _told(found)
         said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
-        yield Part("Arms", said, [_ARM, _arm_note(many, _kind(found))], "arms")
+        yield Part("Arms", said, [_ARM, _arm_note(many, interval_kind(found.progress.every_look))], "arms")
         margin = found.where("equivalence_margin")[0].value or 0.0
         yield Part("Limits", "What these comparisons do not show.", [Listed(_limits(margin))], "limits")
 
