@@ -34,7 +34,6 @@ IMPORTED = {
     "mcp": ("mcp",),
     "cluster": ("ray",),
     "parquet": ("pyarrow",),
-    "otel": ("opentelemetry.proto.trace.v1.trace_pb2",),
 }
 """The libraries of each extra."""
 

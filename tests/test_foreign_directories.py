@@ -45,7 +45,6 @@ TAKING: dict[str, list[list[str]]] = {
         ["export", "DIR"],
         ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
         ["export", "DIR", "--format", "eval", "--out", "log.eval"],
-        ["export", "DIR", "--format", "otel", "--out", "traces.jsonl"],
         ["export", "DIR", "--format", "psych-ds", "--out", "dataset"],
     ],
     "import": [

@@ -88,31 +88,3 @@ def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, n
     (tmp_path / "link.csv").symlink_to(played / name)
     status, _, said = lockprobe("export", played, "--out", tmp_path / "link.csv")
     assert (status, said) == (2, f"lockprobe: {tmp_path}/link.csv: belongs to the study; choose another file\n")
-
-
-def test_traces_are_the_same_bytes_each_time(lockprobe, tmp_path, played):
-    files = [tmp_path / "one.jsonl", tmp_path / "two.jsonl"]
-    for file in files:
-        status, said, _ = lockprobe("export", played, "--format", "otel", "--out", file)
-        assert (status, said.strip()) == (0, str(file))
-    assert files[0].read_bytes() == files[1].read_bytes()
-    lockprobe("export", played, "--format", "otel", "--start", "2026-01-31T12:00:00Z", "--out", files[1])
-    assert '"startTimeUnixNano":"1769860800000000000"' in files[1].read_text("utf-8")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--format", "otel"), "--out"),
-        (("--format", "otel", "--out", "-"), "--out"),
-        (("--format", "csv", "--endpoint", "http://localhost:4318"), "--format"),
-        (("--format", "otel", "--endpoint", "localhost"), "--endpoint"),
-        (("--format", "otel", "--endpoint", "http://127.0.0.1:1"), "took 0 requests"),
-        (("--format", "otel", "--start", "soon", "--endpoint", "http://localhost"), "--start"),
-        (("--format", "otel", "--table", "trials", "--endpoint", "http://localhost"), "--table"),
-    ],
-)
-def test_what_traces_need_is_said_in_one_line(lockprobe, played, arguments, message):
-    status, _, said = lockprobe("export", played, *arguments)
-    assert (status, len(said.splitlines())) == (2, 1)
-    assert message in said

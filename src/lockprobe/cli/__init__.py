@@ -26,7 +26,7 @@ COMMANDS = {
     "report": ("report", "report", "Write the report of a study again."),
     "compare": ("compare", "compare", "Compare studies: success, differences, a page."),
     "verify": ("verify", "verify", "Recompute a study from its records and check its results."),
-    "export": ("export", "export", "Export trials as tables, Inspect logs, datasets or traces."),
+    "export": ("export", "export", "Export trials as tables, Inspect logs or datasets."),
     "import": ("import_", "take", "Import trials from logs, datasets and study directories."),
     "replay": ("replay", "replay", "Show a finished trial, step by step or as a film."),
     "branch": ("branch", "branch", "Measure the effect of one report: fork recorded trials."),

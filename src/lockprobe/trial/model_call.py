@@ -26,7 +26,7 @@ Finite = Annotated[float, Gt(-inf), Lt(inf)]
 """Any other number of a record."""
 
 Seconds = Annotated[float, Ge(0), Le(1e8)]
-"""A duration read from disk: three years at most, which still is a number of nanoseconds."""
+"""A duration read from disk: three years at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
