@@ -11,7 +11,6 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue, Conflict
-from lockprobe.interfaces.export.hub_dataset import write_hub_dataset
 from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, write_rows, write_table
 from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.diary import read_diaries
@@ -22,12 +21,12 @@ from lockprobe.studies.records.picture_store import ALBUM
 
 __all__ = ["export"]
 
-Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "hf"]
+Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds"]
 
 _OUT = options.with_brackets(
     options.OUT,
-    "standard output, also with -; eval: a file for all agents, or a directory for one log of each; psych-ds, hf: a "
-    "new directory",
+    "standard output, also with -; eval: a file for all agents, or a directory for one log of each; psych-ds: a new "
+    "directory",
 )
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
@@ -37,10 +36,7 @@ def export(
     directory: Directory,
     format: Annotated[  # noqa: A002
         Format,
-        typer.Option(
-            help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people; hf: "
-            "a directory for load_dataset."
-        ),
+        typer.Option(help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people."),
     ] = "csv",
     table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: one row per step, or per trial.")] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
@@ -51,9 +47,6 @@ def export(
         bool,
         typer.Option("--with-platform-ids", help="psych-ds: include IDs of the platform; they are personal data."),
     ] = False,
-    licence: Annotated[
-        str | None, typer.Option(metavar="NAME", help="hf: the licence in the card, for example cc-by-4.0.")
-    ] = None,
 ) -> None:
     """Export a study: tables of steps or trials, logs for Inspect AI's viewer, or a Psych-DS dataset.
 
@@ -61,9 +54,7 @@ def export(
     """
     if format != "psych-ds" and (everybody or platform_ids):
         raise BadValue("--format", format, "psych-ds with --all or --with-platform-ids")
-    if format != "hf" and licence is not None:
-        raise BadValue("--format", format, "hf with --licence")
-    if format in ("eval", "psych-ds", "hf") and table != "steps":
+    if format in ("eval", "psych-ds") and table != "steps":
         raise Conflict(f"--table {table}", f"--format {format}", "only csv, jsonl and parquet are single tables")
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
@@ -73,8 +64,6 @@ def export(
     refuse_study_file(out)
     if format == "psych-ds":
         written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
-    elif format == "hf":
-        written = write_hub_dataset(load(directory), out, directory / ALBUM, licence)
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
