@@ -5,8 +5,8 @@ from html import unescape
 
 import pytest
 from builders import modality_study, played_by_people, small_study, write_study
-from frozen import page_text
 from page_parts import part
+from page_text import page_text
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import Page, page_of, parts_of

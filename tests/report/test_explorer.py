@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
-from frozen import page_text
+from page_text import page_text
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
