@@ -40,7 +40,7 @@ WORKDIR /source
 COPY pyproject.toml uv.lock ./
 COPY robot/pyproject.toml robot/README.md robot/
 # A container without a robot needs none of the libraries of robots; they exist for few platforms.
-ARG NO_ROBOT="--no-extra fr3 --no-extra panda --no-extra realsense --no-extra wire"
+ARG NO_ROBOT="--no-extra fr3 --no-extra realsense"
 RUN uv sync --locked --no-install-workspace --all-packages --all-extras $NO_ROBOT --group embedded
 
 # Releases are counted from git tags, which are not here: --build-arg VERSION=... states the version.

@@ -21,8 +21,6 @@ IMPORTED = {
     "-": ("lockprobe",),
     "twin": ("mujoco", "PIL.Image"),
     "fr3": ("franky",),
-    "panda": ("panda_py",),
-    "wire": ("franky_sim",),
     "realsense": ("pyrealsense2",),
     "calibrate": ("cv2",),
     "film": ("imageio_ffmpeg",),
@@ -37,7 +35,7 @@ IMPORTED = {
 }
 """The libraries of each extra."""
 
-_OF_ROBOT = ("fr3", "panda", "wire", "realsense", "calibrate", "film")
+_OF_ROBOT = ("fr3", "realsense", "calibrate", "film")
 """The extras of lockprobe-robot."""
 
 _TIMED = "import time; began = time.perf_counter(); import {}; print(time.perf_counter() - began)"

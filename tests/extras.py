@@ -46,9 +46,7 @@ NEEDS = {
     "mcp": ("mcp flips --isolation none",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
     "calibrate": ("rig tags --out t.pdf",),
-    "wire": ("rig check",),
-    "fr3": ("rig check --arm fr3 --host 127.0.0.9",),
-    "panda": ("rig check --arm panda --host 127.0.0.9",),
+    "fr3": ("rig check 127.0.0.9",),
 }
 """Extra -> commands that cannot be had without it."""
 
@@ -58,8 +56,6 @@ WITHIN = {
     "realsense": {"twin"},
     "mcp": {"web", "mcp"},
     "fr3": {"twin", "fr3"},
-    "wire": {"twin", "fr3", "wire"},
-    "panda": {"twin", "panda"},
 }
 """Extra -> the extras that it brings, where that is more than itself."""
 

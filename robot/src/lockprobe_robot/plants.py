@@ -145,7 +145,7 @@ def manual(spec: Spec) -> PlantSource:
 def rig(spec: Spec) -> PlantSource:
     """The adapter of a real arm, in rehearsal.
 
-    Options: rung (scripted, twin, wire), truth (simulation, camera).
+    Options: rung (scripted, twin), truth (simulation, camera).
     """
     from lockprobe_robot.rehearsal_settings import RehearsalSettings
 
@@ -163,6 +163,5 @@ def rig(spec: Spec) -> PlantSource:
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
         photographs=settings.truth == "camera",
         has_arm=True,
-        is_attended=lambda: settings.rung == "wire",  # one at a time: it keeps time as a robot does
         options={},
     )

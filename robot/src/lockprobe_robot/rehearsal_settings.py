@@ -9,7 +9,7 @@ from lockprobe.foundation.errors import BadValue
 
 __all__ = ["RehearsalRung", "RehearsalSettings", "RehearsalTruth"]
 
-RehearsalRung = Literal["scripted", "twin", "wire"]
+RehearsalRung = Literal["scripted", "twin"]
 """The rungs below a robot; :mod:`lockprobe_robot.hardware.rehearsal` says what they are."""
 
 RehearsalTruth = Literal["simulation", "camera"]
@@ -21,7 +21,7 @@ class RehearsalSettings:
     """The settings of a rehearsal.
 
     Attributes:
-        rung: The rung, from ``scripted`` to ``wire``.
+        rung: The rung, ``scripted`` or ``twin``.
         truth: Source of the truth.
 
     Raises:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hardware import fakes
 from lockprobe_robot.cli.rig import app
-from lockprobe_robot.hardware import arm_check, rehearsal, rungs
+from lockprobe_robot.hardware import arm_check, franky, rehearsal
 from lockprobe_robot.hardware.rungs import parts_of
 from typer.testing import CliRunner
 
@@ -61,15 +61,16 @@ def test_a_fault_is_no_wrong_verdict_and_late_commands_are_named_as_its_cause(mo
 
 
 def test_a_check_names_its_arm_and_its_judgement(monkeypatch):
-    """Of the scripted arm in place of the simulated robot, which needs an extra."""
+    """Of the scripted arm in place of a robot."""
     scripted = parts_of("scripted", box("chain-4"), tuple("ABCD"), np.random.default_rng(0))
     scripted.arm.reach(np.array([0.5, 0.0, 0.4]), np.array([0.0, 0.0, -1.0]))
-    monkeypatch.setattr(rungs, "parts_of", lambda *which: scripted)
-    lines = run("check", "--commands", "20").stdout.splitlines()
-    assert lines[0] == "Arm: a simulated FR3 behind the real client library"
+    monkeypatch.setattr(franky, "FrankyArm", lambda host: scripted.arm)
+    monkeypatch.setattr("lockprobe.plants.operator.TerminalOperator", fakes.Willing)
+    lines = run("check", "lab", "--commands", "20").stdout.splitlines()
+    assert lines[0] == "Arm: FR3 at lab"
     assert lines[-1] == "Good enough to move."
     monkeypatch.setattr(arm_check, "MOST_DRIFT", -1.0)
-    done = run("check", "--commands", "20")
+    done = run("check", "lab", "--commands", "20")
     assert done.exit_code == 1
     assert done.stdout.splitlines()[-1] == "Not good enough: the tool drifted by 0.0 mm, at most -1000 mm."
 
@@ -113,8 +114,6 @@ def test_a_dry_run_of_a_laboratorys_rig_asks_its_operator(monkeypatch):
     [
         (["dry-run", "--plant", "symbolic"], "plant: got 'symbolic', expected rig?rung="),
         (["dry-run", "--plant", "rig?rung=scripted", "--height", "1"], "height: got 1.0, expected metres from 0.05"),
-        (["check", "--arm", "fr3"], "--host: got '', expected the address of the robot for --arm fr3"),
-        (["check", "--host", "x"], "--host cannot be combined with --arm wire"),
         (["rehearse", "--box", "nothing"], "no box is called 'nothing'"),
     ],
 )
@@ -124,17 +123,11 @@ def test_mistakes_are_one_line(words, message):
     assert str(error).startswith(message)
 
 
-def test_without_the_libraries_the_extra_is_named(monkeypatch):
-    for name in ("franky", "panda_py", "franky_sim"):
-        monkeypatch.setitem(__import__("sys").modules, name, None)
-    for words, extra in (
-        (["--arm", "fr3", "--host", "h"], "fr3"),
-        (["--arm", "panda", "--host", "h"], "panda"),
-        ([], "wire"),
-    ):
-        error = run("check", *words).exception
-        assert isinstance(error, Missing)
-        assert f"lockprobe-robot[{extra}]" in str(error)
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "franky", None)
+    error = run("check", "h").exception
+    assert isinstance(error, Missing)
+    assert "lockprobe-robot[fr3]" in str(error)
 
 
 def test_it_is_a_command():

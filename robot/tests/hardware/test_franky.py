@@ -1,92 +1,136 @@
-"""The real client library against a simulated robot over loopback; skipped where they are not installed."""
+"""The FR3's adapter against a stand-in for franky."""
 
-import json
-import re
-from dataclasses import replace
+import sys
+import types
 
 import numpy as np
 import pytest
-from builders import small_study
-from hardware.wire_faults import BREAKING, FAULTS, MADE, SPEEDS
 
-pytest.importorskip("franky")
-pytest.importorskip("franky_sim")
+pytest.importorskip("mujoco")
 
-from lockprobe_robot.arm.guarded_move import GuardedMove
-from lockprobe_robot.hardware.bounds import Bounded
-from lockprobe_robot.hardware.rehearsal import BOUNDS
-from lockprobe_robot.hardware.rungs import parts_of
+from lockprobe_robot.arm.panda import HOME
+from lockprobe_robot.hardware.franky import FrankyArm
+from lockprobe_robot.hardware.kinematics import ArmKinematics
+from lockprobe_robot.hardware.wrench import FreshWrench, WrenchReading
 
-from lockprobe.boxes.families import box
-from lockprobe.foundation.plugins import allow
-from lockprobe.plants.operator import ConsentingOperator
-from lockprobe.studies.running.runner import run_study
+from lockprobe.foundation.errors import Missing, PlantFault
 
-CHAIN = box("chain-4")
+TOOL = 0.108
+EFFECTOR = np.eye(4)
+EFFECTOR[2, 3] = 0.1034
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+class Refused(Exception):
+    """franky's ControlException."""
+
+
+class FakeRobot:
+    """Stands where it was sent; remembers the calls."""
+
+    has_errors, is_in_control, recovers, error = False, True, True, None
+
+    def __init__(self, host, **settings):
+        self.q, self.log = HOME.copy(), [f"connect {host}"]
+
+    @property
+    def state(self):
+        tool = np.eye(4)
+        tool[2, 3] = TOOL
+        pose = ArmKinematics(TOOL).tool(self.q) @ np.linalg.inv(tool) @ EFFECTOR
+        return types.SimpleNamespace(
+            F_T_EE=types.SimpleNamespace(matrix=EFFECTOR),
+            O_T_EE=types.SimpleNamespace(matrix=pose),
+            O_F_ext_hat_K=[1.0, 2.0, 3.0, 0, 0, 0],
+            control_command_success_rate=0.98,
+        )
+
+    def set_collision_behavior(self, torque, force):
+        self.log.append(f"collision {torque:g} {force:g}")
+
+    def move(self, motion):
+        self.log.append("move")
+        self.q = np.array(motion)
+
+    def recover_from_errors(self):
+        self.log.append("recover")
+        return self.recovers
+
+    def join_motion(self, seconds):
+        if self.error:
+            raise self.error
+
+    def stop(self):
+        self.log.append("stop")
+
+
+class FakeTracker:
+    goes_on = True
+
+    def __init__(self, robot, *, translational_stiffness, **settings):
+        self.gains, self.targets, self.log = [translational_stiffness], [], robot.log
+
+    def set_gains(self, *, translational_stiffness):
+        self.gains.append(translational_stiffness)
+
+    def set_target(self, pose, twist, acceleration):
+        self.targets.append((pose, twist, acceleration))
+
+    def tick(self):
+        return 0.01 if self.goes_on else None
+
+    def stop(self):
+        self.log.append("end")
 
 
 @pytest.fixture
-def shown():
-    return []
+def arm(monkeypatch):
+    library = types.ModuleType("franky")
+    library.Robot, library.CartesianImpedanceTracker, library.ControlException = FakeRobot, FakeTracker, Refused
+    library.RealtimeConfig = types.SimpleNamespace(Ignore=0)
+    library.Affine = library.JointMotion = np.array
+    library.Twist = library.TwistAcceleration = lambda linear, angular: linear
+    monkeypatch.setitem(sys.modules, "franky", library)
+    return FrankyArm("10.0.0.2", tool=TOOL)
 
 
-@pytest.fixture
-def parts(shown):
-    def film(model, data):
-        shown.append([float(data.joint(f"arm-{number}").qpos[0]) for number in range(1, 8)])
-
-    found = parts_of("wire", CHAIN, tuple("ABCD"), np.random.default_rng(1), film)
-    yield found
-    found.close()
-
-
-def test_a_free_and_a_locked_joint_over_the_wire(parts, shown, monkeypatch):
-    monkeypatch.setattr(parts.arm, "_wrench", replace(parts.arm._wrench, oldest=1.0))  # on a busy machine
-    arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
+def test_targets_are_those_of_the_end_effector_for_a_point_of_the_tool(arm):
+    point, speed = np.array([0.5, 0.1, 0.3]), np.array([0.1, 0, 0])
+    arm.reach(point, DOWN)
+    assert arm.position() == pytest.approx(point, abs=3e-4)
+    arm.follow(point, speed, stiffness=2500.0)
+    arm.follow(point, speed, stiffness=1500.0)
+    (pose, twist, acceleration), (_, _, steady) = arm._tracker.targets
+    ahead = point + 0.5 * 0.01 * speed  # the middle of the period
+    assert pose[:3, 3] == pytest.approx(ahead - (EFFECTOR[2, 3] - TOOL) * np.array([0, 0, 1]), abs=3e-4)
+    assert (twist == speed).all()
+    assert (acceleration == pytest.approx(speed / 0.01), steady == pytest.approx(0)) == (True, True)
+    assert arm._tracker.gains == [2500.0, 1500.0]
     arm.home()
-    for joint, verdict, after in ((3, "moved", (0, 0, 0, 1)), (0, "blocked", (0, 0, 0, 1))):
-        touch = GuardedMove().attempt(arm, parts.path(joint, False))
-        assert (touch.verdict, parts.state()) == (verdict, tuple(map(bool, after)))
-    assert parts.arm.success_rate == 1.0
-    assert parts.facts["driver"] == "franky-control 2.0.0"
-    parts.roll()
-    assert 25 * 5 < len(shown) < 25 * 60
-    assert np.ptp(shown, axis=0).max() > 0.5  # radians: the film sees the arm go and come back
-    assert shown[-1] == pytest.approx(shown[0], abs=0.1)
+    assert arm._robot.log == ["connect 10.0.0.2", "collision 30 60", "move", "end", "move"]
 
 
-def wire_study(trials=1):
-    study = small_study(["human-inspired"], p=[0.0], repetitions=1, trials=trials)
-    allow(plant := "python:hardware.wire_faults:wire_rig")
-    return replace(study, plant=plant, max_steps=1)
+def test_forces_come_from_the_reader_or_with_their_sign_turned_from_the_robot(arm):
+    assert arm.force() == pytest.approx([-1, -2, -3])
+    reader = types.SimpleNamespace(read=lambda: WrenchReading(force=np.array([0.0, 0.0, 1.0]), age=0.0))
+    arm._wrench = FreshWrench(reader=reader)
+    assert arm.force() == pytest.approx(arm._pose()[:3, 2])
+    assert arm.success_rate == 0.98
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_on_the_wire_stops_the_arm_and_the_trial_is_owed_again(name, tmp_path):
-    fault = FAULTS[name]
-    if fault.truth == "camera":
-        pytest.importorskip("pyrealsense2")
-    BREAKING[:], MADE[:], SPEEDS[:] = [name], [], []
-    (trial,) = run_study(wire_study(), tmp_path)
-    assert trial.error is not None
-    ((arm, _),) = MADE
-    told = [json.loads(line) for line in arm.log.last]
-    first = next(at for at, line in enumerate(told) if line["command"] == "stop")
-    took = told[first]["t"] - told[first - 1]["t"]
-    print(f"{name}: told to stop {took:.2f} s after the last command, moves at {SPEEDS}: {trial.error.message}")
-    assert (trial.ending, trial.error.boundary, trial.owed_again) == ("error", "plant", True)
-    assert re.search(fault.why, trial.error.message)
-    assert "\n" not in trial.error.message
-    assert {line["command"] for line in told[first:]} <= {"stop", "stop failed"}
-    assert took < 10
-    assert [pytest.approx(0, abs=0.05)] * fault.alive == SPEEDS
+def test_faults(arm):
+    arm.follow(arm.position(), np.zeros(3), stiffness=1.0)
+    arm._tracker.goes_on, arm._robot.error = False, Refused("communication_constraints_violation")
+    with pytest.raises(PlantFault, match="the robot ended the motion: communication"):
+        arm.follow(arm.position(), np.zeros(3), stiffness=1.0)
+    arm.stop()
+    assert arm._robot.log[-1] == "stop"
+    arm._robot.is_in_control, arm._robot.has_errors, arm._robot.recovers = False, True, False
+    with pytest.raises(PlantFault, match="cannot recover from its error: communication"):
+        arm.home()
 
 
-def test_after_a_fault_the_same_command_plays_only_what_is_owed(tmp_path):
-    MADE[:] = []
-    BREAKING[:] = ["wrench stale"]
-    study = wire_study(trials=2)
-    broken, fine = run_study(study, tmp_path)
-    assert (broken.ending, fine.ending) == ("error", "budget")
-    again = {trial.key: trial for trial in run_study(study, tmp_path)}
-    assert (again[broken.key].ending, again[fine.key], len(MADE)) == ("budget", fine, 3)
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "franky", None)
+    with pytest.raises(Missing, match=r"lockprobe-robot\[fr3\]"):
+        FrankyArm("h")

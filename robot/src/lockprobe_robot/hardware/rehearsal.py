@@ -1,20 +1,16 @@
-"""Rehearsals: software-in-the-loop tests of a rig without the robot, on three rungs of increasing realism.
+"""Rehearsals: software-in-the-loop tests of a rig without the robot, on two rungs of increasing realism.
 
 * ``scripted``: an arm without a body; the whole program runs in milliseconds.
 * ``twin``: the simulated arm and box in this process.
-* ``wire``: Franka's real client library, over loopback, to a process that simulates the robot with the same arm and
-  box.
 
-On the last two rungs a camera can tell the truth: pictures of the simulation pass through the library of a real depth
-camera. Every rung drives the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guarded move.
+On the second one a camera can tell the truth: pictures of the simulation pass through the library of a real depth
+camera. Both drive the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guarded move.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +20,7 @@ from lockprobe.foundation.errors import LockprobeError, PlantFault
 from lockprobe.plants.catalogue import FilmHook
 from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.trial.protocols import Plant
-from lockprobe.trial.record import Fact, Snapshot
+from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import GuardedMove
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.camera import Shot
@@ -77,7 +73,6 @@ class Rehearsal:
         box: Name of the box.
         attempts: All attempts, in order.
         commands_late: Commands of a move that took longer than 1.5 periods of wall time.
-        figures: Timing of a simulated robot: number of ``ticks`` of 1 ms, and of ``late`` ones; else empty.
         facts: Facts about the parts, for the record.
     """
 
@@ -85,7 +80,6 @@ class Rehearsal:
     box: str
     attempts: tuple[RehearsedAttempt, ...]
     commands_late: int
-    figures: Mapping[str, int]
     facts: Mapping[str, Fact]
 
     @property
@@ -101,11 +95,10 @@ def rehearse_rig(
     rng: np.random.Generator,
     film: FilmHook | None = None,
 ) -> Plant:
-    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. No operator has to agree: nothing real moves.
+    """A rig on a rung, as a plant: ``--plant 'rig?rung=twin'``. No operator has to agree: nothing real moves.
 
     Raises:
         UserMistake: If the rung is not available here.
-        PlantFault: If a process does not start.
     """
     parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
     try:
@@ -113,7 +106,7 @@ def rehearse_rig(
     except LockprobeError:
         parts.close()
         raise
-    rig = Rig(
+    return Rig(
         box,
         labels=labels,
         arm=Bounded(parts.arm, BOUNDS, operator),
@@ -126,7 +119,6 @@ def rehearse_rig(
         state=parts.state if eye is None else None,
         release=parts.close,
     )
-    return rig if film is None else _FilmedRig(rig, parts.roll)
 
 
 def played_eye(parts: Parts) -> Eye:
@@ -150,25 +142,6 @@ def played_eye(parts: Parts) -> Eye:
     return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
 
 
-class _FilmedRig:
-    """A rig that is filmed: after every attempt the film sees how it went."""
-
-    def __init__(self, rig: Rig, roll: Callable[[], None]) -> None:
-        self._rig, self._roll = rig, roll
-        self.observe, self.close = rig.observe, rig.close
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        return self._rig.facts
-
-    def attempt(self, joint: int) -> Snapshot:
-        try:
-            return self._rig.attempt(joint)
-        finally:
-            with suppress(PlantFault):  # the fault of the attempt is the one to tell
-                self._roll()
-
-
 def rehearse(
     rung: RehearsalRung,
     box: Lockbox,
@@ -190,12 +163,11 @@ def rehearse(
 
     Raises:
         UserMistake: If the rung is not available here.
-        PlantFault: If a process does not start.
     """
     luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])
     looks = luck.spawn(1)[0]
     made: list[RehearsedAttempt] = []
-    late, figures, facts = 0, Counter[str](), dict[str, Fact]()
+    late, facts = 0, dict[str, Fact]()
     while len(made) < attempts:
         parts = parts_of(rung, box, labels, looks)
         arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
@@ -207,14 +179,11 @@ def rehearse(
                 tell(made[-1])
                 if made[-1].fault:
                     break  # the hand may hold a handle: begin again with new parts
-            figures.update(parts.figures())
         finally:
             arm.stop()
             parts.close()
             late, facts = late + arm.late, dict(parts.facts)
-    return Rehearsal(
-        rung=rung, box=box.name, attempts=tuple(made), commands_late=late, figures=dict(figures), facts=facts
-    )
+    return Rehearsal(rung=rung, box=box.name, attempts=tuple(made), commands_late=late, facts=facts)
 
 
 def _rehearsed_attempt(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> RehearsedAttempt:

@@ -25,7 +25,7 @@ from lockprobe_robot.hardware.position_reader import ImageHandles, Unclear, read
 
 __all__ = ["Eye", "Rig", "Rung", "TruthFrom"]
 
-Rung = Literal["scripted", "twin", "wire", "dry-run", "robot"]
+Rung = Literal["scripted", "twin", "dry-run", "robot"]
 """How real the rig is; the record says which."""
 
 TruthFrom = Literal["camera", "person", "simulation", "verdict"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,12 +29,8 @@ __all__ = ["RUNGS", "Parts", "parts_of"]
 RUNGS: Mapping[RehearsalRung, str] = {
     "scripted": "an arm without a body",
     "twin": "the simulated arm, in this process",
-    "wire": "the real client library, over loopback, to a simulated robot",
 }
 """The rungs from the bottom, and what each is."""
-
-_FREE_SPEED = 0.5
-"""Share of the highest speed in free motions over the wire."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,9 +44,7 @@ class Parts:
         put: Sets the configuration, as a person would between attempts.
         close: Releases everything.
         facts: Facts for the record.
-        figures: Timing statistics; empty if time is simulated.
         look: Takes a picture of the box; None if the rung has none.
-        roll: Passes to a film the motion since the last call, if it was not filmed during the motion.
     """
 
     arm: StoppableArm
@@ -59,9 +53,7 @@ class Parts:
     put: Callable[[Configuration], None]
     close: Callable[[], None] = lambda: None
     facts: Mapping[str, Fact] = field(default_factory=dict)
-    figures: Callable[[], Mapping[str, int]] = dict
     look: Callable[[], Frame] | None = None
-    roll: Callable[[], None] = lambda: None
 
 
 def parts_of(
@@ -72,7 +64,6 @@ def parts_of(
     Raises:
         BadValue: If there is no such rung.
         Missing: If a package is missing.
-        PlantFault: If a process does not start.
     """
     if rung == "scripted":
         path = partial(handle_path, lay_out_panel(box))
@@ -85,8 +76,6 @@ def parts_of(
         )
     if rung == "twin":
         return _twin(box, labels, rng, film)
-    if rung == "wire":
-        return _wire(box, labels, rng, film)
     raise BadValue("rung", rung, f"one of {', '.join(RUNGS)}")
 
 
@@ -110,55 +99,4 @@ def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film:
         close=twin.close,
         facts={"engine": twin.facts["engine"]},
         look=look,
-    )
-
-
-def _wire(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None) -> Parts:
-    require_mujoco()
-    from lockprobe_robot.arm.skin import find_skin
-    from lockprobe_robot.hardware.driver_call import call_driver
-    from lockprobe_robot.hardware.franky import FrankyArm
-    from lockprobe_robot.hardware.wire_scene import WireScene
-    from lockprobe_robot.hardware.wire_server import SimulatedRobot
-    from lockprobe_robot.hardware.wrench import FreshWrench
-    from lockprobe_robot.scene.bolts import case_depth
-    from lockprobe_robot.scene.gates import gates_of
-
-    seed = int(rng.integers(2**31))
-    robot = SimulatedRobot(box, labels, seed)
-    wrench = FreshWrench(reader=robot, oldest=0.1)  # a busy machine; the default of a real sensor is 20 ms
-    arm = call_driver("the connection", lambda: FrankyArm(robot.host, wrench=wrench, speed=_FREE_SPEED))
-
-    def figures() -> Mapping[str, int]:
-        kept = robot.figures()
-        return {"ticks": kept.ticks, "late": kept.late}
-
-    def close() -> None:
-        if seen.cache_info().currsize:
-            seen().close()
-        robot.close()
-
-    seen = cache(partial(WireScene, box, labels, seed, skin=find_skin() if film is not None else None))
-
-    def look() -> Frame:
-        seen().pose(robot.pose())
-        return seen().look()
-
-    def roll() -> None:
-        if film is None:
-            return
-        for pose in robot.reel():
-            seen().pose(pose)
-            film(seen().model, seen().data)
-
-    return Parts(
-        arm=arm,
-        path=partial(handle_path, lay_out_panel(box, depth=case_depth(gates_of(box)))),
-        state=robot.configuration,
-        put=robot.put,
-        close=close,
-        facts={**arm.facts, "robot": robot.version},
-        figures=figures,
-        look=look,
-        roll=roll,
     )
