@@ -10,7 +10,8 @@ from statistics import fmean
 from typing import get_args
 
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.loops import Symbol, any_loop, cover, symbols
+from lockprobe.statistics.loops import any_loop, cover
+from lockprobe.statistics.loops.alphabet import Symbol, symbols
 from lockprobe.statistics.loops.chance import Chance
 from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, numbered, onset, outcomes

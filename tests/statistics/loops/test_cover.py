@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from loop_definition import copies, from_the_left, patterns, truth
+from loop_definition import copies, patterns, truth
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.loops import (
     LONGEST_ILP,
-    LONGEST_SEARCH,
     LoopCover,
-    Rule,
     Solver,
     any_loop,
     any_loop_batch,
@@ -24,7 +22,6 @@ from lockprobe.statistics.loops import (
     parse_sequence,
 )
 
-RULES: tuple[Rule, ...] = ("free", "repeat", "whole")
 SOLVERS: tuple[Solver, ...] = ("dp", "ilp")
 
 TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max_size=20)).map(tuple)
@@ -33,8 +30,8 @@ CYCLES = st.tuples(st.lists(st.integers(0, 3), min_size=1, max_size=6), st.integ
 )
 
 
-def assert_lawful(trial: Sequence[int], found: LoopCover, rule: Rule, overlap: bool, min_length: int) -> None:
-    """What holds of every cover: disjoint pieces, each a copy of a loop, chosen as the rule asks."""
+def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_length: int) -> None:
+    """What holds of every cover: disjoint pieces, each a copy of a loop."""
     words = copies(trial, min_length, overlap)
     assert found.n == len(trial)
     assert found.any_loop == bool(words)
@@ -42,16 +39,9 @@ def assert_lawful(trial: Sequence[int], found: LoopCover, rule: Rule, overlap: b
     ends = [0] + [start + length for start, length in found.intervals]
     assert all(start >= end for (start, _), end in zip(found.intervals, ends, strict=False))
     assert ends[-1] <= found.n
-    chosen: dict[tuple[int, ...], list[int]] = {}
-    for start, length in found.intervals:
-        chosen.setdefault(tuple(trial[start : start + length]), []).append(start)
+    chosen = dict.fromkeys(tuple(trial[start : start + length]) for start, length in found.intervals)
     assert tuple(chosen) == found.words
     assert chosen.keys() <= words.keys()
-    if rule != "free":
-        assert all(len(at) >= 2 for at in chosen.values())
-    if rule == "whole":
-        for word, at in chosen.items():
-            assert at == from_the_left(words[word], len(word))
 
 
 @pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 7), (4, 7)])
@@ -63,48 +53,34 @@ def test_whether_a_short_trial_loops_is_the_definition(actions: int, longest: in
             assert any_loop(trial, min_length=min_length, overlap=overlap) == expected, trial
 
 
-@pytest.mark.parametrize(("actions", "longest"), [(2, 7), (3, 7)])
-def test_the_linear_programme_is_optimal_under_each_rule(actions: int, longest: int) -> None:
+@pytest.mark.parametrize(("actions", "longest", "overlap"), [(2, 7, False), (3, 7, False), (2, 7, True)])
+def test_the_linear_programme_is_optimal(actions: int, longest: int, overlap: bool) -> None:
     for trial in patterns(actions, longest):
-        if not any_loop(trial):
-            continue
-        expected = truth(trial, overlap=False)
-        for rule in RULES:
-            found = cover(trial, rule=rule, solver="ilp")
-            assert found.covered == getattr(expected, rule), (trial, rule)
-            assert_lawful(trial, found, rule, overlap=False, min_length=3)
-
-
-def test_the_linear_programme_is_optimal_where_copies_may_overlap() -> None:
-    for trial in patterns(2, 7):
-        expected = truth(trial, overlap=True)
-        for rule in RULES:
-            found = cover(trial, rule=rule, solver="ilp", overlap=True)
-            assert found.covered == getattr(expected, rule), (trial, rule)
+        if any_loop(trial, overlap=overlap):
+            found = cover(trial, solver="ilp", overlap=overlap)
+            assert found.covered == truth(trial, overlap).covered, trial
+            assert_lawful(trial, found, overlap, min_length=3)
 
 
 @settings(deadline=None, max_examples=60)
-@given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5), rule=st.sampled_from(RULES))
-def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int, rule: Rule) -> None:
-    exact, literal = (
-        cover(trial, overlap=overlap, min_length=min_length, solver=solver, rule=rule) for solver in SOLVERS
-    )
+@given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5))
+def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int) -> None:
+    exact, literal = (cover(trial, overlap=overlap, min_length=min_length, solver=solver) for solver in SOLVERS)
     assert exact.covered == literal.covered
     assert exact.any_loop == literal.any_loop
-    assert_lawful(trial, exact, rule, overlap, min_length)
-    assert_lawful(trial, literal, rule, overlap, min_length)
+    assert_lawful(trial, exact, overlap, min_length)
+    assert_lawful(trial, literal, overlap, min_length)
 
 
 @pytest.mark.parametrize("kind", ["random", "loopy"])
 @pytest.mark.parametrize(("n", "trials"), [(20, 12), (40, 4), (60, 2), (90, 1)])
-@pytest.mark.parametrize("rule", RULES)
-def test_both_solvers_cover_equally_much_of_longer_trials(kind: str, n: int, trials: int, rule: Rule) -> None:
+def test_both_solvers_cover_equally_much_of_longer_trials(kind: str, n: int, trials: int) -> None:
     rng = np.random.default_rng(n)
     for _ in range(trials):
         trial = rng.integers(0, 4, n).tolist() if kind == "random" else loopy(rng, n)
-        exact, literal = (cover(trial, rule=rule, solver=solver) for solver in SOLVERS)
+        exact, literal = (cover(trial, solver=solver) for solver in SOLVERS)
         assert exact.covered == literal.covered
-        assert_lawful(trial, exact, rule, False, 3)
+        assert_lawful(trial, exact, False, 3)
 
 
 def loopy(rng: np.random.Generator, n: int) -> list[int]:
@@ -120,15 +96,6 @@ def loopy(rng: np.random.Generator, n: int) -> list[int]:
 def test_both_solvers_choose_equally_few_pieces(trial: tuple[int, ...]) -> None:
     exact, literal = (cover(trial, solver=solver) for solver in SOLVERS)
     assert len(exact.intervals) == len(literal.intervals)
-
-
-@settings(deadline=None, max_examples=100)
-@given(trial=TRIALS | CYCLES, overlap=st.booleans())
-def test_a_stricter_rule_covers_no_more(trial: tuple[int, ...], overlap: bool) -> None:
-    free, repeat, whole = (cover(trial, rule=rule, overlap=overlap) for rule in RULES)
-    assert whole.covered <= repeat.covered <= free.covered <= free.n
-    assert_lawful(trial, repeat, "repeat", overlap, 3)
-    assert_lawful(trial, whole, "whole", overlap, 3)
 
 
 @settings(deadline=None)
@@ -162,20 +129,10 @@ def test_a_batch_is_its_trials(trials: list[list[int]], overlap: bool, min_lengt
     assert found.tolist() == [any_loop(t, overlap=overlap, min_length=min_length) for t in trials]
 
 
-@pytest.mark.parametrize(
-    ("trial", "free", "repeat", "whole"),
-    [
-        ("001001010", 9, 6, 6),
-        ("000010010000", 12, 12, 8),
-        ("010101010", 9, 8, 8),
-        ("ABCABCABC", 9, 9, 9),
-        ("AAAA", 0, 0, 0),
-        ("ABCDABDC", 0, 0, 0),
-    ],
-)
-def test_worked_examples(trial: str, free: int, repeat: int, whole: int) -> None:
-    for solver in SOLVERS:
-        assert [cover(trial, rule=rule, solver=solver).covered for rule in RULES] == [free, repeat, whole]
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_worked_examples(solver: Solver) -> None:
+    for trial, covered in {"001001010": 9, "000010010000": 12, "010101010": 9, "AAAA": 0, "ABCDABDC": 0}.items():
+        assert cover(trial, solver=solver).covered == covered
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -209,24 +166,10 @@ def test_fewest_pieces_are_chosen_where_more_would_cover_as_much(trial: str, pie
     assert len(cover(trial, solver=solver).intervals) == pieces
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("rule", RULES)
-def test_a_cycle_is_one_loop_under_every_rule(rule: Rule, solver: Solver) -> None:
-    assert cover("ABC" * 6, rule=rule, solver=solver).words == (("A", "B", "C"),)
-    assert cover("ABCDEFG" * 2, rule=rule, solver=solver).words == (tuple("ABCDEFG"),)
-
-
-def test_loops_that_always_follow_each_other_are_one_loop() -> None:
-    assert cover("001001010").covered > cover("001001010", rule="repeat").covered  # so it is searched for
-    found = cover("001001010XABCDEFGYABCDEFG", rule="repeat")
-    assert (found.covered, found.words[-1]) == (20, tuple("ABCDEFG"))
-
-
 def test_two_copies_that_share_actions_count_only_on_request() -> None:
     assert not any_loop("AAAA")
     assert any_loop("AAAA", overlap=True)
     assert cover("AAAA", overlap=True).intervals == ((0, 3),)
-    assert cover("AAAA", overlap=True, rule="whole", solver="ilp").covered == 0
 
 
 def test_a_trial_of_thousands_of_steps_is_covered_exactly() -> None:
@@ -242,27 +185,12 @@ def test_an_empty_trial_has_no_share() -> None:
     assert any_loop_batch(np.zeros((2, 0), dtype=int)).tolist() == [False, False]
 
 
-@pytest.mark.parametrize("rule", ["repeat", "whole"])
-def test_trials_too_long_for_a_search_are_refused_with_a_way_out(rule: Rule) -> None:
-    assert cover("ABC" * (LONGEST_SEARCH // 3), rule=rule).share == 1.0
-    with pytest.raises(
-        BadValue, match=f"got {LONGEST_SEARCH + 1}, expected at most {LONGEST_SEARCH}; try the solver ilp"
-    ):
-        cover("A" * (LONGEST_SEARCH + 1), rule=rule)
-    with pytest.raises(BadValue, match=f"got {LONGEST_ILP + 1}, expected at most {LONGEST_ILP}; dp with the rule free"):
-        cover("A" * (LONGEST_ILP + 1), rule=rule, solver="ilp")
-
-
-def test_redundant_actions_are_those_after_the_first_copy() -> None:
-    assert cover("ABCABCABC").redundant == 6
-    assert cover("ABCDXABCD").redundant == 4
-    assert cover("001001010").redundant == 3  # 001 001, and one 010
-    assert cover("ABCDABDC").redundant == 0
+def test_trials_too_long_for_the_programme_are_refused_with_a_way_out() -> None:
+    with pytest.raises(BadValue, match=f"got {LONGEST_ILP + 1}, expected at most {LONGEST_ILP}; dp has no limit"):
+        cover("A" * (LONGEST_ILP + 1), solver="ilp")
 
 
 def test_bad_settings_are_refused() -> None:
-    with pytest.raises(BadValue, match="free, repeat or whole"):
-        cover("ABC", rule="loose")  # type: ignore[arg-type]
     with pytest.raises(BadValue, match="dp or ilp"):
         cover("ABC", solver="cp")  # type: ignore[arg-type]
     for refuse in (cover, any_loop):

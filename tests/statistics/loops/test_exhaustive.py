@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from loop_definition import Truth, patterns, truth
+from loop_definition import patterns, truth
 
 from lockprobe.statistics.loops import any_loop_batch, cover, measure, onset_batch
 
@@ -17,28 +17,23 @@ def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, 
     trials = list(patterns(actions, longest))
     expected = [truth(trial, overlap) for trial in trials]
     for trial, true in zip(trials, expected, strict=True):
-        free = cover(trial, overlap=overlap)
-        assert (free.covered, free.any_loop) == (true.free, true.free > 0), trial
-        assert cover(trial, rule="repeat", overlap=overlap).covered == true.repeat, trial
-        assert cover(trial, rule="whole", overlap=overlap).covered == true.whole, trial
-    found = measure(trials, overlap=overlap)
+        found = cover(trial, overlap=overlap)
+        assert (found.covered, found.any_loop) == (true.covered, true.covered > 0), trial
+    batch = measure(trials, overlap=overlap)
     columns = np.array(expected).T
-    for name in ("onset", "longest"):
-        assert np.array_equal(getattr(found, name), columns[Truth._fields.index(name)])
-    assert np.array_equal(found.covered, columns[0])
+    assert np.array_equal(batch.covered, columns[0])
+    assert np.array_equal(batch.onset, columns[2])
     full = np.array([trial for trial in trials if len(trial) == longest])
-    assert np.array_equal(onset_batch(full, overlap=overlap), columns[4][-len(full) :])
+    assert np.array_equal(onset_batch(full, overlap=overlap), columns[2][-len(full) :])
     assert np.array_equal(any_loop_batch(full, overlap=overlap), columns[0][-len(full) :] > 0)
 
 
 @pytest.mark.parametrize("min_length", [1, 2, 4])
 def test_every_short_trial_with_other_shortest_loops(min_length: int) -> None:
     for trial in patterns(3, 7 if min_length < 4 else 9):
-        true = truth(trial, False, min_length)
-        for rule in ("free", "repeat", "whole"):
-            assert cover(trial, rule=rule, min_length=min_length).covered == getattr(true, rule), trial
+        assert cover(trial, min_length=min_length).covered == truth(trial, False, min_length).covered, trial
 
 
-def test_of_all_greatest_covers_the_free_one_has_fewest_pieces() -> None:
+def test_of_all_greatest_covers_it_has_fewest_pieces() -> None:
     for trial in patterns(2, 11):
         assert len(cover(trial).intervals) == truth(trial, False).pieces, trial

@@ -40,7 +40,7 @@ from lockprobe.simulation.montecarlo.compiled_choices import RANDOM, play_trials
 from lockprobe.simulation.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.simulation.montecarlo.rules import Rule
 from lockprobe.simulation.montecarlo.streams import Counted, FromTree, LuckSource, order_of
-from lockprobe.statistics.loops import LoopMeasures, kernels, measure
+from lockprobe.statistics.loops import LoopMeasures, measure
 
 __all__ = ["Population", "Streams", "population"]
 
@@ -98,15 +98,8 @@ class Population:
         """
         if self.actions is None:
             raise BadValue("record", False, "a population with its actions recorded")
-        kernels.compiled(kernels.free_measures, int(self.steps.sum()))  # trials of each length may be too few alone
-        columns: dict[str, NDArray[Any]] = {}
-        for steps in np.unique(self.steps)[::-1]:
-            rows = self.steps == steps
-            found = measure(self.actions[rows, :steps].astype(np.int64), overlap=overlap, min_length=min_length)
-            for name in LoopMeasures.__slots__:
-                values = getattr(found, name)
-                columns.setdefault(name, np.zeros(len(self), values.dtype))[rows] = values
-        return LoopMeasures(**columns)
+        played = [row[:steps] for row, steps in zip(self.actions, self.steps, strict=True)]
+        return measure(played, overlap=overlap, min_length=min_length)
 
 
 def population(

@@ -3,44 +3,36 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
-
-from lockprobe.statistics.loops.choices import Rule, Solver
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from lockprobe.statistics.loops.alphabet import Symbol, symbols
     from lockprobe.statistics.loops.covering import LONGEST_ILP, LoopCover, cover
-    from lockprobe.statistics.loops.exact_search import LONGEST_SEARCH
     from lockprobe.statistics.loops.measures import LoopMeasures, measure
     from lockprobe.statistics.loops.sequence_line import parse_sequence
-    from lockprobe.statistics.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
+    from lockprobe.statistics.loops.words import any_loop, any_loop_batch, onset, onset_batch
 
 __all__ = [
     "LONGEST_ILP",
-    "LONGEST_SEARCH",
     "LoopCover",
     "LoopMeasures",
-    "Rule",
     "Solver",
-    "Symbol",
     "any_loop",
     "any_loop_batch",
     "cover",
-    "longest_loop",
     "measure",
     "onset",
     "onset_batch",
     "parse_sequence",
-    "symbols",
 ]
+
+Solver = Literal["dp", "ilp"]
+"""Both are exact. ``dp``: our own dynamic programme. ``ilp``: the paper's linear programme."""
 
 _HOMES = {
     "covering": ("LONGEST_ILP", "LoopCover", "cover"),
     "measures": ("LoopMeasures", "measure"),
-    "exact_search": ("LONGEST_SEARCH",),
-    "alphabet": ("Symbol", "symbols"),
     "sequence_line": ("parse_sequence",),
-    "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
+    "words": ("any_loop", "any_loop_batch", "onset", "onset_batch"),
 }
 
 

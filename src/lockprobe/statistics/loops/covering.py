@@ -3,11 +3,16 @@
 An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper (Sec.
 3.3) reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, by a
 binary integer linear programme. It does not say whether the two copies may overlap (here by default not: ``A A A A``
-holds no loop), which changes how many trials loop, nor what a cover may choose (:data:`Rule`), which does not.
+holds no loop), which changes how many trials loop.
+
+Choosing disjoint pieces of greatest total length is interval scheduling: the best cover of the trial from action i on
+follows from the best covers from later actions on. A loop of 2 m actions or more, m the shortest length, is two loops
+in a row, so loops of m to 2 m - 1 actions already cover as much as all: the cost is linear in the trial.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -15,16 +20,16 @@ from typing import Any, get_args
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops.alphabet import letters
-from lockprobe.statistics.loops.choices import Rule, Solver
-from lockprobe.statistics.loops.exact_cover import Words, copies, free_pieces, in_order
-from lockprobe.statistics.loops.exact_search import LONGEST_SEARCH, repeat_pieces, whole_pieces
+from lockprobe.statistics.loops import Solver
 from lockprobe.statistics.loops.integer_programme import programme_pieces
-from lockprobe.statistics.loops.words import Interval, any_loop, least_distance
+from lockprobe.statistics.loops.words import Interval, actions_of, all_loops, least_distance, letters
 
-__all__ = ["LONGEST_ILP", "LoopCover", "cover"]
+__all__ = ["LONGEST_ILP", "TRIAL_LENGTH", "LoopCover", "cover"]
 
 LONGEST_ILP = 120
+
+TRIAL_LENGTH = 5000
+"""Up to here a sequence is a trial, and loops of any length are its pieces; above it only the shortest ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +38,7 @@ class LoopCover:
 
     Args:
         n: Actions in the trial.
-        any_loop: Whether the trial holds a loop at all, whatever the cover's rule.
+        any_loop: Whether the trial holds a loop.
         covered: Actions inside the cover, 0 to n.
         words: The distinct loops of the cover, in order of first appearance.
         intervals: Where they stand, as (start from 0, length), sorted and disjoint.
@@ -42,7 +47,7 @@ class LoopCover:
     n: int
     any_loop: bool
     covered: int
-    words: Words
+    words: tuple[tuple[Hashable, ...], ...]
     intervals: tuple[Interval, ...]
 
     @property
@@ -50,34 +55,23 @@ class LoopCover:
         """Covered share of the trial, 0 to 1 (0 for an empty trial)."""
         return self.covered / self.n if self.n else 0.0
 
-    @property
-    def redundant(self) -> int:
-        """Covered actions that are not in the first copy of their loop, 0 to ``covered``."""
-        return self.covered - sum(map(len, self.words))
-
 
 def cover(
     sequence: Sequence[Hashable] | NDArray[Any],
     *,
-    rule: Rule = "free",
     solver: Solver = "dp",
     overlap: bool = False,
     min_length: int = 3,
 ) -> LoopCover:
     """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
 
-    Of several greatest covers ``free`` takes the one of fewest pieces, longest first. A piece that is itself a
-    repetition is then written as its copies, ``ABCABC`` as ``ABC ABC``: loops on the same actions. Above 5000
-    actions its pieces are fewest among those of ``min_length`` to ``2 * min_length - 1`` actions, which cover
-    as much in linear time. ``repeat`` and ``whole`` take that cover where it obeys them, else any greatest one.
-    ``ilp`` takes one of fewest pieces, then of long ones (``whole``: of few, then short loops).
-
-    20 actions take 0.02 ms (``free``) or 0.1 to 0.3 ms; 1000 take 0.1 to 0.2 ms once compiled, 1 ms without numba;
-    10**6 take 0.1 s or 0.5 s. What is compiled is loaded once longer trials of a process make it worth while.
+    Of several greatest covers it is the one of fewest pieces, longest first. A piece that is itself a repetition is
+    then written as its copies, ``ABCABC`` as ``ABC ABC``: loops on the same actions. Above 5000 actions the pieces are
+    fewest among those of ``min_length`` to ``2 * min_length - 1`` actions, which cover as much in linear time. 20
+    actions take 0.03 ms, 5000 less than half a second, a million a few seconds.
 
     Args:
         sequence: The actions in order.
-        rule: What a cover may be made of. ``repeat`` and ``whole`` take at most ``LONGEST_SEARCH`` actions.
         solver: Our exact solver, or the paper's integer linear programme, of at most ``LONGEST_ILP`` actions.
         overlap: Whether the two copies that make a loop may share actions. Chosen pieces never do.
         min_length: Fewest actions in a loop (at least 1; 3 in the paper).
@@ -86,34 +80,93 @@ def cover(
     >>> found.words, found.intervals, found.share
     ((('A', 'B', 'C'),), ((0, 3), (3, 3), (6, 3)), 1.0)
     """
-    if rule not in get_args(Rule):
-        raise BadValue("cover rule", rule, "free, repeat or whole")
     if solver not in get_args(Solver):
         raise BadValue("solver", solver, "dp or ilp")
     least_distance(min_length, overlap=overlap)
-    if solver == "dp" and rule == "free":
-        pieces, words = free_pieces(sequence, min_length, overlap=overlap)
-        looping = bool(pieces)
+    actions = actions_of(sequence)
+    text = letters(actions)
+    if solver == "ilp":
+        if len(text) > LONGEST_ILP:
+            raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
+        chosen = programme_pieces(text, min_length, overlap=overlap)
     else:
-        pieces = _bounded(sequence, rule, solver, min_length, overlap=overlap)
-        words = in_order(sequence, pieces)
-        looping = any_loop(sequence, min_length=min_length, overlap=overlap)
-    covered = sum([length for _, length in pieces])
-    return LoopCover(n=len(sequence), any_loop=looping, covered=covered, words=words, intervals=tuple(pieces))
+        chosen = _fewest_longest(_longest_loops(text, min_length, overlap=overlap), min_length)
+    pieces = [part for piece in chosen for part in _copies(text, piece, min_length)]
+    return LoopCover(
+        n=len(text),
+        any_loop=bool(pieces),
+        covered=sum([length for _, length in pieces]),
+        words=tuple(dict.fromkeys([tuple(actions[start : start + length]) for start, length in pieces])),
+        intervals=tuple(pieces),
+    )
 
 
-def _bounded(
-    sequence: Sequence[Hashable] | NDArray[Any], rule: Rule, solver: Solver, min_length: int, *, overlap: bool
-) -> list[Interval]:
-    """The pieces, by the solvers that limit the length of a trial."""
-    n = len(sequence)
-    if solver == "dp" and n > LONGEST_SEARCH:
-        expected = f"at most {LONGEST_SEARCH}; try the solver ilp (up to {LONGEST_ILP}), or the rule free (no limit)"
-        raise BadValue(f"actions under the rule {rule}", n, expected)
-    if n > LONGEST_ILP:
-        raise BadValue("actions for the solver ilp", n, f"at most {LONGEST_ILP}; dp with the rule free has no limit")
-    text = letters(sequence)
-    if solver == "dp":
-        return (repeat_pieces if rule == "repeat" else whole_pieces)(text, min_length)
-    pieces = programme_pieces(text, rule, min_length, overlap=overlap)
-    return pieces if rule == "whole" else [part for piece in pieces for part in copies(text, piece, min_length)]
+def _copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
+    """A piece as the copies of its shortest loop that it repeats; itself if it repeats none."""
+    start, length = piece
+    if length < 2 * min_length:
+        return [piece]
+    word = text[start : start + length]
+    for size in range(min_length, length // 2 + 1):
+        if length % size == 0 and word == word[:size] * (length // size):
+            return [(at, size) for at in range(start, start + length, size)]
+    return [piece]
+
+
+def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
+    """For each start the length of the longest loop there that may be a piece, 0 for none.
+
+    Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
+    goes right: at most 2 n searches of a trial.
+    """
+    reach = [0] * (len(text) + 1)
+    if len(text) > TRIAL_LENGTH:
+        for word, starts in all_loops(text, min_length, overlap=overlap, below=2 * min_length).items():
+            for start in starts:
+                reach[start] = len(word)
+        return reach
+    end = len(text)
+    for start in range(len(text) - min_length, -1, -1):
+        while end - start >= min_length:
+            word = text[start:end]
+            if text.rfind(word) > text.find(word) if overlap else text.count(word) > 1:
+                reach[start] = len(word)
+                break
+            end -= 1
+    return reach
+
+
+def _fewest_longest(reach: list[int], min_length: int) -> list[Interval]:
+    """The greatest cover of fewest pieces; of those, the first piece starts earliest, is longest, and so on.
+
+    From the right: ``worth[i]`` is the number of actions before action i, and of those that are covered from there on,
+    one action counting more than all pieces together. A piece from i may end anywhere in a window whose right edge
+    only moves left, so a queue of candidate ends with falling worth gives its best end, in linear time over all i.
+    """
+    if not any(reach):
+        return []
+    n = len(reach) - 1
+    one = n + 1
+    worth, length = list(range(0, one * one, one)), [0] * one
+    ends: deque[int] = deque()
+    best = worth[max(n - min_length + 1, 0)]
+    for start in range(n - min_length, -1, -1):
+        nearest = start + min_length
+        while ends and worth[ends[-1]] < worth[nearest]:
+            ends.pop()
+        ends.append(nearest)
+        best -= one
+        longest = reach[start]
+        if longest >= min_length:
+            while ends[0] > start + longest:
+                ends.popleft()
+            end = ends[0]
+            if worth[end] > best:
+                best, length[start] = worth[end] - 1, end - start
+        worth[start] = best
+    pieces, start = [], 0
+    while start < n:
+        if length[start]:
+            pieces.append((start, length[start]))
+        start += length[start] or 1
+    return pieces

@@ -14,7 +14,7 @@ from itertools import groupby
 from operator import eq
 
 from lockprobe.statistics.loops import any_loop, cover
-from lockprobe.statistics.loops.alphabet import letters
+from lockprobe.statistics.loops.words import letters
 
 __all__ = [
     "DETECTORS",

@@ -15,8 +15,8 @@ from statistics import fmean
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.loops.alphabet import Letters, letters
 from lockprobe.statistics.loops.detectors.catalogue import DETECTORS, Detector
+from lockprobe.statistics.loops.words import letters
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
 
@@ -70,7 +70,7 @@ def calibrated(detector: Detector, length: int, actions: int) -> float:
 
 
 @lru_cache(maxsize=32)
-def _random_trials(length: int, actions: int) -> list[Letters]:
+def _random_trials(length: int, actions: int) -> list[str]:
     """Trials without immediate repeats on which all scores of this length are calibrated."""
     rng = generator(0, "detectors", length, actions)
     trials = rng.integers(1, actions, (CALIBRATION, length)).cumsum(axis=1) % actions
