@@ -44,7 +44,6 @@ SLOW = {
     "test_a_kernel_plays_what_the_policy_plays": (),
     "test_a_kernel_runs_the_first_notebook": (),
     "test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson": ("whole",),
-    "test_a_learner_comes_out_the_same_byte_by_byte": ("2-Haswell",),
     "test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone": (),
     "test_a_notebook_s_backend_changes_nothing": (),
     "test_a_quotation_holds": ("all four readings, 0.5 among them", "| `cognitive:insistent` | 0.4 | {:+.1f} "),

@@ -13,13 +13,10 @@ from typer.testing import CliRunner
 
 import lockprobe
 from lockprobe.cli import build
-from lockprobe.foundation.formatting import percent
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 PAGE = "curves-and-causes.md"
-
-LEARNER = "learner:novice?temperature=0"
 
 
 def text_of(name):
@@ -40,7 +37,7 @@ FIRST = ("cognitive:perseverant", "human-inspired", "random")
 
 
 def test_the_first_study(tmp_path):
-    short = study("flips", agent=(*FIRST, LEARNER))
+    short = study("flips", agent=FIRST)
     fresh = tuple(one for one in short.conditions if one.label in short.flip_labels)  # the others take their time
     played = lockprobe.run_study(replace(short, conditions=fresh, strategy_conditions=()), tmp_path / "first")
     page = (ROOT / "docs/start.md").read_text("utf-8")
@@ -48,20 +45,9 @@ def test_the_first_study(tmp_path):
     for agent in FIRST:
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
         assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
-    assert (len(played), study("flips", agent=FIRST).size) == (4 * 4 * 300, 3 * 8 * 300)
+    assert (len(played), study("flips", agent=FIRST).size) == (3 * 4 * 300, 3 * 8 * 300)
     with undrawn():  # nothing here is said of chance loops or of optimal actions
         found = lockprobe.results(tmp_path / "first")
-    tests = {
-        row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=LEARNER, axis="flip rate")
-    }
-    steps = tests["mean steps, Student over blocks"]
-    quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
-    assert quoted in text_of("learner.md")
-    early = Counter(trial.p for trial in played if trial.agent == LEARNER and trial.solved and len(trial.steps) <= 7)
-    assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
-    truth, lies = (percent(early[p] / 300) for p in (0.0, 0.2))
-    fewer = f"solved fewer at a flip rate of 0.2 ({lies}) than when told the truth ({truth})"
-    assert f"Within 7 steps {LEARNER} {fewer}." in " ".join(found.said("overview", "interaction"))
     courses = found.facts_about("course of success")
     assert [next(said for name, said in courses.items() if name.startswith(agent)) for agent in FIRST] == [
         "higher at some flip rate",

@@ -362,7 +362,6 @@ MEASURED = [
         ["src/lockprobe/cli/run.py"],
     ),
     ("benchmarks/README.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
-    ("docs/learner.md", "`python benchmarks/first_study.py`", ["benchmarks/first_study.py"]),
     ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),
 ]
 """File, the command beside its measured numbers, and the programs that it runs."""

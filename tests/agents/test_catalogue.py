@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from lockprobe.agents.catalogue import description, known_specs, resolve
-from lockprobe.agents.network.network_file import SHIPPED, shipped
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 
@@ -73,15 +72,7 @@ def test_a_source_says_what_it_can_take_in(spec, senses):
     assert resolve(spec).senses == senses
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_the_learners_that_ship_are_described_by_their_training(name):
-    updates = shipped(name).trained.updates
-    assert description(f"learner:{name}?temperature=0").startswith(f"A network after {updates} training updates, ")
-    assert f"{name} ({updates} updates)" in known_specs()["learner:NAME"]
-
-
 def test_agents_that_ship_and_others_are_described_in_one_sentence():
-    assert description("learner:forty.npz") == "A small network that learned to open unknown boxes."
     assert description("llm:local") == "SmolLM2-135M-Instruct, a very small language model."
     assert description("llm:openai/gpt-4o") == ""
 

@@ -38,7 +38,7 @@ def test_a_command_s_help_says_all_that_it_does(lockprobe):
 
 def test_help_names_every_kind_of_agent_and_of_flip_that_a_short_study_may_have(lockprobe):
     said = " ".join(lockprobe("run", "--help")[1].split())
-    assert "(flips: a cognitive model, a learner, llm:local and three baselines)" in said
+    assert "(flips: a cognitive model, human-inspired, llm:local and random)" in said
     assert all(kind in said.partition("What a false report is:")[2] for kind in get_args(FlipKind))
 
 

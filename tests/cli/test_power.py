@@ -140,7 +140,7 @@ def test_a_study_of_controls_until_it_is_decided_is_held_against_its_verdict(loc
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--harm", "0.5"), "an effect of flip rates alone"),
         (("power", "--shared", "0.5"), "--agent or --condition compares pairs"),
         (("power", "why", "--condition", "nudge"), "its seven arms are its own"),
-        (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy or a learner that ships, or --success"),
+        (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
         (("power", "--condition", "nugde", "--success", "0.2,0.3"), "did you mean 'nudge'?"),
         (("power", "nowhere.toml"), "cannot be read"),

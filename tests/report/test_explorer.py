@@ -14,7 +14,6 @@ from lockprobe.boxes.families import box
 from lockprobe.report import explorer
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.write import write_report
-from lockprobe.studies.options.paper import LEARNER
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 
@@ -131,8 +130,8 @@ def test_the_report_of_the_first_command_shows_at_most_1050_words_before_the_fir
 
     first = replace(study(StudyOptions()), strategy_trials=10)  # lockprobe run flips, with fewer trials of strategies
     trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
-    novice = [trial for trial in trials if trial.agent == LEARNER and trial.trial <= first.trials]
-    renamed = [replace(trial, agent="llm:local", called="") for trial in novice]  # as many trials as a model has
+    random = [trial for trial in trials if trial.agent == "random" and trial.trial <= first.trials]
+    renamed = [replace(trial, agent="llm:local", called="") for trial in random]  # as many trials as a model has
     model = [replace(trial, key=str(trial.name)) for trial in renamed]
     directory = write_study(tmp_path / "out", first, [*trials, *model])
     page = write_report(directory).read_text("utf-8")

@@ -27,7 +27,7 @@ MODEL = {
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    """A named strategy, a learner's conditions beside it, and a baseline; 12 trials of each."""
+    """A named strategy, a condition of strategies beside it, and a baseline; 12 trials of each."""
     planned = study(
         "flips",
         agent=("a_50%=cognitive:perseverant", "random"),
@@ -59,9 +59,8 @@ def test_every_condition_stands_once_with_what_its_name_stands_for(found):
 def test_conditions_of_strategies_alone_stand_once(found):
     alone = found.changed(study=dict(found.study) | {"strategy_conditions": [KEPT]})
     assert r"There were 3 conditions: \texttt{truth}, " in methods_tex(alone)
-    assert (
-        r"; strategies and learners also under 1 further: \texttt{flip?p=0.4\&others=kept}. \texttt{lockprobe"
-        in methods_tex(alone)
+    assert r"; strategies also under 1 further: \texttt{flip?p=0.4\&others=kept}. \texttt{lockprobe" in methods_tex(
+        alone
     )
     assert methods_tex(alone).count("others=kept") == 1
 

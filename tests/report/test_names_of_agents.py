@@ -16,7 +16,7 @@ SPEC = "human-inspired?lapse=0.125"
 
 
 def planned(*agents):
-    return study("flips", agent=[*agents, "random", "learner:novice"], p=[0, 0.4], condition="nudge", trials=3)
+    return study("flips", agent=[*agents, "random", "cognitive:careful"], p=[0, 0.4], condition="nudge", trials=3)
 
 
 @pytest.fixture(scope="module")
@@ -30,9 +30,11 @@ def found(tmp_path_factory):
 def test_results_hold_the_name_and_not_the_spec(found):
     named, _ = found.values()
     assert SPEC not in named.model_dump_json()
-    assert named.study["agents"] == ["zeta", "random", "learner:novice"]
-    assert {row.agent for row in named.where("success")} == {"zeta", "random", "learner:novice"}
-    assert [one.agent for one in named.design.players if one.subject] == ["learner:novice"]  # zeta is still a baseline
+    assert named.study["agents"] == ["zeta", "random", "cognitive:careful"]
+    assert {row.agent for row in named.where("success")} == {"zeta", "random", "cognitive:careful"}
+    assert [one.agent for one in named.design.players if one.subject] == [
+        "cognitive:careful"
+    ]  # zeta is still a baseline
 
 
 def test_a_name_changes_no_number_and_no_sentence(found):
@@ -57,7 +59,11 @@ def test_what_broke_an_agent_with_a_name_is_said_without_its_spec(tmp_path):
 
 
 def test_the_tidy_table_has_the_name():
-    assert {row["agent"] for row in tidy(play_study(planned(f"zeta={SPEC}")))} == {"zeta", "random", "learner:novice"}
+    assert {row["agent"] for row in tidy(play_study(planned(f"zeta={SPEC}")))} == {
+        "zeta",
+        "random",
+        "cognitive:careful",
+    }
 
 
 def test_a_sweep_over_corrections_asks_for_its_doses(tmp_path):

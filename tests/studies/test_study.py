@@ -51,16 +51,15 @@ def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_somethin
 def test_the_default_plays_references_beside_the_embedded_model():
     default = study("flips")
     assert default.agents[:2] == ("cognitive:perseverant", "human-inspired")
-    assert default.agents[2:] == ("llm:local", "learner:novice?temperature=0", "random", "round-robin")
-    assert default.names == {"learner:novice?temperature=0": "learner"}
+    assert default.agents[2:] == ("llm:local", "random")
     assert default.p == paper.SHORT.p
 
 
 def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_first():
     """They cost nothing; models, people and the trials that a request counts itself stay as they are."""
-    short = study("flips", agent=["llm:local", "random", "learner:novice"], name="s")
+    short = study("flips", agent=["llm:local", "random", "cognitive:careful"], name="s")
     per_condition = {agent: short.size_of(agent) / len(short.conditions_of(agent)) for agent in short.agents}
-    assert per_condition == {"llm:local": 6, "random": 300, "learner:novice": 300}
+    assert per_condition == {"llm:local": 6, "random": 300, "cognitive:careful": 300}
     assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 4 * 6 + 8 * 600
     fewer = replace(short, strategy_trials=None)
     first = {plan.key: plan for plan in fewer.plans("random")}

@@ -1,1 +1,1 @@
-"""Agents: strategies, observers, learners, language models and people, who decide which joint to attempt."""
+"""Agents: strategies, observers, language models and people, who decide which joint to attempt."""

@@ -1,13 +1,11 @@
 """The catalogue of agents by spec. Heavy modules are imported only when an agent needs them.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
-``cognitive:MODEL``, ``learner:NAME|FILE`` (a network that the project trains), ``viewer[:STRATEGY]`` (reads pictures
-and plays a strategy by them), ``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file),
-``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant`` (people), ``mcp:NAME`` (an agent with tools),
-``python:module:Name`` (your class), and what installed packages add by an entry point in the group
-``lockprobe.agents``. Options follow a question mark:
-``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
-``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
+``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
+model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant``
+(people), ``mcp:NAME`` (an agent with tools), ``python:module:Name`` (your class), and what installed packages add by an
+entry point in the group ``lockprobe.agents``. Options follow a question mark: ``human-inspired:proximity?lapse=0.1``.
+Those of a viewer and of its strategy stand side by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
 
-__all__ = ["AgentSource", "Engine", "description", "is_strategy", "known_specs", "recomputes", "resolve"]
+__all__ = ["AgentSource", "Engine", "description", "is_strategy", "known_specs", "resolve"]
 
 Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
@@ -58,9 +56,6 @@ def _described(kind: type[Any]) -> str:
     return f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(field.name for field in fields(kind))}."
 
 
-_LEARNERS = {"novice": (2, "barely trained"), "apprentice": (5, "half trained"), "adept": (900, "fully trained")}
-"""The learners that ship: their training updates, and how far that is."""
-
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
@@ -68,9 +63,6 @@ _OTHERS = {
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",
-    "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
-    f"Names: {', '.join(f'{name} ({updates} updates)' for name, (updates, _) in _LEARNERS.items())}, "
-    "or the file that lockprobe learn wrote.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
@@ -112,14 +104,12 @@ def known_specs() -> dict[str, str]:
 def description(spec: str) -> str:
     """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
 
-    >>> description("learner:novice?temperature=0")
-    'A network after 2 training updates, barely trained.'
+    >>> description("llm:local")
+    'SmolLM2-135M-Instruct, a very small language model.'
     """
     form, kinds = Spec.parse(spec), dict[str, str]()
     if form.kind in (PEOPLE, "python"):
         return ""
-    if form.kind == "learner" and form.name in _LEARNERS:
-        return "A network after {} training updates, {}.".format(*_LEARNERS[form.name])
     for name, said in known_specs().items():
         kinds[name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER")] = said
     found = kinds.get(form.full_name) or kinds.get(form.kind, "")
@@ -154,23 +144,12 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
 
 
 def is_strategy(spec: str) -> bool:
-    """Whether an agent is a strategy or a learner that ships here: it computes its choices at no cost.
+    """Whether an agent is a strategy that ships here: it computes its choices at no cost, and chooses them again.
 
-    >>> is_strategy("learner:novice"), is_strategy("llm:local")
+    >>> is_strategy("human-inspired"), is_strategy("llm:local")
     (True, False)
     """
     return spec in _STRATEGIES or Spec.parse(spec).kind in (*_PARAMETRIC, "viewer")
-
-
-def recomputes(spec: str) -> bool:
-    """Whether an agent repeats its choices: a strategy, or a learner whose file exists here."""
-    if not is_strategy(spec):
-        return False
-    try:
-        resolve(spec)
-    except UserMistake:  # the file of a learner is not here
-        return False
-    return True
 
 
 def _meant(spec: Spec) -> str | None:
@@ -208,14 +187,6 @@ def _ideal_observer(spec: Spec) -> Agent:
     return IdealObserver.from_options(spec.options)
 
 
-def _learner(spec: Spec) -> Agent:
-    if not spec.name:
-        raise UnknownName("learner", "", ["novice", "apprentice", "adept", "FILE"])
-    from lockprobe.agents.learner import Learner
-
-    return Learner.from_options(spec.name, spec.options)
-
-
 def _world(spec: Spec) -> Agent:
     if spec.name not in WORLDS:
         raise UnknownName("world", spec.name, WORLDS)
@@ -229,7 +200,6 @@ _PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
     "human-inspired": _human_inspired,
     "cognitive": _cognitive,
     "ideal-observer": _ideal_observer,
-    "learner": _learner,
     "world": _world,
 }
 """The kinds of agents with parameters in their spec."""

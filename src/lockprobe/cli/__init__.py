@@ -39,7 +39,6 @@ COMMANDS = {
     "audit": ("audit", "audit", "Print the error rates and the power of every test."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
     "readings": ("readings", "readings", "Compute success under every reading of a false report."),
-    "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, check, solve and generate boxes."),
     "agents": ("agents", "agents", "List the agents."),

@@ -86,7 +86,7 @@ def _extent(study: Study) -> str:
     """How many trials are played."""
     if study.until:
         return f"until {study.until}, at most {count(study.repetitions * study.trials, 'trial')} per condition,"
-    apart = f" ({study.strategy_trials} for strategies and learners)" if study.strategy_trials is not None else ""
+    apart = f" ({study.strategy_trials} for strategies)" if study.strategy_trials is not None else ""
     return f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{apart}"
 
 

@@ -43,7 +43,7 @@ def readings(
 
     The success is exact where the agent has few states, and otherwise the share of trials, with a 95 % interval. In
     brackets: the share of reports whose outcome, told or inferred by comparing two reports, is false. Each kind of
-    false report is a condition for lockprobe run. Agents are strategies, cognitive models and learners; without --agent
+    false report is a condition for lockprobe run. Agents are strategies and cognitive models; without --agent
     human-inspired and cognitive:perseverant, insistent and careful.
     """
     given = {"agent": AGENTS, "box": DEFAULT_BOX, "p": P, "seed": 1, "max_steps": 20, **asked}

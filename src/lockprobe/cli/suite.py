@@ -137,7 +137,7 @@ def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str
         found = read_study(directory / name)
         named = [f"{found.names[agent]}={agent}" if agent in found.names else agent for agent in found.agents]
         there = joined_agents(there, named)
-    return there or ("llm:local", paper.LEARNER, *paper.REFERENCES)
+    return there or ("llm:local", *paper.REFERENCES)
 
 
 def _spent(directory: Path, suite: Suite, *, without: str) -> float:

@@ -149,11 +149,11 @@ def _design(found: Results) -> str:
         [_condition(one.name, one.specs) for one in conditions if (one.name in only) == extra]
         for extra in (False, True)
     )
-    also = f"; strategies and learners also under {len(further)} further: {listed(further)}" if further else ""
+    also = f"; strategies also under {len(further)} further: {listed(further)}" if further else ""
     defined = any(one.specs for one in conditions)
     more = study.get("strategy_trials")
     extent = count(int(study.get("repetitions", 0)), "repetition") + f" of {count(trials, 'trial')}"
-    extent += f" ({more} of strategies and learners)" if more else ""
+    extent += f" ({more} of strategies)" if more else ""
     budget = count(int(study.get("max_steps", 0)), "step")
     return (
         f"There were {count(len(every), 'condition')}: {listed(every)}{also}.{_EXPLAINED * defined} The design has "

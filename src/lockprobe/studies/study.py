@@ -53,9 +53,9 @@ class Study:
             others. An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
         trials: Trials per repetition and condition; the paper has 10.
-        strategy_trials: The same for strategies and learners (:func:`lockprobe.agents.catalogue.is_strategy`), which
+        strategy_trials: The same for strategies (:func:`lockprobe.agents.catalogue.is_strategy`), which
             cost nothing; ``trials`` if None. All agents share the luck of the trials that all of them play.
-        strategy_conditions: Labels of conditions that strategies and learners alone play, since a model's trials cost.
+        strategy_conditions: Labels of conditions that strategies alone play, since a model's trials cost.
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.

@@ -41,7 +41,7 @@ def test_every_score_has_a_scale_that_shows_more_than_0():
 
 @pytest.mark.parametrize("agents", [1, 3, SHOWN + 2])
 def test_texts_are_inside_and_touch_no_other(agents):
-    name = "learner:apprentice?temperature=0, $x_$ <b>"
+    name = "human-inspired:proximity?lapse=0, $x_$ <b>"
     figure = suite_drawing([(f"{i} {name}", scores(0.02 * i, asked=i % 2 > 0)) for i in range(agents)])
     figure.draw_without_rendering()
     found = [text for axes in figure.axes for text in (*axes.texts, axes.xaxis.label, axes._left_title)]

@@ -104,8 +104,6 @@ def test_a_failure_relabelled_as_an_error_is_found(local):
     ("spec", "kind"),
     [
         ("random", "strategy"),
-        ("learner:novice", "strategy"),
-        ("learner:gone.npz", "own"),
         ("llm:local?temperature=2", "local"),
         ("llm:gguf:/x/y.gguf", "local"),
         ("llm:openai/gpt-4o", "hosted"),

@@ -10,7 +10,7 @@ from typed import typed
 from typer.testing import CliRunner
 
 from lockprobe import run_study, study
-from lockprobe.agents.catalogue import recomputes
+from lockprobe.agents.catalogue import is_strategy
 from lockprobe.cli import build
 from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.report.verify.verification import verify
@@ -20,7 +20,7 @@ from lockprobe.report.write import write_report
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
     directory = tmp_path_factory.mktemp("study") / "out"
-    agents = ["human-inspired", "learner:novice", "random"]
+    agents = ["human-inspired", "cognitive:careful", "random"]
     run_study(study("flips", agent=agents, p=[0, 0.4], trials=3, repetitions=1, max_steps=8), directory)
     write_report(directory)
     return directory
@@ -205,6 +205,6 @@ def test_the_command_ends_with_one_and_names_what_fails(directory):
     assert (found["holds"], [one["name"] for one in found["checks"] if not one["holds"]]) == (False, ["results"])
 
 
-@pytest.mark.parametrize("spec", ["llm:local", "llm:openai/gpt-4o", "participant", "python:a:B", "learner:gone.npz"])
+@pytest.mark.parametrize("spec", ["llm:local", "llm:openai/gpt-4o", "participant", "python:a:B"])
 def test_models_people_and_code_of_users_are_not_asked_again(spec):
-    assert not recomputes(spec)
+    assert not is_strategy(spec)

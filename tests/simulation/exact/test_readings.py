@@ -61,14 +61,8 @@ SAMPLED = {
         "latched state noise": (0.283, 0.575, 0.629, 0.637),
         "integrated outcome noise": (0.283, 0.562, 0.629, 0.631),
     },
-    "learner:novice?temperature=0": {
-        "memoryless state noise": (0.453, 0.564, 0.569, 0.545),
-        "re-observed outcome noise": (0.453, 0.565, 0.569, 0.533),
-        "latched state noise": (0.453, 0.483, 0.360, 0.259),
-        "integrated outcome noise": (0.453, 0.415, 0.341, 0.263),
-    },
 }
-"""From 1500 trials a cell of the learner."""
+"""From another program."""
 
 
 def on_page(agent):
@@ -130,7 +124,7 @@ def test_under_outcome_noise_the_share_of_false_outcomes_is_p(exact):
     "agent",
     [
         *AGENTS, "random", "random-no-repeat", "round-robin", "human-inspired:per-configuration", "world:careful-believer",
-        "ideal-observer?noise=naive", "cognitive:random-map?avoid=last", "learner:novice?temperature=0",
+        "ideal-observer?noise=naive", "cognitive:random-map?avoid=last",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("spec", ["flip?p=0.3", "flip?p=0.3&others=kept"])

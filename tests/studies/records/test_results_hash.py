@@ -11,7 +11,7 @@ from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash
 
-FREE = ["random", "learner:novice", "human-inspired"]
+FREE = ["random", "cognitive:careful", "human-inspired"]
 
 
 def planned(**more):

@@ -115,7 +115,6 @@ def mine(tmp_path, monkeypatch):
     ("asked", "travels"),
     [
         ({"agent": ["human-inspired"]}, True),
-        ({"agent": ["learner:novice"]}, True),
         ({"agent": ["llm:local"]}, True),
         ({"agent": ["viewer"], "plant": "fast-twin?looks=varied", "modality": ["rgb"]}, True),
         ({"agent": ["random"], "condition": ["flip?p=0.4", "tremble?p=0.1"]}, True),

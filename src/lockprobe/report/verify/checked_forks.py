@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from lockprobe.agents.catalogue import recomputes, resolve
+from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.report.opened import OpenedStudy
@@ -90,6 +90,6 @@ def _other_choices(opened: OpenedStudy, trials: Mapping[str, Trial]) -> Iterator
             yield f"{key}: a next choice, but {planned}"
             continue
         name, plan = planned
-        policy = resolve(fork.agent).make() if recomputes(fork.agent) else None
+        policy = resolve(fork.agent).make() if is_strategy(fork.agent) else None
         if not isinstance(policy, Policy) or asyncio.run(next_choice(plan, policy, name.at)) != chances:
             yield f"{key}: another next choice than its strategy has"

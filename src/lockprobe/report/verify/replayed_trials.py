@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.agents.catalogue import recomputes, resolve
+from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.foundation.errors import ModelFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
@@ -73,7 +73,7 @@ def is_hosted(agent: str) -> bool:
 
 def kind_of(agent: str) -> AgentKind:
     """The kind of an agent, by its spec. Nothing is imported for it."""
-    if recomputes(agent):
+    if is_strategy(agent):
         return "strategy"
     if spec_kind(agent) == "llm":
         return "hosted" if is_hosted(agent) else "local"

@@ -206,7 +206,7 @@ def condition_power(
     """The power to detect the difference of every condition from its control, and the trials that this needs.
 
     Args:
-        study: Agents, conditions and seed. Agents are played, and have to be strategies or learners that ship; with
+        study: Agents, conditions and seed. Agents are played, and have to be strategies that ship; with
             ``success`` they are only counted.
         success: True success under each condition, in the order of the study, [0, 1].
         shared: With ``success``, the share of blocks of luck in which one number decides under all conditions, [0, 1]:
@@ -334,7 +334,7 @@ def played_pools(
     """
     for agent in study.agents:
         if not is_strategy(agent):
-            raise BadValue("agent", agent, "a strategy or a learner that ships, or --success for any other")
+            raise BadValue("agent", agent, "a strategy that ships, or --success for any other")
     asked = [Played(study=study, agent=agent, conditions=study.conditions) for agent in study.agents]
     return played_blocks(asked, blocks, workers=workers, progress=progress)
 

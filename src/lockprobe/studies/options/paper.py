@@ -12,7 +12,6 @@ from lockprobe.trial.record import STATES, STRUCTURED
 __all__ = [
     "FIRST",
     "FULL",
-    "LEARNER",
     "LOOKERS",
     "MAX_STEPS",
     "MODALITIES",
@@ -41,12 +40,9 @@ PERSEVERANT = "cognitive:perseverant"
 """Ours: false reports raise its success, and why is known: it repeats the joint that has just moved, and so undoes the
 move, unless it is told that nothing moved."""
 
-LEARNER = "learner:novice?temperature=0"
-"""Ours: played with the embedded model, at no cost; false reports raise its success (``docs/learner.md``)."""
-
-FIRST = (PERSEVERANT, "human-inspired", "llm:local", f"learner={LEARNER}", "random", "round-robin")
+FIRST = (PERSEVERANT, "human-inspired", "llm:local", "random")
 """Ours: what plays the flip study where no agent is named. The same false reports help the first and hurt the second;
-an embedded language model and a learner show that any agent can be in their place."""
+an embedded language model shows that any agent can be in their place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

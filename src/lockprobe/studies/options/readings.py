@@ -54,7 +54,7 @@ def flips_of_readings(
 
 
 def conditions_for_strategies(extent: paper.Extent) -> Iterator[Condition]:
-    """What strategies and learners play besides the flip rates, since it costs nothing: false reports that stay.
+    """What strategies play besides the flip rates, since it costs nothing: false reports that stay.
 
     In the short study they also get no feedback at all: is a false report worse than none?
     """

@@ -123,8 +123,8 @@ class StudyOptions(BaseModel):
     agent: Annotated[
         Several | None,
         _about(
-            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, a "
-            "learner, llm:local and three baselines)."
+            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, "
+            "human-inspired, llm:local and random)."
         ),
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
@@ -145,7 +145,7 @@ class StudyOptions(BaseModel):
     strategy_trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition for strategies and learners, which cost nothing (100 in the short study, 150 with "
+            "Trials per condition for strategies, which cost nothing (100 in the short study, 150 with "
             "why; else as --trials)."
         ),
     ] = None
@@ -171,7 +171,7 @@ class StudyOptions(BaseModel):
         Words | None,
         _about(
             "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or "
-            "words of --flip (fresh,kept in the short study and with --full for strategies and learners, which cost "
+            "words of --flip (fresh,kept in the short study and with --full for strategies, which cost "
             "nothing; models play fresh)."
         ),
     ] = None
