@@ -185,9 +185,9 @@ def _stem():
 
 IMPORTED = (
     "agents.catalogue", "simulation.audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
-    "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
+    "cli.export", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "people.web.serving", "report.figures",
-    "report.report_files", "simulation.fit", "studies.running.runner",
+    "report.report_files", "studies.running.runner",
 )  # fmt: skip
 
 

@@ -65,7 +65,6 @@ TAKING: dict[str, list[list[str]]] = {
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
     "loops": [["loops", "DIR/trials.jsonl"]],
-    "fit": [["fit", "DIR"]],
     "measures": [["measures", "DIR"], ["measures", "DIR", "--json"]],
     "box show": [["box", "show", "FILE"]],
     "box solve": [["box", "solve", "FILE"]],

@@ -43,7 +43,6 @@ READ = {
     "compare": (["compare"], LOGS),
     "replay": (["replay"], LOGS),
     "measures": (["measures"], LOGS),
-    "fit": (["fit"], ("study.json", "trials.jsonl")),
     "export": (["export"], LOGS),
 }
 """Command -> its arguments, and what it reads there."""

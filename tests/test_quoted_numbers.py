@@ -352,9 +352,6 @@ MEASURED = [
         ["examples/fitted_q.py"],
     ),
     ("docs/models.md", "--max-steps 5 --estimate`", ["src/lockprobe/cli/run.py"]),
-    ("docs/cognitive-models.md", "`python benchmarks/recovery.py parameters`", ["benchmarks/recovery.py"]),
-    ("docs/cognitive-models.md", "`python benchmarks/recovery.py models`", ["benchmarks/recovery.py"]),
-    ("docs/cognitive-models.md", "`python benchmarks/recovery.py findings`", ["benchmarks/recovery.py"]),
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     (
         "docs/embedded-model.md",

@@ -1,4 +1,4 @@
-"""``lockprobe export``, ``fit``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
+"""``lockprobe export``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
 
 import os
 import stat
@@ -21,7 +21,6 @@ WRITERS = [
     ("export", "DIR", "--format", "jsonl"),
     ("export", "DIR", "--format", "parquet"),
     ("export", "DIR", "--format", "eval"),
-    ("fit", "DIR", "--models", "no-repeat", "--folds", "2", "--agent", "random"),
     ("box", "show"),
     ("replay", "DIR", "flips/random/truth/rep=1/trial=1"),
 ]

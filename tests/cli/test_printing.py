@@ -5,10 +5,9 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from lockprobe.cli import audit, detectors, fit, power
+from lockprobe.cli import audit, detectors, power
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.simulation.audit.rates import Rate
-from lockprobe.simulation.fit import AgentFit, Predicted, RivalFit
 from lockprobe.simulation.power.conditions import ConditionPower
 from lockprobe.simulation.power.flip_rates import Needed
 from lockprobe.statistics.loops.detectors.comparison import Row
@@ -87,19 +86,6 @@ def test_an_audit(shown):
         assert max(map(len, text.splitlines())) <= width
     else:
         assert "0.73 ±0.01 loops-irrelevant, 0.81 ±0.01 loops-irrelevant" in text
-
-
-def test_a_fit(shown):
-    rival = RivalFit(model="human-inspired", version="human-inspired:target-first", versions=6, spec=None, parameters=(), charged=0.0,
-                     log_likelihood=-1234.5, aicc=2469.1, bic=2469.9, behind=134.6,
-                     held_out=Predicted(log_likelihood=-0.7, gain=0.52, low=0.41, high=0.63, probability=0.71, hits=0.66))  # fmt: skip
-    one = AgentFit(agent="random", conditions=("truth",), trials=1, choices=1, left_out=0, passed_over=0, repeats=1.0, clusters=1, chance_bits=2.0, lead_by_reports=None, own=None,
-                   described=None, rivals=(rival,))  # fmt: skip
-    text, width = shown(print_table, fit._table(one))
-    assert "…" not in text
-    for number in ("-1234.5", "2469.1", "2469.9", "134.6", "0.52", "[0.41,", "0.63]", "0.71", "66"):
-        assert number in text
-    assert width is None or max(map(len, text.splitlines())) <= width
 
 
 def test_detectors(shown):

@@ -11,7 +11,6 @@ from lockprobe.interfaces.export import tidy_rows
 from lockprobe.report.pages import figures_of, parts_of
 from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.simulation.fit.fitting import fit_agents
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import load
 
@@ -74,14 +73,6 @@ def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(r
     assert {row["p"] for row in rows if row["condition"] == "nudge"} == {""}
     assert {row["p"] for row in rows if row["condition"] == "flip?p=0.3"} == {0.3}
     assert {row["chosen"] != "" for row in rows if row["condition"] == "tremble?p=0.4"} == {True, False}
-
-
-def test_a_model_is_fitted_to_the_trials_of_every_condition(reported):
-    directory, _, _ = reported
-    (found,) = fit_agents(load(directory), agents=["cognitive:perseverant"], models=["random"], folds=2).agents
-    mine = [trial for trial in load(directory) if trial.agent == "cognitive:perseverant"]
-    assert found.trials == len(mine)
-    assert set(found.conditions) == {trial.condition for trial in mine} > {"truth", "flip?p=0.3", "flip?p=0.6"}
 
 
 def test_equal_records_make_equal_files(reported, drawn):

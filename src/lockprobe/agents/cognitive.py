@@ -1,7 +1,7 @@
 """Simple mechanisms that may explain an agent: a softmax over a fading memory, and a random map.
 
 They are models in the statistical sense: each gives every choice a probability, so that it can be played, and fitted to
-the trials of anyone (:mod:`lockprobe.simulation.fit`). Both look at what is told, never at the truth.
+the trials of anyone (``examples/fit_policy.py``). Both look at what is told, never at the truth.
 """
 
 from __future__ import annotations

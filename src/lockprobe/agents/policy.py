@@ -2,7 +2,7 @@
 
 A policy begins with a memory, updates it with every report, and derives a probability for each joint. The memory is a
 hashable value, so the same policy can be played here step by step, propagated exactly or sampled by the thousand
-(:mod:`lockprobe.simulation.montecarlo`), and fitted (:mod:`lockprobe.simulation.fit`). Joints are indices into
+(:mod:`lockprobe.simulation.montecarlo`), and fitted (``examples/fit_policy.py``). Joints are indices into
 ``Task.joints``, the order in which they are listed.
 """
 

@@ -35,7 +35,6 @@ COMMANDS = {
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
     "chance": ("chance", "chance", "Compute the chance level of an action loop."),
     "detectors": ("detectors", "detectors", "Compare loop detectors and their error rates."),
-    "fit": ("fit", "fit", "Find the mechanism that best predicts an agent's choices."),
     "audit": ("audit", "audit", "Print the error rates and the power of every test."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
     "readings": ("readings", "readings", "Compute success under every reading of a false report."),
