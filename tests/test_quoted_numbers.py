@@ -122,12 +122,6 @@ def both(count, trials):
     return [found.low, found.high]
 
 
-def widest(trials):
-    """Half the width of the widest interval of a share of so many trials."""
-    low, high = both(trials // 2, trials)
-    return (high - low) / 2
-
-
 def doubter_is_done_by():
     """The last step at which it solves the box in any reading. It acts on its reports alone, so every course that is
     possible at some p is possible at 0.4, which a table below has too."""
@@ -231,7 +225,6 @@ QUOTED = [
     ("docs/gymnasium.md", "Random solves {} %.", lambda: percent(course("random").success)),
     ("docs/embedded-model.md", "Random solves {:.0f} % of such boxes, random without immediate repeats {:.0f} %.",
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
-    ("docs/detectors.md", "(exactly: {} %)", lambda: percent(chance_level(20, null="no-repeat").probability)),
     ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
      lambda: [proportion(8, 10).low, proportion(8, 10).high]),
     ("docs/agents.md", "0.1, 0.2 and 0.3 `target-first` reaches 80 % by step {}, {} and {}.",
@@ -243,8 +236,6 @@ QUOTED = [
      lambda: [course(f"ideal-observer?plan=information&noise={noise}").steps for noise in ("naive", "aware")]),
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
-    ("docs/detectors.md", "flagged wrongly (95 % intervals of at most ±{:.4f})", lambda: [widest(4000)]),
-    ("docs/detectors.md", "95 % intervals of at most ±{:.2f}):", lambda: [widest(100)]),
     ("benchmarks/README.md", "97 is {:.0f} to {:.0f}, 100 is {:.0f} to {:.0f}, 88 is {:.0f} to {:.0f}",
      lambda: [100 * bound for count in (97, 100, 88) for bound in both(count, 100)]),
     ("benchmarks/README.md", "78 is {:.0f} to {:.0f}, 29 is {:.0f} to {:.0f})",
@@ -359,7 +350,6 @@ MEASURED = [
         ["src/lockprobe/cli/run.py"],
     ),
     ("benchmarks/README.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
-    ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),
 ]
 """File, the command beside its measured numbers, and the programs that it runs."""
 

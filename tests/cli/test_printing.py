@@ -5,12 +5,11 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from lockprobe.cli import audit, detectors, power
+from lockprobe.cli import audit, power
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.power.conditions import ConditionPower
 from lockprobe.simulation.power.flip_rates import Needed
-from lockprobe.statistics.loops.detectors.comparison import Row
 
 TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 
@@ -86,16 +85,6 @@ def test_an_audit(shown):
         assert max(map(len, text.splitlines())) <= width
     else:
         assert "0.73 ±0.01 loops-irrelevant, 0.81 ±0.01 loops-irrelevant" in text
-
-
-def test_detectors(shown):
-    kinds = {"A x6": 0.52, "period 2 x4": 1.0, "period 4 x3, 10 % mutated": 0.73}
-    row = Row(detector="gemini-cli-like", false_uniform=0.049, false_no_repeat=0.001, auc=kinds, found=kinds,
-              relabelled=1.0, reversed=0.25, interrupted=None)  # fmt: skip
-    text, width = shown(detectors._print, [row], {"gemini-cli-like": 12.6})
-    for number in ("0.049", "0.001", "0.52", "[0.52]", "0.73", "[1.00]", "0.25", "13"):
-        assert number in text
-    assert width is None or max(map(len, text.splitlines())) <= width
 
 
 def test_what_does_not_fit_is_wider_and_whole(shown):

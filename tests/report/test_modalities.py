@@ -80,7 +80,7 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report)
     assert {"fig3.png", "fig3-corrected.svg", "rationality.png"} <= drawn
     assert not {"fig4.png", "fig5b.png", "courses.png"} & drawn
     tables = tables_of(found)
-    for name in ("loops", "speed", "rationality", "detectors"):
+    for name in ("loops", "speed", "rationality"):
         assert {"viewer (RGB)", "viewer (positions and outcomes in words)"} <= {row[0] for row in tables[name]}, name
 
 

@@ -134,11 +134,11 @@ def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path)
     found = reported(directory)
     assert [row for row in found.where("success_difference") if row.versus]
     labels = {"truth", "nudge", "tremble?p=0.2", "tremble?p=0.5"}
-    for quantity, of in (("mean_steps_all", ""), ("loop_rate", ""), ("flagged_by_detector", "any-loop")):
+    for quantity, of in (("mean_steps_all", ""), ("loop_rate", "")):
         assert {cell.condition for cell in found.cells if cell.get(quantity, of)} == labels, quantity
     chosen = {row.condition for row in found.where("optimal_actions")}
     assert {"truth", "nudge"} <= chosen  # a trembling hand is not the choice
-    for name in ("speed", "loops", "detectors"):
+    for name in ("speed", "loops"):
         assert "tremble?p=0.5" in (directory / "tables" / f"{name}.csv").read_text()
 
 
@@ -153,7 +153,7 @@ def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_ev
     assert not of_family(found, "conditions against the control")
     (question,) = found.said("overview", "question")
     assert question == "Do false reports of 2 kinds change how agents open chain-4?"
-    for name in ("speed", "loops", "detectors"):
+    for name in ("speed", "loops"):
         rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
         assert len({tuple(row) for row in rows}) == len(rows), name
 

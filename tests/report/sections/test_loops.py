@@ -1,4 +1,4 @@
-"""Action loops: their rates beside chance, other detectors, and a definition where they are first named."""
+"""Action loops: their rates beside chance, and a definition where they are first named."""
 
 import pytest
 from builders import make_trial, small_study, write_study
@@ -9,7 +9,6 @@ from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import loops
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.loops.detectors import DETECTORS
 
 STARS = "Hollow stars"
 
@@ -50,17 +49,6 @@ def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
     assert list(rows[0])[3:7] == ["uniform", "without repeats", "own transitions", "own actions shuffled"]
 
 
-def test_detectors_look_at_the_agents_that_the_study_is_about(found):
-    rows = table(found, "detectors")
-    assert [(row["agent"], row["flip rate"]) for row in rows] == [
-        ("cognitive:perseverant", p) for p in ("0", "0.3", "0.6")
-    ]
-    assert list(rows[0])[2:] == [one.name for one in DETECTORS]
-    assert {row["any-loop"] for row in rows} == {
-        f"{100 * cell.value('loop_rate'):.0f} %" for cell in found.cells if cell.agent == "cognitive:perseverant"
-    }
-
-
 def test_leaving_loops_and_repeated_attempts_stand_beside_chance(found):
     cell = next(one for one in found.cells if one.agent == "random")
     for quantity in ("loop_escape", "repeated_after_blocked"):
@@ -89,9 +77,8 @@ def test_a_caption_names_the_share_by_step_only_where_it_is_drawn(found, tmp_pat
     assert ["looped by each step" in caption(one, "fig5b-corrected") for one in (found, single)] == [True, False]
 
 
-def test_a_study_without_an_ended_trial_has_empty_tables(tmp_path):
+def test_a_study_without_an_ended_trial_has_no_numbers_of_loops(tmp_path):
     broken = [make_trial([0], agent="llm:x", broken="model")]
     found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), broken)
-    assert table(found, "detectors") == []
     assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage", "odds_ratio_after_loop"))
     assert 'id="loops"' in page_of("report", found)

@@ -16,10 +16,9 @@ from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part,
 from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
+from lockprobe.report.table_rows import distinct, share_of_row, varied
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
-from lockprobe.statistics.loops.detectors import DETECTORS, share_flagged
 from lockprobe.statistics.loops.persistence import Persistence
 from lockprobe.statistics.published import PEAK
 
@@ -42,9 +41,6 @@ _AGAINST_CHANCE = "Student's t over trials, against both kinds of chance"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-        if cell.agent in numbers.subjects:
-            for name, share in share_flagged(cell.trials).items():
-                yield cell.estimate("flagged_by_detector", share, of=name, n=cell.summary.success.n)
     for agent in numbers.flips.agents:
         yield from loops_over_doses(AgentCourse(agent, FLIPS.name, numbers.conditions))
     yield from numbers.answer("loops", "loop_rate", "loop_rate_chance")
@@ -96,22 +92,7 @@ def _loop_table(found: Results) -> TextTable:
     ]
 
 
-def _detector_table(found: Results) -> TextTable:
-    """The share of trials that each detector flags."""
-    cells = [cell for cell in flips_first(found) if cell.get("flagged_by_detector", DETECTORS[0].name)]
-    names = [detector.name for detector in DETECTORS] if cells else []
-    return [["agent", varied(cells), *names]] + [
-        [
-            cell.label,
-            under(cell, cells),
-            *(percent(cell.value("flagged_by_detector", name), 0) for name in names),
-        ]
-        for cell in cells
-    ]
-
-
 _LOOPS = Table("loops", _loop_table)
-_DETECTORS = Table("detectors", _detector_table)
 
 
 def _fig5b_caption(found: Results) -> Caption:
@@ -226,18 +207,6 @@ def _blocks(found: Results) -> Iterator[Block]:
         "without immediate repeats, the agent's own first-order transitions, or its actions in random order.",
     )
     yield Detail("Loops and chance levels under every condition", [_LOOPS, note])
-    if found.where("flagged_by_detector"):
-        yield Detail(
-            "Other loop detectors on the same trials",
-            [
-                _DETECTORS,
-                Note(
-                    "Share of trials flagged.",
-                    "Rules keep the thresholds of their frameworks; thresholds of scores are set to flag 5 % of random "
-                    "trials of the same length.",
-                ),
-            ],
-        )
 
 
 SECTIONS = (
@@ -246,7 +215,7 @@ SECTIONS = (
         title="Action loops",
         rows=_rows,
         show=_show,
-        tables=(_LOOPS, _DETECTORS),
+        tables=(_LOOPS,),
         figures=(_FIG5A, _FIG5A_CORRECTED, _FIG5B, _FIG5B_CORRECTED),
     ),
 )
