@@ -10,8 +10,7 @@ from statistics import fmean
 from typing import get_args
 
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.loops import any_loop, cover
-from lockprobe.statistics.loops.alphabet import Symbol, symbols
+from lockprobe.statistics.loops import cover
 from lockprobe.statistics.loops.chance import Chance
 from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, numbered, onset, outcomes
@@ -40,8 +39,6 @@ class Behaviour:
     Attributes:
         loops: Share of trials that hold an action loop.
         chance: The share expected in trials of exactly these lengths under each null; empty without trials.
-        by_symbol: Share of trials with a loop, by what repeats: actions, actions with their true outcomes, or pairs of
-            true configuration and action; empty without trials.
         coverage: Mean over trials of :func:`loop_coverage`, [0, 1].
         redundant_share: Mean over trials of :func:`redundant_share`, [0, 1].
         entropy: Mean of :func:`policy_entropy` in bits; None where no step carries choice probabilities.
@@ -50,7 +47,6 @@ class Behaviour:
 
     loops: Proportion
     chance: Mapping[TrialNull, Chance]
-    by_symbol: Mapping[Symbol, float]
     coverage: float | None
     redundant_share: float | None
     entropy: float | None
@@ -87,11 +83,6 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
     return Behaviour(
         loops=share_of(found.looped, found.player, found.luck),
         chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
-        by_symbol=(
-            {symbol: fmean(any_loop(symbols(trial, symbol)) for trial in counted) for symbol in get_args(Symbol)}
-            if counted
-            else {}
-        ),
         coverage=fmean(map(loop_coverage, counted)) if counted else None,
         redundant_share=fmean(map(redundant_share, counted)) if counted else None,
         entropy=fmean(entropies) if entropies else None,

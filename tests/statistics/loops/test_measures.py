@@ -115,3 +115,35 @@ def test_long_shortest_loops_in_a_batch(overlap: bool) -> None:
         expected = [onset(trial, min_length=least, overlap=overlap) for trial in trials]
         assert onset_batch(trials, min_length=least, overlap=overlap).tolist() == expected
         assert any_loop_batch(trials, min_length=least, overlap=overlap).tolist() == [step > 0 for step in expected]
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize("length", [7, 5007])
+@pytest.mark.parametrize("of_one", [cover, any_loop, onset])
+def test_what_is_not_itself_is_no_action_in_any_container(of_one, length) -> None:
+    numbers = [1.0, 2.0, NAN, 1.0, 2.0, NAN, *range(length - 6)]
+    days = np.array(["NaT", *["2024-01-01"] * (length - 1)])
+    kept = [numbers, tuple(numbers), np.array(numbers), np.array(numbers, dtype=object)]
+    for sequence in [*kept, days.astype("datetime64[D]"), days.astype("datetime64[ns]")]:
+        with pytest.raises(BadValue, match="sequence: got 'NaN', expected one action per step; give trials of"):
+            of_one(sequence)
+        with pytest.raises(BadValue, match="NaN"):
+            of_one(sequence, min_length=length + 1)
+
+
+def test_nor_in_many_trials_at_once() -> None:
+    padded = [[1.0, 2.0, NAN, NAN], [1.0, 2.0, 3.0, 4.0]]
+    for of_many in (measure, any_loop_batch, onset_batch):
+        for sequences in (np.array(padded), np.array(padded).astype("datetime64[s]")):
+            with pytest.raises(BadValue, match="trials of different length as a list"):
+                of_many(sequences)
+    with pytest.raises(BadValue, match="trials of different length as a list"):
+        measure(padded)
+
+
+def test_floats_are_actions_like_others() -> None:
+    trial = [0.5, 1.5, 2.5] * 2
+    assert cover(np.array(trial)) == cover(trial)
+    assert measure(np.array([trial])).onset.tolist() == onset_batch(np.array([trial])).tolist() == [6]

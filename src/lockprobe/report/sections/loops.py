@@ -32,9 +32,6 @@ _NULLS = {
 }
 """The models of chance, and their columns."""
 
-_SYMBOLS = {"action-outcome": "equal outcomes", "state-action": "equal states"}
-"""What repeats in a loop beside actions, and its column."""
-
 _AGAINST_CHANCE = "Student's t over trials, against both kinds of chance"
 
 
@@ -53,9 +50,6 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     for null, level in found.chance.items():
         yield cell.estimate("loop_rate_chance", level.probability, of=null, n=n, note=level.method)
         yield cell.estimate("loop_rate_chance_error", level.error, of=null, n=n)
-    for symbol, share in found.by_symbol.items():
-        if symbol in _SYMBOLS:
-            yield cell.estimate("loop_rate", share, of=symbol, n=n)
     means = {"coverage": found.coverage, "redundant_share": found.redundant_share}
     for quantity, mean in means.items():
         if mean is not None:
@@ -79,14 +73,13 @@ def _persistence(cell: PlayedCell, kept: Persistence) -> Iterator[Estimate]:
 
 def _loop_table(found: Results) -> TextTable:
     """Loop rates and their chance levels under four null models."""
-    head = ["agent", varied(found.cells), "trials with a loop", *_NULLS.values(), *_SYMBOLS.values()]
+    head = ["agent", varied(found.cells), "trials with a loop", *_NULLS.values()]
     return [head] + [
         [
             cell.label,
             p,
             share_of_row(cell.get("loop_rate")),
             *(percent(cell.value("loop_rate_chance", of), 0) for of in _NULLS),
-            *(percent(cell.value("loop_rate", of), 0) for of in _SYMBOLS),
         ]
         for cell, p in distinct(found.cells)
     ]
@@ -201,8 +194,6 @@ def _blocks(found: Results) -> Iterator[Block]:
     if _over_p(found):
         yield Detail("The paper's Figs. 5a and 5b", [_FIG5B, _FIG5A])
     note = Note(
-        "Equal outcomes, equal states: trials with a loop whose repeated actions also had the same true outcomes, or "
-        "were tried in the same true configurations. A loop with equal states yields nothing new.",
         "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, actions "
         "without immediate repeats, the agent's own first-order transitions, or its actions in random order.",
     )
