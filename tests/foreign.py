@@ -30,7 +30,7 @@ AGENTS = (CALL, f"python:{MODULE}:First?place=1")
 PLANT = f"python:{MODULE}:Plain"
 ACTING = f"python:{MODULE}:Hush?steps=1"
 
-KINDS = ("agents", "plant", "condition", "suite")
+KINDS = ("agents", "plant", "condition")
 """What of a directory names code."""
 
 
@@ -41,11 +41,7 @@ def hatch(here: Path) -> None:
 
 
 def directory(path: Path, kind: str) -> Path:
-    """The directory of a study, or of a suite, that names code. Each agent owes its last trial."""
-    if kind == "suite":
-        path.mkdir()
-        (path / "suite.json").write_text(json.dumps({"suite": "suite-1"}))
-        return directory(path / "chain-4", "agents").parent
+    """The directory of a study that names code. Each agent owes its last trial."""
     played = Study(name="flips", agents=("random",), box=box("chain-4"), conditions=flips((0.0, 0.4)), trials=2)
     if kind == "condition":
         played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))

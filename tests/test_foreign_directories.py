@@ -32,7 +32,6 @@ TAKING: dict[str, list[list[str]]] = {
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--estimate"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--agent", "round-robin"],
         ["run", "flips", "--condition", "drop?p=0.5", "--trials", "2", "--out", "DIR", "--again", "reply"],
-        ["run", "suite-1", "--out", "DIR", "--estimate"],
         ["run", "FILE"],
         ["run", "FILE", "--estimate"],
     ],

@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.format_cost import about, estimate_facts, estimate_lines, money, say_unlimited, spent_in_words
-from lockprobe.studies.costs.estimate import estimates, together
+from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -70,8 +70,6 @@ def test_an_estimate_of_a_study_that_stops_when_it_is_decided_names_what_it_assu
     few, many = facts["outlook"]
     assert 20 <= few["trials"]["mean"] < 100 < many["trials"]["mean"] <= 200
     assert few["expected"]["calls"] / facts["expected"]["calls"] == pytest.approx(few["trials"]["mean"] / 200, rel=0.01)
-    twice = together([found, found])[0].outlook[0]
-    assert twice.totals == tuple(2 * one for one in found.outlook[0].totals)
 
 
 def test_an_estimate_without_a_price_says_how_to_give_one():

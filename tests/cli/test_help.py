@@ -189,6 +189,5 @@ def test_help_and_typing_mistakes_of_run_import_no_arithmetic():
 
 def test_an_estimate_and_mistyped_conditions_import_no_statistics():
     agent = "--agent llm:openai/gpt-4o"
-    lines = ("run flips --condition fip?p=0.4", f"run flips --estimate {agent}",
-             f"run suite-1 --estimate {agent}")  # fmt: skip
+    lines = ("run flips --condition fip?p=0.4", f"run flips --estimate {agent}")
     assert not REPORT & _imported(*lines)

@@ -10,15 +10,14 @@ from lockprobe.studies.branch import FORKS
 KEPT = ("trials.jsonl", "calls.jsonl", "attempts.jsonl", "results.json", "people/a.jsonl", "pictures/new.png")
 
 
-@pytest.mark.parametrize("marked", ["study.json", "suite.json"])
-def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, marked, monkeypatch):
+def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "link.csv").symlink_to(tmp_path / "trials.jsonl")
-    kept = (marked, *KEPT, *(f"{page}.html" for page in PAGES), f"{FORKS}/next_choices.json", "link.csv")
+    kept = ("study.json", *KEPT, *(f"{page}.html" for page in PAGES), f"{FORKS}/next_choices.json", "link.csv")
     for name in kept:
         refuse_study_file(tmp_path / "elsewhere" / name)  # there is no study
         refuse_study_file(tmp_path / name)
-    (tmp_path / marked).write_text("{}")
+    (tmp_path / "study.json").write_text("{}")
     for name in kept:
         for path in (tmp_path / name, tmp_path / "no" / ".." / name, tmp_path.relative_to(tmp_path) / name):
             with pytest.raises(BadFile, match="belongs to the study; choose another file"):

@@ -38,7 +38,7 @@ def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize(
-    "study", [["suite-1"], ["flips", "--condition", "flip?p=1&while=looping", "--condition", "yoked?p=1&how=looping"]]
+    "study", [["flips", "--condition", "flip?p=1&while=looping", "--condition", "yoked?p=1&how=looping"]]
 )
 def test_what_cannot_be_divided_is_refused(lockprobe, tmp_path, monkeypatch, study):
     monkeypatch.chdir(tmp_path)

@@ -12,7 +12,6 @@ from typed import typed
 
 from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.options.settings import read_study
@@ -92,13 +91,6 @@ def test_what_no_camera_can_be_for_is_refused_in_one_line(tmp_path, words, line)
     done = typed("run", "flips", "--agent", "random", *words, cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"lockprobe: {line}\n")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_suite_has_no_camera():
-    with pytest.raises(
-        BadValue, match="^--camera cannot be combined with suite-1: a suite fixes everything except --agent"
-    ):
-        run("suite-1", camera="webcam")
 
 
 def test_a_plant_of_another_package_says_itself_whether_it_has_the_option(tmp_path):

@@ -204,11 +204,10 @@ class JsonLines(Plain):
         self, path: Path | None, left_out: Sequence[LeftOutSection] = (), found: Results | None = None
     ) -> None:
         """Print the path of the report, or None without one, what it found, and the hashes if there are trials."""
-        if self._report is not None:
-            missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
-            path_said = None if path is None else str(path)
-            facts = {} if found is None or path is None else result_facts(found, path.parent)
-            self.event("report", path=path_said, **facts, **missing, **self._hashes, **self._cost())
+        missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
+        path_said = None if path is None else str(path)
+        facts = {} if found is None or path is None else result_facts(found, path.parent)
+        self.event("report", path=path_said, **facts, **missing, **self._hashes, **self._cost())
 
 
 class LiveDisplay(Plain):
@@ -217,7 +216,7 @@ class LiveDisplay(Plain):
     _guesses = False  # the table says it, and renews it
 
     def __init__(
-        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True
+        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool = True
     ) -> None:
         super().__init__(batch=batch, budget=budget, report=report)
         self._console = console
@@ -287,7 +286,7 @@ def watch(
     json: bool,
     batch: bool = False,
     budget: Budget | None = None,
-    report: bool | None = True,
+    report: bool = True,
     attended: bool = False,
 ) -> Iterator[Plain]:
     """The display that fits the output: JSON lines, plain lines, or a live table on a terminal.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.estimate import Estimate, Expected, estimates, together
+from lockprobe.studies.costs.estimate import Estimate, Expected, estimates
 from lockprobe.studies.costs.expected_trials import spread
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
@@ -161,12 +161,13 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
     }
 
 
-def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json: bool) -> None:
-    """Print the estimated cost of all trials that studies owe, without touching their directories."""
-    found = together(one for study, directory in studies for one in _estimates(study, directory, batch=batch))
+def print_estimates(study: Study, directory: Path, *, batch: bool, json: bool) -> None:
+    """Print the estimated cost of all trials that a study owes, without touching its directory."""
+    done = {trial.key: trial for trial in load(directory)} if is_there(directory / RECORDS) else {}
+    found = estimates(study, done, read_calls(directory), batch=batch)
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
-    elif not any(hosted(study) for study, _ in studies):
+    elif not hosted(study):
         print("No cost: no agent of this study asks a provider.")
     elif not found:
         print("No cost: no trial that asks a provider is owed.")
@@ -174,11 +175,6 @@ def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json:
         print("\n".join(estimate_lines(one)))
         if one.price is None:
             print("\n".join(map(printable, price_lines(Spec.parse(one.agent).name))))
-
-
-def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
-    done = {trial.key: trial for trial in load(directory)} if is_there(directory / RECORDS) else {}
-    return estimates(study, done, read_calls(directory), batch=batch)
 
 
 def say_unlimited(study: Study, budget: float | None) -> None:

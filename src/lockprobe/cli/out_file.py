@@ -11,7 +11,6 @@ from lockprobe.studies.file_names import (
     CALLS,
     PEOPLE_DIRECTORY,
     RECORDS,
-    SCORES,
     SETTINGS,
     TIMINGS,
 )
@@ -20,21 +19,20 @@ from lockprobe.studies.records.picture_store import ALBUM
 __all__ = ["refuse_study_file"]
 
 _OF_STUDY = {
-    *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, SCORES, "results.json"),
+    *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json"),
     *("report.html", "details.html", "claims.html", "audit.html", "why.html", "forks.html"),
     *(ALBUM, PEOPLE_DIRECTORY, "forks"),
 }
-"""What studies and suites keep in their directory."""
+"""What a study keeps in its directory."""
 
 
 def refuse_study_file(out: Path) -> None:
-    """Refuse to replace a file of any study or suite, also through a link.
+    """Refuse to replace a file of any study, also through a link.
 
     Raises:
         BadFile: If ``out`` is such a file.
     """
     file = out.resolve()
     for place in file.parents:
-        kept = (place / SETTINGS).is_file() or (place / SCORES).is_file()
-        if kept and file.relative_to(place).parts[0] in _OF_STUDY:
+        if (place / SETTINGS).is_file() and file.relative_to(place).parts[0] in _OF_STUDY:
             raise BadFile(out, "belongs to the study; choose another file")

@@ -7,18 +7,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.extension import extended, extension_said
-from lockprobe.studies.file_names import SETTINGS, is_suite
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import Study
-from lockprobe.studies.suites import read_suite
 
 __all__ = ["planned_study", "refuse_followers", "say_extended"]
 
@@ -37,8 +36,6 @@ def planned_study(
         asked = {**asked, "plant": _photographed(asked.get("plant", request.plant), camera)}
     planned, said = study(request, **asked), {*asked, *request.model_fields_set}
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-    if is_suite(directory):
-        raise BadFile(directory, f"it holds {read_suite(directory).name}; {planned.name} needs another directory")
     if not (directory / SETTINGS).exists():
         return planned, directory
     there = read_study(directory)

@@ -137,15 +137,12 @@ def _invited(study: Study, journal: Journal) -> str:
 
 
 class Plain(Observer):
-    """Prints lines: the first trial's steps of every slow agent, then how it goes.
-
-    ``report`` is None for a study that is part of something larger, which reports it.
-    """
+    """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
     _guesses = True
     """Whether the line that begins an agent says how long it may take."""
 
-    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True) -> None:
+    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool = True) -> None:
         self.tally = Tally()
         self._batch, self._budget, self._report = batch, budget, report
         self._marks = ServerMarks()
@@ -194,8 +191,7 @@ class Plain(Observer):
                 time_needed += " and what the provider needs"
             self.say(f"First guess: {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
-        if self._report is not None:
-            self.say(settings_line(read_study(journal.directory).settings_hash))
+        self.say(settings_line(read_study(journal.directory).settings_hash))
         done = sum(not trial.owed_again for trial in journal.trials.values() if not trial.player)
         if study.until:
             self.say(f"{done} trials are done already; {owed} are owed before the next look" if done else _LOOKS)

@@ -18,7 +18,6 @@ from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
-from lockprobe.studies.file_names import is_suite
 
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
@@ -28,7 +27,7 @@ __all__ = ["report"]
 _PAPER = "Also write paper/: the figure for print, all figures as PDF, a table and a paragraph on the methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
 Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
 
@@ -40,18 +39,10 @@ def report(
     cluster: options.ClusterAt = None,
     json: options.AsJson = False,
 ) -> None:
-    """Write results.json, report.html, figures/ and tables/ from the records; for a suite, suite.json and suite.html.
+    """Write results.json, report.html, figures/ and tables/ from the records.
 
     With --cluster, the cluster computes and draws a large report.
     """
-    if is_suite(directory):
-        if watch or paper or cluster is not None:
-            asked = "watch" if watch else "paper" if paper else "cluster"
-            raise BadValue(asked, str(directory), "the directory of a study, not of a suite")
-        from lockprobe.cli.suite import report_suite  # half a second of imports, which reports of studies need later
-
-        report_suite(directory, json=json)
-        return
     if watch and paper:
         raise BadValue("paper", "with --watch", "one of both: a paper is of a finished report")
     with reached(cluster) as machines:

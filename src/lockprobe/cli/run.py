@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import Annotated, cast
 
 import typer
 
@@ -21,10 +21,7 @@ from lockprobe.cli.headings import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.options.study_options import SHIPPED, STUDIES, SUITE_NAMES
-
-if TYPE_CHECKING:
-    from lockprobe.studies.running.runner import Limits
+from lockprobe.studies.options.study_options import SHIPPED, STUDIES
 
 __all__ = ["run"]
 
@@ -81,7 +78,6 @@ def run(
     bridge: whether misreadings of pictures act as false reports in words do; six conditions, 60 trials in each; without
     options a scripted agent. looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
     in each; without options scripted agents.
-    suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen, and --until.
 
     --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
     control. --p without them plays those rates and no others.
@@ -94,67 +90,41 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
+    from lockprobe.cli.planned_study import planned_study, refuse_followers, say_extended
+    from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.runner import Limits
 
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     with reached(None if estimate else cluster) as machines:
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
-        how: Any = {"budget": budget, "again": again, "estimate": estimate, "report": report, "json": json}
-        if what not in SUITE_NAMES:
-            return _run_study(what, asked, out, camera, shard, limits, **how)
-        if shard is not None:
-            raise BadValue("shard", shard, f"none with {what}, whose studies are small")
-        from lockprobe.cli.suite import run_suite
-        from lockprobe.studies.suites import SUITES
+        part = None if shard is None else Shard.parse(shard)
+        planned, directory = planned_study(what, asked, out, camera)
+        refuse_followers(planned, part)
+        planned = replace(planned, shard=part)
+        if estimate:
+            from lockprobe.cli.format_cost import print_estimates
+            from lockprobe.cli.progress import settings_line
 
-        return run_suite(SUITES[what], asked if camera is None else {**asked, "camera": camera}, out, limits, **how)
+            if not json:
+                print(settings_line(planned.settings_hash), file=sys.stderr)
+            print_estimates(planned, directory, batch=batch, json=json)
+            return
+        from lockprobe.cli.format_cost import say_unlimited
+        from lockprobe.cli.run_study import allowed_budget, play_study
 
-
-def _run_study(
-    name: str,
-    asked: Mapping[str, object],
-    out: Path | None,
-    camera: str | None,
-    shard: str | None,
-    limits: Limits,
-    *,
-    budget: float | None,
-    again: str | None,
-    estimate: bool,
-    report: bool,
-    json: bool,
-) -> None:
-    from lockprobe.cli.planned_study import planned_study, refuse_followers, say_extended
-    from lockprobe.studies.records.shard import Shard
-
-    part = None if shard is None else Shard.parse(shard)
-    planned, directory = planned_study(name, asked, out, camera)
-    refuse_followers(planned, part)
-    planned = replace(planned, shard=part)
-    if estimate:
-        from lockprobe.cli.format_cost import print_estimates
-        from lockprobe.cli.progress import settings_line
-
-        if not json:
-            print(settings_line(planned.settings_hash), file=sys.stderr)
-        print_estimates([(planned, directory)], batch=limits.access.batch, json=json)
-        return
-    from lockprobe.cli.format_cost import say_unlimited
-    from lockprobe.cli.run_study import allowed_budget, play_study
-
-    say_extended(planned, directory)
-    allowed = allowed_budget(planned, budget, directory)
-    say_unlimited(planned, budget)
-    if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
-        raise typer.Exit(status)
+        say_extended(planned, directory)
+        allowed = allowed_budget(planned, budget, directory)
+        say_unlimited(planned, budget)
+        if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
+            raise typer.Exit(status)
 
 
 def _check_names(name: str, asked: Mapping[str, object]) -> None:
     """Refuse mistyped studies and agents before anything is imported that plays them."""
-    if name not in STUDIES and name not in SUITE_NAMES and Path(name).is_dir():
-        known = ", ".join([*STUDIES, *SUITE_NAMES])
+    if name not in STUDIES and Path(name).is_dir():
+        known = ", ".join(STUDIES)
         raise BadValue("study", name, f"one of {known}, or FILE.toml; to go on, the same command with --out {name}")
-    if name not in STUDIES and name not in SUITE_NAMES and not name.endswith(".toml"):
-        raise UnknownName("study", name, [*STUDIES, *SUITE_NAMES, *SHIPPED, "FILE.toml"])
+    if name not in STUDIES and not name.endswith(".toml"):
+        raise UnknownName("study", name, [*STUDIES, *SHIPPED, "FILE.toml"])
     for agent in named_agents(cast("list[str]", asked.get("agent", [])))[0]:
         resolve(agent)

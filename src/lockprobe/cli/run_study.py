@@ -49,7 +49,7 @@ def play_study(
     budget: Budget | None,
     *,
     again: str | None = None,
-    report: bool | None = True,
+    report: bool = True,
     json: bool = False,
 ) -> int:
     """Play the trials that a study owes, write its report, and return the exit status.
@@ -60,7 +60,7 @@ def play_study(
         limits: How much is played at once.
         budget: The budget of the study.
         again: Which finished trials are replayed; see ``lockprobe run --again``.
-        report: Whether to write the report during and after the run; None if a suite reports the study.
+        report: Whether to write the report during and after the run.
         json: Whether to print events as JSON.
     """
     status = 0

@@ -26,7 +26,6 @@ from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.extension import extension_said
-from lockprobe.studies.file_names import is_suite
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
@@ -37,28 +36,16 @@ from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import hash_of_digest
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
-from lockprobe.studies.suites import read_suite, suite_directories
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 
 __all__ = ["status"]
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 
 
 def status(directory: Directory, json: options.AsJson = False) -> None:
-    """Show the progress, errors by boundary, time and cost of a study, or of each study of a suite."""
-    if not is_suite(directory):
-        _status(directory, json=json)
-        return
-    suite = read_suite(directory)
-    for i, name in enumerate(suite_directories(directory, suite)):
-        if i and not json:
-            print()
-        _status(directory / name, json=json)
-
-
-def _status(directory: Path, *, json: bool) -> None:
+    """Show the progress, errors by boundary, time and cost of a study."""
     study = read_study(directory)
     index = RecordIndex(directory, study)
     everything, left_out = index.counted(own=False), index.left_out

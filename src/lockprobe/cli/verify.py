@@ -13,12 +13,12 @@ from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.file_names import RECORDS, SETTINGS, is_suite, not_here
+from lockprobe.studies.file_names import RECORDS, SETTINGS, not_here
 from lockprobe.studies.records.results_hash import check_hash
 
 __all__ = ["verify"]
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 Settings = Annotated[
     str | None,
     typer.Option("--settings", metavar="HASH", help="The hash of the settings, as it was published."),
@@ -34,21 +34,19 @@ _NAMED = 5
 def verify(
     directory: Directory, settings: Settings = None, results: Results = None, json: options.AsJson = False
 ) -> None:
-    """Recompute a study or a suite from its records, and hold replies, logs and report against them.
+    """Recompute a study from its records, and hold replies, logs and report against them.
 
     Published hashes of settings and results are compared with --settings and --results. Exit status 1: a check failed.
     """
     check_hash("settings", settings)
     check_hash("results", results)
-    if not is_suite(directory) and not any((directory / name).exists() for name in (SETTINGS, RECORDS)):
-        raise BadFile(directory, not_here(directory, SETTINGS))
+    if not any((directory / name).exists() for name in (SETTINGS, RECORDS)):
+        raise BadFile(directory, not_here(SETTINGS))
     # two seconds of imports, which --help need not wait for
-    from lockprobe.report.verify.suite_verification import verify_suite
     from lockprobe.report.verify.verification import NOT_SHOWN
     from lockprobe.report.verify.verification import verify as verify_study
 
-    check = verify_suite if is_suite(directory) else verify_study
-    checks = check(directory, settings=settings, results=results, processes=2, tell=time_left("trials"))
+    checks = verify_study(directory, settings=settings, results=results, processes=2, tell=time_left("trials"))
     holds = all(one.holds for one in checks)
     if json:
         print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks], "not_shown": NOT_SHOWN}))

@@ -1,8 +1,6 @@
-"""The names of the files in the directory of a study or of a suite, which say what a directory holds."""
+"""The names of the files in the directory of a study, which say what a directory holds."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 __all__ = [
     "ASKED",
@@ -10,10 +8,8 @@ __all__ = [
     "CALLS",
     "PEOPLE_DIRECTORY",
     "RECORDS",
-    "SCORES",
     "SETTINGS",
     "TIMINGS",
-    "is_suite",
     "not_here",
 ]
 
@@ -38,18 +34,7 @@ ATTEMPTS = "attempts.jsonl"
 PEOPLE_DIRECTORY = "people"
 """Holds a file of JSON lines for each participant. Who has joined plays the settings of the study there."""
 
-SCORES = "suite.json"
-"""The file of a suite's directory: which suite it is and, once trials have ended, its scores."""
 
-
-def is_suite(directory: Path) -> bool:
-    """Whether a directory is that of a suite."""
-    return (directory / SCORES).is_file() and not (directory / SETTINGS).exists()
-
-
-def not_here(directory: Path, name: str) -> str:
-    """What to say of a directory without a file of a study: that it is no study, or which ones a suite has."""
-    if is_suite(directory):
-        studies = sorted(str(path.parent) for path in directory.glob(f"*/{SETTINGS}"))
-        return f"a suite; its studies are {', '.join(studies) or 'not begun'}"
+def not_here(name: str) -> str:
+    """What to say of a directory without a file of a study."""
     return f"no {name} here; is it the directory of a study?"

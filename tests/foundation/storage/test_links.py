@@ -67,17 +67,6 @@ def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
         refuse_links(tmp_path / "other", within=tmp_path)
 
 
-def test_the_directory_of_a_suite_counts_with_all_that_is_in_it(study, tmp_path):
-    suite = tmp_path / "suite"
-    suite.mkdir()
-    (suite / "suite.json").symlink_to("nowhere")
-    (suite / "chain-4").symlink_to("../study")
-    with pytest.raises(BadFile, match="suite/chain-4: is a link"):
-        write_file(suite / "chain-4" / "report.html", "new")
-    with pytest.raises(BadFile, match=r"suite/suite\.json: is a link"):
-        write_file(suite / "suite.json", "new")
-
-
 def test_what_has_a_second_name_is_not_appended_to_and_is_replaced_as_a_whole(study, tmp_path):
     os.link(tmp_path / "victim", study / "trials.jsonl")
     with pytest.raises(BadFile, match="has a second name elsewhere"):

@@ -1,7 +1,7 @@
-"""Links inside the directory of a study or a suite: none is followed for writing.
+"""Links inside the directory of a study: none is followed for writing.
 
 A directory may come from anywhere, and archives and Git carry symbolic links. So every writer of this package refuses a
-path that leads through one below the outermost directory with a study or a suite in it. That directory itself, and what
+path that leads through one below the outermost directory with a study in it. That directory itself, and what
 is above it, may be a link: the person who names it chooses it. Elsewhere a link is followed.
 """
 
@@ -12,10 +12,10 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
 
-__all__ = ["MARKS", "make_directory", "refuse_links"]
+__all__ = ["MARK", "make_directory", "refuse_links"]
 
-MARKS = ("study.json", "suite.json")
-"""Files by which a directory is that of a study or a suite."""
+MARK = "study.json"
+"""The file by which a directory is that of a study."""
 
 
 def refuse_links(path: Path, *, within: Path | None = None) -> None:
@@ -62,4 +62,4 @@ def _absolute(path: Path) -> Path:
 
 
 def _is_marked(directory: Path) -> bool:
-    return any(os.path.lexists(os.path.join(directory, mark)) for mark in MARKS)  # noqa: PTH118 - four times as fast
+    return os.path.lexists(os.path.join(directory, MARK))  # noqa: PTH118 - four times as fast

@@ -26,7 +26,7 @@ from lockprobe.report.verify.replayed_trials import is_hosted
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import RECORDS
 
-__all__ = ["check_file", "check_page", "report_checks"]
+__all__ = ["report_checks"]
 
 RESULTS = "results.json"
 
@@ -235,7 +235,7 @@ def _there(directory: Path) -> list[str]:
 def _results(directory: Path, found: Mapping[str, Any]) -> Check:
     """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
     path, forks = directory / RESULTS, directory / FORKS / RECORDS
-    check = check_file("results", path, found)
+    check = _check_file("results", path, found)
     if check.failed and all(name.startswith("sections_left_out") for name in check.failed):
         return replace(
             check, said="the report was written without sections that can be made here: lockprobe report first"
@@ -246,18 +246,7 @@ def _results(directory: Path, found: Mapping[str, Any]) -> Check:
     return check
 
 
-def check_page(name: str, path: Path, made: str) -> Check:
-    """Whether a page is the one that the records give."""
-    try:
-        written = read_input(path, _LARGEST)
-    except BadFile as error:
-        return Check(name=name, holds=False, said=str(error))
-    same = written == made.encode()
-    said = "is what the records give" if same else "is not what the records give"
-    return Check(name=name, holds=same, said=f"{path.name} {said}")
-
-
-def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
+def _check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
     """Whether a file of results, if there is one, holds what is computed from the records."""
     try:
         written = json.loads(read_input(path, _LARGEST).decode("utf-8"), object_pairs_hook=_once)

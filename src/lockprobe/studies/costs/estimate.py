@@ -24,7 +24,7 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.record import Trial
 
-__all__ = ["Estimate", "Expected", "assumed_output", "estimates", "together"]
+__all__ = ["Estimate", "Expected", "assumed_output", "estimates"]
 
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
@@ -114,39 +114,6 @@ def estimates(
             agent.note(call)
     found = (agent.estimate(batch=batch) for agent in agents)
     return [estimate for estimate in found if estimate.trials]
-
-
-def together(found: Iterable[Estimate]) -> list[Estimate]:
-    """The sum of the estimates of several studies, by agent."""
-    sums: dict[str, Estimate] = {}
-    for one in found:
-        first = sums.get(one.agent)
-        sums[one.agent] = one if first is None else _added(first, one)
-    return list(sums.values())
-
-
-def _added(first: Estimate, second: Estimate) -> Estimate:
-    read = [one.expected.input_tokens for one in (first, second)]
-    repeated = first.repeated * read[0] + second.repeated * read[1]
-    return replace(
-        first,
-        trials=first.trials + second.trials,
-        rests_on=first.rests_on + second.rests_on,
-        expected=first.expected + second.expected,
-        full=first.full + second.full,
-        most=first.most + second.most,
-        repeated=repeated / sum(read) if sum(read) else 0.0,
-        outlook=tuple(
-            Expected(
-                assumption=one.assumption,
-                totals=tuple(map(sum, zip(one.totals, other.totals, strict=True))),
-                decided=min(one.decided, other.decided),
-                expected=one.expected + other.expected,
-                full=one.full + other.full,
-            )
-            for one, other in zip(first.outlook, second.outlook, strict=True)
-        ),
-    )
 
 
 def assumed_output(prompt: PromptSizes, settings: ModelSettings, facts: ModelFacts) -> float:

@@ -36,7 +36,6 @@ from lockprobe.trial.briefing import Ask
 __all__ = [
     "SHIPPED",
     "STUDIES",
-    "SUITE_NAMES",
     "NamedCondition",
     "StudyOptions",
     "parse_p",
@@ -47,9 +46,6 @@ __all__ = [
 
 STUDIES = ("flips", "modalities", "why", "bridge", "looks")
 """The studies by name."""
-
-SUITE_NAMES = ("suite-1",)
-"""The names of :data:`lockprobe.studies.suites.SUITES`."""
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory overrides it."""

@@ -131,7 +131,7 @@ def read_settings(directory: Path | str) -> dict[str, object]:
     """
     path = Path(directory) / SETTINGS
     if not path.exists():
-        raise BadFile(directory, not_here(Path(directory), SETTINGS))
+        raise BadFile(directory, not_here(SETTINGS))
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict) or not _are_of_a_study(settings):
         raise BadFile(path, "not the settings of a study")

@@ -89,7 +89,7 @@ def records_of(directory: Path | str) -> Path:
     path = Path(directory) / RECORDS
     check_regular(path)
     if not path.is_file():
-        raise BadFile(directory, not_here(Path(directory), RECORDS))
+        raise BadFile(directory, not_here(RECORDS))
     return path
 
 

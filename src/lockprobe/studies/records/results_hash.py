@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -20,7 +20,6 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
-from lockprobe.studies.suites import Suite, suite_directories
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
 
@@ -28,8 +27,6 @@ __all__ = [
     "StudyHashes",
     "check_hash",
     "hash_of_digest",
-    "hash_of_parts",
-    "hashes_of_suite",
     "records_digest",
     "results_hash",
 ]
@@ -71,21 +68,6 @@ class StudyHashes:
         )
 
 
-def hashes_of_suite(directory: Path, suite: Suite) -> StudyHashes:
-    """The hashes of all studies of a suite together.
-
-    Raises:
-        BadFile: If a study in its directory is damaged.
-    """
-    found = {name: StudyHashes.of(directory / name) for name in suite_directories(directory, suite)}
-    return StudyHashes(
-        settings=hash_of_parts({name: one.settings for name, one in found.items()}),
-        results=hash_of_parts({name: one.results for name, one in found.items()}),
-        finished=sum(one.finished for one in found.values()),
-        planned=sum(one.planned for one in found.values()),
-    )
-
-
 def check_hash(what: str, given: str | None) -> None:
     """Refuse what is no hash of a study.
 
@@ -117,11 +99,6 @@ def records_digest(trials: Iterable[Trial]) -> str:
     for i, trial in enumerate(sorted(trials, key=lambda trial: trial.key)):
         found.update((b"\n" if i else b"") + trial_to_json(trial))
     return found.hexdigest()
-
-
-def hash_of_parts(parts: Mapping[str, str]) -> str:
-    """The hash of several studies together, from the hash of each by name."""
-    return _hash(" ".join(f"{name} {parts[name]}" for name in sorted(parts)))
 
 
 def _hash(text: str) -> str:

@@ -1,1 +1,0 @@
-"""The scores and the page of a suite."""
