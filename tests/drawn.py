@@ -11,7 +11,7 @@ from matplotlib.collections import PathCollection, PolyCollection
 
 from lockprobe.report.figures import render
 from lockprobe.report.rows import Course, Player
-from lockprobe.report.sections import own_sections
+from lockprobe.report.sections import all_sections
 from lockprobe.trial.record import STATES
 
 
@@ -109,7 +109,7 @@ def course(agent, modality=STATES, *, found=None, cells=(), **player):
 def pictures(found):
     """Every figure of a report on these results by its name."""
     made = {}
-    for one in (figure for section in own_sections() for figure in section.figures if figure.applies(found)):
+    for one in (figure for section in all_sections() for figure in section.figures if figure.applies(found)):
         module, _, function = one.draw.partition(":")
         if (figure := getattr(import_module(module), function)(found, *one.arguments)) is not None:
             made[one.name] = figure

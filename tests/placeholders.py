@@ -5,7 +5,7 @@ from contextlib import contextmanager
 import pytest
 
 from lockprobe.report import report_files
-from lockprobe.report.sections import own_sections
+from lockprobe.report.sections import all_sections
 from lockprobe.statistics import rationality
 from lockprobe.statistics.loops import habit_baseline
 
@@ -25,7 +25,7 @@ def undrawn(but=lambda name: False, judged=8):
         but: Whether the figure of a name is drawn.
         judged: Of how many trials of a condition it is judged whether their actions were optimal.
     """
-    own_sections()  # their captions say how many trials are judged, so they are imported before that changes
+    all_sections()  # their captions say how many trials are judged, so they are imported before that changes
 
     def instead(found, figure):
         if but(figure.name):

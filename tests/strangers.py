@@ -14,7 +14,6 @@ import subprocess
 from dataclasses import dataclass, field, replace
 
 from lockprobe import Agent, BadValue, Decision, Joint, Lockbox, Policy, Snapshot
-from lockprobe.report.section import Cells, Part, Section
 
 @dataclass(frozen=True, kw_only=True)
 class Hush:
@@ -76,19 +75,6 @@ def hasty(trial):
     """Whether it was solved in five steps."""
     return trial.solved and len(trial.steps) <= 5
 
-def shares(study):
-    for cell in study.cells:
-        share = sum(map(untold, cell.trials)) / len(cell.trials)
-        yield cell.estimate("strange.untold_share", share, n=len(cell.trials))
-
-def show(found):
-    if shares := found.where("strange.untold_share"):
-        rows = [["agent", "condition", "told nothing"]]
-        rows += [[row.agent, row.condition, f"{row.value:.2f}"] for row in shares]
-        yield Part("Told nothing", "", [Cells(rows)])
-
-QUIET = Section(name="strange.quiet", title="Told nothing", rows=shares, show=show, after="speed")
-
 def shout(words: str, times: int = 1):
     """Print words in capitals."""
     print(" ".join([words.upper()] * times))
@@ -120,7 +106,6 @@ POINTS = {
     "interventions": {"hush": "Hush"},
     "measures": {"untold": "untold"},
     "plants": {"plain": "Plain"},
-    "sections": {"quiet": "QUIET"},
     "commands": {"shout": "shout"},
     "plant_sources": {"seen": "seen"},
 }

@@ -78,7 +78,7 @@ def test_a_recipe_names_places_that_exist(what, where):
 
 def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_figure():
     """Every section that ships stands in the list of sections, and its figures are functions in ``figures``."""
-    from lockprobe.report.sections import own_sections
+    from lockprobe.report.sections import all_sections
 
     folder = SOURCE / "report" / "sections"
     with_sections = {
@@ -87,9 +87,9 @@ def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_fi
     listed = re.search(r"_OWN = \((.*?)\)", (folder / "__init__.py").read_text(), re.DOTALL)
     assert {*re.findall(r'"(\w+)"', listed[1])} == with_sections
     for kind in ("tables", "figures"):
-        names = [file.name for one in own_sections() for file in getattr(one, kind)]
+        names = [file.name for one in all_sections() for file in getattr(one, kind)]
         assert len(names) == len({*names}), kind
-    for figure in (figure for one in own_sections() for figure in one.figures):
+    for figure in (figure for one in all_sections() for figure in one.figures):
         module, _, function = figure.draw.partition(":")
         assert module.startswith("lockprobe.report.figures."), figure.name
         assert callable(getattr(importlib.import_module(module), function))

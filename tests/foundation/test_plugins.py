@@ -23,7 +23,6 @@ from lockprobe.foundation.plugins import (
 )
 from lockprobe.interventions.catalogue import interventions_of, kinds
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.report.sections import section_of_package
 from lockprobe.statistics.measures import find_measure
 from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.running.single import run_trial
@@ -37,7 +36,6 @@ USES = {
     "measure": find_measure,
     "plant": lambda spec: resolve_plant(spec).check(box()),
     "plant source": lambda spec: resolve_plant(spec).check(box()),
-    "section": lambda spec: section_of_package(find_plugin("section", spec)),
     "command": lambda spec: build([spec]),
 }
 """What is added -> how a spec of it is used."""
@@ -70,7 +68,7 @@ def strange(tmp_path, monkeypatch):
 def test_a_package_adds_one_of_each_kind_by_name():
     assert {kind: plugin_names(kind) for kind in GROUPS} == {
         "agent": ("first",), "box": ("gate",), "intervention": ("hush",), "measure": ("untold",), "plant": ("plain",),
-        "section": ("quiet",), "command": ("shout",), "plant source": ("seen",), "tool": (),
+        "command": ("shout",), "plant source": ("seen",), "tool": (),
     }  # fmt: skip
     trial = run_trial(agent="first?place=2", box="gate?size=4", plant="plain?force=2", condition="hush?steps=2")
     assert (trial.agent, trial.box, trial.joints[0]) == ("first?place=2", "gate-4", "gate")

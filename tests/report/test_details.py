@@ -9,9 +9,9 @@ from page_parts import part
 from page_text import page_text
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.pages import Page, page_of, parts_of
+from lockprobe.report.pages import page_of, parts_of
 from lockprobe.report.results import results_of
-from lockprobe.report.section import Detail, Figure, Part, Table, Text, nested
+from lockprobe.report.section import Detail, Figure, Table, nested
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.options.studyfile import study
 
@@ -98,8 +98,3 @@ def test_a_part_of_the_report_without_details_is_none_of_the_details(found):
     own = {one.name for one in parts_of(found, "details")} - {one.name for one in parts_of(found, "report")}
     assert {one.name for one in parts_of(found, "details")} == with_details | own
     assert own == {"agents", "conditions"}
-
-
-def test_details_of_a_package_open_in_place(found):
-    own = Part("Dozens", "", [Detail("More", [Text("24 < 25")])], name="strange.dozens", source="strange 0.3")
-    assert "<details><summary>More</summary>\n<p>24 &lt; 25</p>" in Page(found=found).written(own)

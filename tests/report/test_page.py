@@ -17,7 +17,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut, Results
-from lockprobe.report.sections import own_sections
+from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
@@ -50,7 +50,7 @@ class Page(HTMLParser):
 @pytest.mark.parametrize("name", ALWAYS)
 def test_the_pages_load_nothing_and_run_nothing(found, name):
     picture = image(b"<svg />")
-    text = page_of(name, found, {figure.name: picture for of in own_sections() for figure in of.figures})
+    text = page_of(name, found, {figure.name: picture for of in all_sections() for figure in of.figures})
     page = Page(text)
     links = {load for load in page.loads if not load.startswith("data:image/")}
     assert {link.partition("#")[0] for link in links} <= {"", *(f"{name}.html" for name in ALWAYS)}

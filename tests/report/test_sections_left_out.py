@@ -14,7 +14,7 @@ from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.rows import Results
-from lockprobe.report.sections import audit, own_sections
+from lockprobe.report.sections import all_sections, audit
 from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
@@ -47,7 +47,7 @@ def short(monkeypatch):
 
 def wrapped(monkeypatch, around):
     """Every call of :func:`lockprobe.foundation.left_out.section` goes through this function first."""
-    own_sections()  # imports their modules
+    all_sections()  # imports their modules
     real = sections.section
     for module in [*sys.modules.values()]:
         if getattr(module, "__name__", "").startswith("lockprobe") and vars(module).get("section") is real:
@@ -101,7 +101,7 @@ def groups(called):
     """Names of what fails together: a section with its tables and figures, all parts of pages; the others alone."""
     sections = [
         (of.title, *(f"Table {one.name}" for one in of.tables), *(f"Figure {one.name}" for one in of.figures))
-        for of in own_sections()
+        for of in all_sections()
     ]
     shown = [{*names} & {*called} for names in sections]
     rest = {*called}.difference(*shown)

@@ -7,7 +7,6 @@ from itertools import product
 
 import pytest
 from latecomer.late import Late
-from latecomer.silence import SECTION
 from latecomer.untold import untold
 
 import lockprobe
@@ -34,10 +33,6 @@ def test_the_others_keep_theirs():
     check_plant("weighed?friction=1.5")
     check_box("gate?bolts=5")
     check_measure("untold")
-
-
-def test_the_section_keeps_its_own(check_section):
-    check_section(SECTION)
 
 
 def test_they_play_together():
@@ -87,14 +82,8 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     compared = found.where("success_difference", control="truth", axis="late lag", of="")
     assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
     assert "higher doses of late" in found.answer
-    shares, means = ([row.value for row in found.where(name)] for name in ("latecomer.untold_share", "measures.untold"))
-    assert shares == pytest.approx(means)
+    shares = [row.value for row in found.where("measures.untold")]
     assert shares[0] == 0 < shares[1] < shares[2]
     assert command("lateness", str(out)).split()[::2] == ["late?lag=1", "late?lag=2", "truth"]
     command("report", str(out))
-    assert (out / "figures" / "latecomer.silence.svg").exists()
-    assert len((out / "tables" / "latecomer.silence-by-condition.csv").read_text().splitlines()) == 7
-    page = (out / "report.html").read_text("utf-8")
-    part = page.partition('id="speed"')[2].partition('id="latecomer.silence"')[2]
-    assert found.answer_of("latecomer.silence") in part
     assert "come from lockprobe-latecomer 0.1.0" in command("verify", str(out))

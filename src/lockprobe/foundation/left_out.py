@@ -7,14 +7,14 @@ Whatever computes, draws or writes a part of a report does so through :func:`sec
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_package", "of_whom", "section", "without"]
+__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_whom", "section", "without"]
 
 _T = TypeVar("_T")
 _Job = TypeVar("_Job")
@@ -34,21 +34,18 @@ class LeftOutSection:
     Attributes:
         section: What it is called.
         reason: Why it is missing, in one line.
-        source: The package that it comes from; empty for Lockprobe.
     """
 
     section: str
     reason: str
-    source: str = ""
 
     def plain(self) -> dict[str, str]:
-        """The same for JSON, without an empty source."""
-        return {name: said for name, said in asdict(self).items() if said}
+        """The same for JSON."""
+        return asdict(self)
 
 
 _failed: ContextVar[list[LeftOutSection] | None] = ContextVar("sections left out", default=None)
 _whom: ContextVar[str] = ContextVar("whom sections are about", default="")
-_package: ContextVar[str] = ContextVar("the package that sections come from", default="")
 
 
 @contextmanager
@@ -62,23 +59,14 @@ def leaving_out() -> Iterator[list[LeftOutSection]]:
         _failed.reset(token)
 
 
-def of_whom(name: str) -> AbstractContextManager[None]:
-    """Sections within it are about this agent, and are named so."""
-    return _within(_whom, name)
-
-
-def of_package(name: str) -> AbstractContextManager[None]:
-    """Sections within it come from this package; from Lockprobe if empty."""
-    return _within(_package, name)
-
-
 @contextmanager
-def _within(of: ContextVar[str], name: str) -> Iterator[None]:
-    token = of.set(name)
+def of_whom(name: str) -> Iterator[None]:
+    """Sections within it are about this agent, and are named so."""
+    token = _whom.set(name)
     try:
         yield
     finally:
-        of.reset(token)
+        _whom.reset(token)
 
 
 def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
@@ -96,7 +84,7 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
         return make()
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever it is, the others do not depend on it
         whom = _whom.get()
-        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error), _package.get())
+        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error))
         if left_out not in found:
             found.append(left_out)
         return instead()

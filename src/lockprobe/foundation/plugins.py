@@ -1,7 +1,7 @@
 """Plug-ins: additions of other packages by entry points, and classes that a user names as ``python:module:Name``.
 
-A package adds an agent, a plant, a box, an intervention, a measure, a section of the report or a command by an entry
-point in the group of that kind (:data:`GROUPS`); the entry point's name is the spec's.
+A package adds an agent, a plant, a box, an intervention, a measure or a command by an entry point in the group of that
+kind (:data:`GROUPS`); the entry point's name is the spec's.
 ``python:module:Name?option=value`` names a class or a function directly. Nothing is imported before it is used. An
 error in it becomes one line that names the package.
 
@@ -56,7 +56,7 @@ __all__ = [
     "runs_foreign_code",
 ]
 
-Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "section", "tool"]
+Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "tool"]
 
 GROUPS: Mapping[Kind, str] = {
     "agent": "lockprobe.agents",
@@ -66,7 +66,6 @@ GROUPS: Mapping[Kind, str] = {
     "measure": "lockprobe.measures",
     "plant": "lockprobe.plants",
     "plant source": "lockprobe.plant_sources",
-    "section": "lockprobe.sections",
     "tool": "lockprobe.tools",
 }
 """Kind of addition -> the group of its entry points. A tool is a function that a command calls."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.report.costs import Prices
@@ -43,7 +42,6 @@ class OpenedStudy:
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
         measured: What installed packages measure, if it is given instead of measured; None otherwise.
         prices: What providers ask, if it is given instead of looked up; None otherwise.
-        left_out: Parts of sections of packages that could not be made, where no code of packages runs.
         every_look: Why what is said of its trials must hold at every look; empty if all of a fixed number are played.
         analysed: Those of its trials that numbers are of: without those behind an open block if it is judged at every
             look.
@@ -61,7 +59,6 @@ class OpenedStudy:
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     measured: Sequence[Row] | None = None
     prices: Prices | None = None
-    left_out: Sequence[LeftOutSection] = ()
     every_look: EveryLook = ""
     analysed: tuple[Trial, ...] = ()
 

@@ -11,10 +11,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from lockprobe.foundation.left_out import of_package, section
+from lockprobe.foundation.left_out import section
 from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
-from lockprobe.report.package_parts import stays_within
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Part, Section, Table, Template, nested
@@ -25,7 +24,6 @@ __all__ = [
     "PAGES",
     "Page",
     "Pictures",
-    "checked_cells",
     "figures_of",
     "page_of",
     "parts_of",
@@ -48,7 +46,7 @@ class Page:
         drawn: The figures.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
-        part: The anchor of the part that is written; empty in a part of a package, whose details open in place.
+        part: The anchor of the part that is written.
     """
 
     found: Results
@@ -75,17 +73,10 @@ class Page:
 
     def written(self, part: Part) -> Any:
         """The blocks of a part; a line that says so if they cannot be written."""
-        page = self if part.source else replace(self, part=part.name, found=self.found.own)
+        page = replace(self, part=part.name)
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
-
-        def write() -> Any:
-            text = rendered("written", blocks=list(part.blocks), page=page)
-            if part.source and not stays_within(text):
-                raise ValueError("markup of this part reaches beyond it: it has styles, scripts, comments or open tags")
-            return _own(text)
-
-        with of_package(part.source):
-            return section(part.heading, write, lambda: _own(missing))
+        write = lambda: _own(rendered("written", blocks=list(part.blocks), page=page))  # noqa: E731
+        return section(part.heading, write, lambda: _own(missing))
 
     @property
     def explorer(self) -> dict[str, Any]:
@@ -114,7 +105,7 @@ def _of(page: str) -> str:
 
 def _details(part: Part) -> Part:
     """What a part of the report has in ``details.html``."""
-    own = [block for block in nested(part.blocks) if isinstance(block, Detail) and not part.source]
+    own = [block for block in nested(part.blocks) if isinstance(block, Detail)]
     return replace(part, answer="", blocks=[one for block in own for one in (Heading(block.summary), *block.blocks)])
 
 
@@ -124,14 +115,12 @@ def _shown(one: Section, found: Results) -> list[Part]:
             replace(
                 part,
                 name=part.name or one.name,
-                source=one.source,
                 blocks=section(one.title, partial(list, part.blocks), list[Block]),
             )
-            for part in one.show(one.read(found))
+            for part in one.show(found)
         ]
 
-    with of_package(one.source):
-        return section(one.title, show, list[Part])
+    return section(one.title, show, list[Part])
 
 
 def figures_of(parts: Iterable[Part]) -> list[Figure]:
@@ -143,17 +132,16 @@ def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTabl
     """The tables by name: those asked for, or all of all sections; one that cannot be made says so."""
     made = {table.name: _cells(table, found) for table in asked}
     for one in all_sections() if not made else ():
-        with of_package(one.source):
-            made |= {table.name: _cells(table, one.read(found)) for table in one.tables}
+        made |= {table.name: _cells(table, found) for table in one.tables}
     return made
 
 
 def _cells(table: Table, found: Results) -> TextTable:
     missing: Callable[[], TextTable] = lambda: [["This table could not be made."]]  # noqa: E731
-    return section(f"Table {table.name}", partial(checked_cells, table, found), missing)
+    return section(f"Table {table.name}", partial(_checked_cells, table, found), missing)
 
 
-def checked_cells(table: Table, found: Results) -> TextTable:
+def _checked_cells(table: Table, found: Results) -> TextTable:
     """The rows of text of a table.
 
     Raises:
@@ -185,6 +173,6 @@ def page_of(
     page = Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials)
     return section(
         f"Page {name}.html",
-        lambda: rendered(name, found=found.own, page=page, parts=parts_of(found, name)),
-        lambda: rendered("left_out", found=found.own, page=name),
+        lambda: rendered(name, found=found, page=page, parts=parts_of(found, name)),
+        lambda: rendered("left_out", found=found, page=name),
     )

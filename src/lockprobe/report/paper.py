@@ -54,7 +54,7 @@ def paper_files(found: Results) -> Iterator[File]:
         yield "figure-column.pdf", pages_as_pdf([column])
         yield "figure-wide.pdf", pages_as_pdf([wide])
         yield "paper.pdf", pages_as_pdf([column, wide])
-    for figure in dict.fromkeys(one for of in all_sections() if not of.source for one in of.figures):
+    for figure in dict.fromkeys(one for of in all_sections() for one in of.figures):
         drawn = section(f"Figure {figure.name}", partial(_as_pdf, found, figure), lambda: None)
         yield f"figures/{figure.name}.pdf", drawn
     yield "paper.tex", table_tex(found)
@@ -72,5 +72,5 @@ def _template(name: str) -> str:
 def _as_pdf(found: Results, figure: Figure) -> bytes | None:
     from lockprobe.report.figures import pages_as_pdf
 
-    made = made_figure(found.own, figure)
+    made = made_figure(found, figure)
     return None if made is None else pages_as_pdf([made])

@@ -13,7 +13,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, of_package, section
+from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
@@ -94,7 +94,6 @@ def report_files(
         of = partial(_make, found)  # one value, which other processes are sent once
         parts = _parts(opened, found, partial(collecting(each), of))
         files = list(_files(found, parts, partial(collecting(each), of)))
-        failed.extend(opened.left_out)
         if failed:  # pages and results name what is not in them
             found = with_left_out(found, failed)
             files = list(_files(found, replace(parts, texts=_texts(found)), partial(map, partial(_make, found))))
@@ -117,7 +116,7 @@ def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
     return _Parts(
         drawn={name: one for name, one in zip(figures, drawn, strict=True) if one is not None},
         trials=trials,
-        photographs=section("What agents saw", lambda: embedded(opened.directory, found.own), dict[str, str]),
+        photographs=section("What agents saw", lambda: embedded(opened.directory, found), dict[str, str]),
         texts=texts,
     )
 
@@ -129,13 +128,10 @@ def _make(found: Results, made: _Made) -> Any:
 def _figures(found: Results) -> dict[str, _Made]:
     """The figures that pages and sections show, by name."""
     asked: dict[str, _Made] = {}
-    parts = [(one.source, figures_of([one])) for page in PAGES for one in parts_of(found, page)]
-    for source, figures in (*parts, *((one.source, one.figures) for one in all_sections())):
-        for figure in figures:
-            with of_package(source):
-                applies = partial(figure.applies, found if source else found.own)
-                if figure.name not in asked and section(f"Figure {figure.name}", applies, bool):
-                    asked[figure.name] = partial(_draw, _alone(figure), source)
+    shown = [figure for page in PAGES for figure in figures_of(parts_of(found, page))]
+    for figure in (*shown, *(figure for one in all_sections() for figure in one.figures)):
+        if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, found), bool):
+            asked[figure.name] = partial(_draw, _alone(figure))
     return asked
 
 
@@ -148,16 +144,14 @@ def _whatever(found: Results) -> bool:
     return True
 
 
-def _draw(figure: Figure, source: str, found: Results) -> _Drawn | None:
-    """A figure of a package; None if there is nothing to draw, or it cannot be drawn."""
-    read = found if source else found.own
+def _draw(figure: Figure, found: Results) -> _Drawn | None:
+    """A figure; None if there is nothing to draw, or it cannot be drawn."""
 
     def draw() -> _Drawn | None:
-        forms = drawn_figure(read, figure)
+        forms = drawn_figure(found, figure)
         return None if forms is None else _Drawn(forms, image(forms["svg"]))
 
-    with of_package(source):
-        return section(f"Figure {figure.name}", draw, lambda: None)
+    return section(f"Figure {figure.name}", draw, lambda: None)
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:

@@ -7,7 +7,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, of_package, section
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
@@ -36,19 +36,12 @@ from lockprobe.studies.study_design import design_of
 __all__ = ["results", "results_of", "with_left_out"]
 
 
-def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
-    """The results of a study.
-
-    Args:
-        numbers: The numbers of the study.
-        more: Sections beside those that are installed, or in their place.
-    """
+def results_of(numbers: StudyNumbers) -> Results:
+    """The results of a study."""
     opened, study = numbers.opened, numbers.study
-    asked = [one for one in all_sections() if one.name not in {of.name for of in more}]
     rows, named = list[Row](), set[tuple[str, ...]]()
-    for one in sorted((*asked, *more), key=lambda of: bool(of.source)):  # rows of packages stand last
-        with of_package(one.source):
-            rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
+    for one in all_sections():
+        rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
     found = Results(
         lockprobe=version("lockprobe"),
         study=_settings(opened),
@@ -183,8 +176,7 @@ def _players(summary: StudySummary) -> list[Player]:
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
     """The results with the sections that could not be made; no answer stands where its numbers are among them."""
-    ours_first = sorted(left_out, key=lambda one: bool(one.source))
-    rows = tuple(LeftOut(**one.plain()) for one in ours_first)
+    rows = tuple(LeftOut(**one.plain()) for one in left_out)
     return without_answer(found.changed(sections_left_out=rows)) if rows else found
 
 

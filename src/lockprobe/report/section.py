@@ -1,7 +1,7 @@
 """A section of a report: one question, with the rows that answer it and what the page shows of them.
 
 A section works in two passes. ``rows`` makes rows from the numbers of a study; ``show`` makes blocks of a page from the
-rows of *all* sections, and from nothing else. Packages add sections by the entry point ``lockprobe.sections``.
+rows of *all* sections, and from nothing else.
 """
 
 from __future__ import annotations
@@ -127,10 +127,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """Blocks of ``details.html``: long tables and further figures. The report has a link in their place.
-
-    In a section of a package they open in place, as only the report holds parts of packages.
-    """
+    """Blocks of ``details.html``: long tables and further figures. The report has a link in their place."""
 
     block: ClassVar[str] = "detail"
     summary: str
@@ -193,14 +190,12 @@ class Part:
         answer: Its answer in one sentence, beside the heading.
         blocks: What it holds.
         name: Its anchor; that of the section if empty.
-        source: The package that it comes from; empty for Lockprobe.
     """
 
     heading: str
     answer: str
     blocks: Iterable[Block]
     name: str = ""
-    source: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,12 +210,6 @@ class Section:
         tables: Its tables. Those that ``show`` leaves out are written too.
         figures: Its figures. Those that ``show`` gives are drawn.
         page: The page that shows it; the :class:`Detail` of the report is in ``details.html``.
-        after: Name of the section that it follows; at the end if empty. For sections of packages.
-        source: The package that it comes from; empty for Lockprobe.
-
-    A name that Lockprobe gives has no point, and a name that a package gives has one: its section is called, for
-    example, ``latecomer.silence``, and all names that it gives begin with ``latecomer.``: its tables, figures and
-    parts, the quantities of its rows and the subjects of its facts.
     """
 
     name: str
@@ -230,14 +219,3 @@ class Section:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     page: str = "report"
-    after: str = ""
-    source: str = ""
-
-    def read(self, found: Results) -> Results:
-        """The rows that its page, tables and figures are made from; of Lockprobe's sections only its own."""
-        return found if self.source else found.own
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Its name, and those of its tables and figures."""
-        return (self.name, *(one.name for one in self.tables), *(one.name for one in self.figures))

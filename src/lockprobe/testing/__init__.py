@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from lockprobe.testing.measures import check_measure
     from lockprobe.testing.plants import PlantTried, check_plant
     from lockprobe.testing.provider import ScriptedProvider, completion, failure, in_turn, joints, replying, words
-    from lockprobe.testing.sections import check_section
     from lockprobe.testing.trials import ScriptedAgent, make_trial, play_trials
 
 __all__ = [
@@ -37,7 +36,6 @@ __all__ = [
     "check_intervention",
     "check_measure",
     "check_plant",
-    "check_section",
     "completion",
     "failure",
     "in_turn",
@@ -49,7 +47,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant", "section")},
+    **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant")},
     "PlantTried": "plants",
     "check_box": "boxes",
     **dict.fromkeys(

@@ -23,7 +23,6 @@ __all__ = [
     "check_intervention",
     "check_measure",
     "check_plant",
-    "check_section",
     "make_trial",
     "play_trials",
     "scripted_agent",
@@ -51,7 +50,6 @@ check_agent = _fixture("check_agent")
 check_plant = _fixture("check_plant")
 check_box = _fixture("check_box")
 check_measure = _fixture("check_measure")
-check_section = _fixture("check_section")
 make_trial = _fixture("make_trial")
 play_trials = _fixture("play_trials")
 

@@ -12,7 +12,7 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.results import results_of
-from lockprobe.report.sections import own_sections
+from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.simulation.audit.simulate import simulate
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
@@ -126,7 +126,7 @@ class Studies(dict):
 
     def _made(self, name):
         trials = STUDIES[name](lambda played: self._once(f"trials of {played.__name__}", played))
-        own_sections()  # their captions say how many trials are judged, so they are imported before that changes
+        all_sections()  # their captions say how many trials are judged, so they are imported before that changes
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis,
             patch.setattr(rationality, "JUDGED", 6)  # and not every trial of a condition judged

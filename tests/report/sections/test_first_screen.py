@@ -15,7 +15,7 @@ from lockprobe.report.pages import page_of
 from lockprobe.report.report_files import drawn_figure
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut
-from lockprobe.report.sections import own_sections
+from lockprobe.report.sections import all_sections
 from lockprobe.report.sections.first_screen import SECTIONS, without_answer
 from lockprobe.report.sections.key_numbers import condition_numbers
 from lockprobe.report.study_numbers import study_numbers
@@ -131,7 +131,7 @@ def test_a_figure_of_several_panels_is_there_with_all_of_them(tmp_path):
     agents = ("cognitive:perseverant", "cognitive:careful")
     found = found_in(tmp_path, study("flips", agent=agents, p=(0,), condition=("nudge", "tremble?p=0.2"), trials=8))
     assert found.fact("first screen", "figure") == "effects"
-    (effects_drawn,) = (one for of in own_sections() for one in of.figures if one.name == "effects")
+    (effects_drawn,) = (one for of in all_sections() for one in of.figures if one.name == "effects")
     forms = drawn_figure(found, effects_drawn)
     panels = image(forms["svg"]).panels
     assert len(panels) == len(agents)

@@ -97,4 +97,3 @@ class LeftOut(Part):
 
     section: str = Field(description="What it is called.")
     reason: str = Field(description="Why, in one line.")
-    source: str = Field(default="", description="The package that it comes from; empty for Lockprobe.")

@@ -71,16 +71,10 @@ class Results(Part):
         """How many rows there are; all of them would fill a screen for minutes."""
         return f"<Results of {self.study.get('study', 'a study')}: {len(self.rows)} rows; {self.answer}>"
 
-    @cached_property
-    def own(self) -> Results:
-        """The same without what sections of packages add: all that a section of Lockprobe reads."""
-        kept = {kind: tuple(row for row in getattr(self, kind) if not row.source or _measures(row)) for kind in _KINDS}
-        return self.changed(**kept) if any(len(getattr(self, kind)) > len(kept[kind]) for kind in _KINDS) else self
-
     @property
     def measures(self) -> list[Estimate]:
         """What measures of packages found, in order."""
-        return [row for row in self.rows if _measures(row)]
+        return [row for row in self.rows if row.quantity.startswith(f"{MEASURES}.")]
 
     @cached_property
     def _rows(self) -> Mapping[str, Sequence[Estimate]]:
@@ -320,13 +314,6 @@ class Results(Part):
         """The same with other values of these fields."""
         kept = {name: getattr(self, name) for name in type(self).model_fields}
         return self.model_construct(**kept | fields)  # no copy, which would keep what is cached
-
-
-def _measures(row: Row) -> bool:
-    """Whether a row is of a measure that a package adds, or describes it."""
-    if isinstance(row, Fact):
-        return row.about == MEASURES
-    return isinstance(row, Estimate) and row.quantity.startswith(f"{MEASURES}.")
 
 
 def _asked(columns: Mapping[str, str]) -> str:

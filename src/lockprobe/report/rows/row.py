@@ -131,7 +131,6 @@ class Finding(Part):
         default=(), description="The quantities that it rests on, which have rows; none if it states no result."
     )
     judges: bool = Field(default=True, description="Whether it judges an agent.")
-    source: str = Field(default="", description="The package that says it; empty for Lockprobe.")
 
 
 class Fact(Part):
@@ -174,7 +173,6 @@ class Exhibit(Part):
     target: str = Field(description="The joint that has to move.")
     parted: int | None = Field(default=None, description="The first step at which it differs from the other one.")
     steps: tuple[ExhibitStep, ...] = Field(description="Its steps.")
-    source: str = Field(default="", description="The package that shows it; empty for Lockprobe.")
 
 
 Row = Estimate | Curve | Finding | Fact | Exhibit

@@ -193,5 +193,5 @@ SECTIONS = (
         tables=(_CONDITIONS, _MEASURES),
         page="details",
     ),
-    Section(name="measures", title="Measures", rows=measure_rows, source="installed packages"),
+    Section(name="measures", title="Measures", rows=measure_rows),
 )

@@ -15,10 +15,8 @@ from pydantic import ValidationError
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.foundation.errors import BadFile, LockprobeError, UserMistake
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.report.costs import prices_of
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.package_parts import without_packages
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.rows import MEASURES, Results, Row
 from lockprobe.report.verify.check import Check, check_of
@@ -30,9 +28,7 @@ __all__ = ["report_checks"]
 
 RESULTS = "results.json"
 
-_REPORT = "report.html"
-
-PAGES = (_REPORT, "claims.html", "audit.html", "why.html", "forks.html", "details.html")
+PAGES = ("report.html", "claims.html", "audit.html", "why.html", "forks.html", "details.html")
 """The pages that a report can have."""
 
 _ESTIMATE = ("quantity", "of", "agent", "modality", "condition", "control", "versus", "versus_modality", "axis")
@@ -72,7 +68,6 @@ class _Compared:
     made: set[str] = field(default_factory=set)
     there: int = 0
     missing: int = 0
-    of_packages: list[str] = field(default_factory=list)
     pages: list[str] = field(default_factory=list)
     figures: list[str] = field(default_factory=list)
     drawn_elsewhere: str = ""
@@ -81,7 +76,7 @@ class _Compared:
 def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ...]:
     """Whether ``results.json``, pages, tables and figures are what the records give.
 
-    No code of packages runs: what they measure is taken from the file, and their sections are left out. The prices of
+    No code of packages runs: what they measure is taken from the file. The prices of
     models are those on record, which the machine knew that wrote the report. Where they are not those that are known
     here, the check says so.
 
@@ -98,7 +93,6 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
         opened,
         measured=_measured(written),
         prices=prices_of(written) if written else None,
-        left_out=_left_out(written),
     )
     try:
         at_other_prices = _other_prices(opened)
@@ -140,12 +134,6 @@ def _measured(written: Results | None) -> tuple[Row, ...]:
     return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
 
 
-def _left_out(written: Results | None) -> tuple[LeftOutSection, ...]:
-    """What of the sections of packages could not be made, as the results hold it."""
-    rows = written.sections_left_out if written else ()
-    return tuple(LeftOutSection(one.section, one.reason, one.source) for one in rows if one.source)
-
-
 def _other_prices(opened: OpenedStudy) -> list[str]:
     """What is said of models whose prices on record are not those that are known here."""
     models = {
@@ -180,8 +168,6 @@ def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compa
         into.append(str(error))
         return
     expected = made.encode() if isinstance(made, str) else made
-    if name == _REPORT:  # the only page to which packages add
-        written, found.of_packages = without_packages(written)
     if written == expected:
         return
     if name.startswith("figures/"):
@@ -204,18 +190,10 @@ def _changed_since(directory: Path) -> bool:
 
 def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
     """Whether pages, tables and figures are those of the records."""
-    left = [name for name in _there(opened.directory) if name not in found.made]
-    of_packages = [name for name in left if "/" in name and "." in Path(name).stem]
-    strange = [f"{name}: no file of this report" for name in left if name not in of_packages]
+    strange = [f"{name}: no file of this report" for name in _there(opened.directory) if name not in found.made]
     failed = [*found.pages, *found.figures, *strange]
     missing = f"; {found.missing} are not there" if found.missing else ""
-    sources = ", ".join(dict.fromkeys(found.of_packages))
-    foreign = f"; {len(found.of_packages)} parts of {_REPORT} are not checked: they come from {sources}"
     holds = f"{found.there} pages, tables and figures are what the records give{missing}"
-    holds += foreign * bool(found.of_packages)
-    if of_packages:
-        named = ", ".join(dict.fromkeys(Path(name).with_suffix("").as_posix() for name in of_packages))
-        holds += f"; not checked, as they have names of packages: {named}"
     fails = "pages, tables and figures are not what the records give"
     if found.drawn_elsewhere:
         fails += f"; figures were drawn by {found.drawn_elsewhere}: lockprobe report first"
@@ -333,7 +311,7 @@ def _different_rows(written: Sequence[Any], found: Sequence[Any], where: str) ->
         yield f"{said}: {column} {one.get(column)} written, {other.get(column)} computed"
     group = _OF_ROWS[where][0]
     for row in _of_packages(written):
-        if row.get(group) != MEASURES and "." not in str(row.get(group)):  # as in every name of a package
+        if not f"{row.get(group)}.".startswith(f"{MEASURES}."):
             yield f"{where}: {row.get(group)} of {row['source']} has a name of Lockprobe's rows"
 
 
