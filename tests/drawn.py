@@ -1,15 +1,11 @@
 """Agents to draw, and what stands on axes, read back."""
 
-import html
-import json
-import re
 from importlib import import_module
 from itertools import combinations
 
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 
-from lockprobe.report.figures import render
 from lockprobe.report.rows import Course, Player
 from lockprobe.report.sections import all_sections
 from lockprobe.trial.record import STATES
@@ -92,12 +88,6 @@ def touching(figure):
         if min(first.x1, second.x1) - max(first.x0, second.x0) > 1.5
         and min(first.y1, second.y1) - max(first.y0, second.y0) > 1.5
     ]
-
-
-def places(figure):
-    """Where a page cuts the panels of a figure: left, top, width and height in points."""
-    said = re.search("<dc:description>(.*)</dc:description>", render(figure, "svg").decode())[1]
-    return json.loads(html.unescape(said))
 
 
 def course(agent, modality=STATES, *, found=None, cells=(), **player):

@@ -163,7 +163,7 @@ def test_all_files_are_there_and_no_draft(reported):
 
 def test_figures_that_are_no_longer_drawn_go(reported):
     figures = {path.name for path in (reported / "figures").iterdir()}
-    assert {"own.png", "fig4.txt", "overview-column.svg", "box.png"} <= figures
+    assert {"own.png", "fig4.txt", "overview.svg", "box.png"} <= figures
     assert not {"people.png", "people.svg"} & figures
 
 

@@ -1,20 +1,14 @@
-"""Figures as pages embed them: in few bytes, in the colours of a dark page too, and panel by panel.
-
-A figure of print has its panels in a grid. A page shows each panel as a picture of its own, so that there are three
-beside each other on a wide screen and one on a phone, always with text of the same size.
-"""
+"""Figures as pages embed them: in few bytes, and in the colours of a dark page too."""
 
 from __future__ import annotations
 
 import colorsys
-import json
 import re
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from urllib.parse import quote
 
-__all__ = ["Image", "Piece", "compact_svg", "dark", "image", "with_dark_colours"]
+__all__ = ["Image", "compact_svg", "dark", "image", "with_dark_colours"]
 
 _GREY = 0.05
 """How far apart the parts of a grey are, at most."""
@@ -33,30 +27,21 @@ _PIXELS = 96 / 72
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
-    """A part of a figure, or all of it: a picture as a data URI, its width in pixels, and whether it stays on white."""
+class Image:
+    """A figure as a page embeds it: a data URI, its width in pixels, and whether it stays on white."""
 
     source: str
     width: int
     white: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Image:
-    """A figure as a page embeds it: its panels, and below them what belongs to all of them."""
-
-    panels: tuple[Piece, ...]
-    below: tuple[Piece, ...] = ()
-
-
 def image(svg: bytes) -> Image:
-    """A figure of Matplotlib for a page; one whose panels are not named is one picture."""
-    places = _places(svg)
-    if sum(name.startswith("panel") for name in places) < 2:
-        return Image((_piece(re.sub(_GROUND, b"", svg), white=_KEPT in svg),))
-    cut = dict(_cut(svg, places))
-    panels = tuple(piece for name, piece in cut.items() if name.startswith("panel"))
-    return Image(panels, tuple(piece for name, piece in cut.items() if not name.startswith("panel")))
+    """A figure of Matplotlib for a page."""
+    white, small = _KEPT in svg, compact_svg(re.sub(_GROUND, b"", svg))
+    wide = re.search(rb'width="([\d.]+)pt"', svg)
+    text = (small if white else with_dark_colours(small)).decode()
+    source = "data:image/svg+xml," + quote(text.replace('"', "'"), safe=" !$&'()*+,-./:;=?@_~|{}[]^`\\")
+    return Image(source, round(float(wide[1]) * _PIXELS) if wide else 0, white)
 
 
 _KEPT = b"<rdf:li>cells</rdf:li>"
@@ -64,43 +49,6 @@ _KEPT = b"<rdf:li>cells</rdf:li>"
 
 _GROUND = re.compile(rb'^  <g id="patch_1">.*?^  </g>\n', re.DOTALL | re.MULTILINE)
 """The white behind a figure."""
-
-_GROUP = re.compile(rb'^  <g id="([^"]*)">\n.*?^  </g>\n', re.DOTALL | re.MULTILINE)
-"""What a figure is made of: its axes, legend and texts."""
-
-_DEFINED = re.compile(rb"<defs>(.*?)</defs>", re.DOTALL)
-_DEFINITION = re.compile(rb'<(\w+)[^>]*? id="([^"]*)"[^>]*?(?:/>|>.*?</\1>)', re.DOTALL)
-_USED = re.compile(rb'(?:href="#|url\(#)([^")]*)')
-
-
-def _places(svg: bytes) -> Mapping[str, tuple[float, float, float, float]]:
-    """Where the named parts of a figure are, in points: left, top, width, height."""
-    found = re.search(rb"<dc:description>(\{.*?\})</dc:description>", svg, re.DOTALL)
-    return json.loads(found[1].replace(b"&quot;", b'"')) if found else {}
-
-
-def _cut(svg: bytes, places: Mapping[str, tuple[float, float, float, float]]) -> Iterator[tuple[str, Piece]]:
-    """The named parts, each as a picture with what it uses."""
-    known = {one[2]: one[0] for block in _DEFINED.findall(svg) for one in _DEFINITION.finditer(block)}
-    groups: dict[bytes, bytes] = {found[1]: found[0] for found in _GROUP.finditer(svg)}
-    head = svg[svg.index(b"<svg ") : svg.index(b">", svg.index(b"<svg "))]
-    head = re.sub(rb' (?:width|height|viewBox)="[^"]*"', b"", head)
-    for name, (left, top, width, height) in places.items():
-        own = [group for of, group in groups.items() if of.decode().partition(".")[0] == name]
-        body = _DEFINED.sub(b"", b"".join(own))
-        used = [known[one] for one in dict.fromkeys(_USED.findall(body)) if one in known]
-        size = f' width="{width:.2f}pt" height="{height:.2f}pt" viewBox="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
-        style = b"<style>*{stroke-linejoin: round; stroke-linecap: butt}</style>"
-        whole = b"".join((head, size.encode(), b">", style, b"<defs>", *used, b"</defs>", body, b"</svg>"))
-        yield name, _piece(whole, white=_KEPT in svg)
-
-
-def _piece(svg: bytes, *, white: bool) -> Piece:
-    wide = re.search(rb'width="([\d.]+)pt"', svg)
-    small = compact_svg(svg)
-    text = (small if white else with_dark_colours(small)).decode()
-    source = "data:image/svg+xml," + quote(text.replace('"', "'"), safe=" !$&'()*+,-./:;=?@_~|{}[]^`\\")
-    return Piece(source, round(float(wide[1]) * _PIXELS) if wide else 0, white)
 
 
 def compact_svg(svg: bytes) -> bytes:

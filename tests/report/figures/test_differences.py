@@ -2,7 +2,6 @@
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from drawn import places
 
 from lockprobe.report.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
@@ -151,25 +150,15 @@ def test_agents_share_one_axis_and_people_are_called_people():
     assert second.get_title(loc="left").startswith("people\n")
 
 
-def test_in_a_column_agents_stand_below_each_other_and_a_single_one_needs_no_column():
-    found = [difference("nudge", 0.1), difference("nudge", 0.6, agent="participant")]
-    screen, column = (effects(found_of(found), size) for size in ("screen", "column"))
-    assert column.get_figwidth() == screen.get_figwidth() / 2
-    assert [axes.get_subplotspec().colspan.start for axes in column.axes] == [0, 0]
-    assert [axes.get_title(loc="left") for axes in column.axes] == [axes.get_title(loc="left") for axes in screen.axes]
-    assert effects(found_of(found[:1]), "column") is None
-
-
-def test_the_panel_of_an_agent_with_fewer_conditions_comes_last_and_is_lower():
+def test_the_panel_of_an_agent_with_fewer_conditions_comes_last():
     found = [difference("nudge", 0.1), *(difference(name, 0.6, agent="participant") for name in ("nudge", "lie"))]
     figure = effects(found_of(found))
-    panels, (_, axes) = places(figure), figure.axes
+    _, axes = figure.axes
     assert axes.get_title(loc="left").startswith("random\n")  # the agent with most conditions comes first
-    assert panels["panel-1"][3] == pytest.approx(panels["panel-0"][3] - 72 * 0.385, abs=3)
 
 
 def test_without_a_comparison_there_is_nothing_to_draw():
-    assert effects(found_of([])) is effects(found_of([]), "column") is None
+    assert effects(found_of([])) is None
 
 
 def sample(study, solved, condition="truth", luck=1):

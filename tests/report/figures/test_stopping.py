@@ -46,7 +46,6 @@ def test_the_block_with_which_it_was_decided_is_marked(stopped):
     first, second, *_ = stopping(stopped).axes
     assert [text.get_text() for text in first.texts if "block" in text.get_text()] == ["an effect,\nblock 12"]
     assert not [text for text in second.texts if "block" in text.get_text()]
-    assert len(stopping(stopped, "column").axes) == 6
 
 
 def test_a_study_without_blocks_has_no_picture(studies):

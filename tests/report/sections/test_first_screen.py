@@ -118,31 +118,19 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     assert "Partial" not in top
 
 
-def test_a_narrow_screen_shows_the_figure_of_a_column(models):
-    drawn = {name: image(f"<svg>{name}</svg>".encode()) for name in ("overview", "overview-column")}
-    page = page_of("report", models, drawn).partition('<div class="screen">')[2]
-    wide, narrow = (one.panels[0].source for one in drawn.values())
-    found = re.search(r'<source media="\(max-width: 40rem\)" srcset="([^"]*)"><img src="([^"]*)"', page)
-    assert [unquote(unescape(one)) for one in found.groups()] == [unquote(narrow), unquote(wide)]
-    assert not re.search(r"\s", found[1])  # where a space would end the address
-
-
 def test_a_figure_of_several_panels_is_there_with_all_of_them(tmp_path):
     agents = ("cognitive:perseverant", "cognitive:careful")
     found = found_in(tmp_path, study("flips", agent=agents, p=(0,), condition=("nudge", "tremble?p=0.2"), trials=8))
     assert found.fact("first screen", "figure") == "effects"
     (effects_drawn,) = (one for of in all_sections() for one in of.figures if one.name == "effects")
     forms = drawn_figure(found, effects_drawn)
-    panels = image(forms["svg"]).panels
-    assert len(panels) == len(agents)
     top = (
         page_of("report", found, {"effects": image(forms["svg"])})
         .partition('<div class="screen">')[2]
         .partition('class="facts"')[0]
     )
-    assert [unquote(unescape(one)) for one in re.findall(r'<img src="([^"]*)"', top)] == [
-        unquote(one.source) for one in panels
-    ]
+    (source,) = re.findall(r'<img src="([^"]*)"', top)
+    assert unquote(unescape(source)) == unquote(image(forms["svg"]).source)
 
 
 def test_quantities_that_the_sentences_rest_on_exist(models):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -41,21 +40,15 @@ _NAMES = {
 
 
 @own_settings()
-def bridge(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
-    """A panel for each agent and way to see: the changes of its arms, pictures on top.
-
-    In a column they are below each other; None for a single panel, which fits a column as it is.
-    """
+def bridge(found: Results) -> Figure | None:
+    """A panel for each agent and way to see: the changes of its arms, pictures on top."""
     panels: dict[tuple[str, str], list[Estimate]] = {}
     for row in found.where("steps_difference"):
         if row.of in _NAMES:
             panels.setdefault((row.agent, row.modality), []).append(row)
     shown = [(found, rows) for rows in panels.values()]
     most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
-    sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
-    if size == "column":
-        return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
-    return sheet(shown, _draw, **sizes)
+    return sheet(shown, _draw, heights=[most], around=around(_TITLE), width=_WIDTH)
 
 
 def _forest(found: Results, rows: Sequence[Estimate]) -> list[ForestRow]:

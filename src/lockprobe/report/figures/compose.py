@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import io
-import json
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
-import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
-from matplotlib.transforms import Bbox
 from PIL import Image
 
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
 __all__ = ["CELLS", "COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
@@ -55,10 +51,8 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
     own: dict[str, Any] = {"metadata": {"Date": None}}
-    if form == "svg" and (places := _places(figure)):
-        own["metadata"]["Description"] = json.dumps(places)
-        if figure.get_label() == CELLS:
-            own["metadata"]["Keywords"] = [CELLS]
+    if form == "svg" and figure.get_label() == CELLS:
+        own["metadata"]["Keywords"] = [CELLS]
     if form == "png":
         return _png(figure)
     figure.savefig(out, format=form, dpi=_DPI, **own)
@@ -82,47 +76,6 @@ def _place_empty_labels(figure: Figure) -> None:
         for axis in (axes.xaxis, axes.yaxis):
             if not axis.get_label_text():
                 axis.set_label_coords(0.0, 0.0)
-
-
-def _places(figure: Figure) -> dict[str, tuple[float, ...]]:
-    """Where the panels of a :func:`sheet` are, and what belongs to all of them: left, top, width, height in points.
-
-    All panels have the same margins about their axes, so that they are of one size and stand in line on a page.
-    """
-    named = [(name, artist) for artist in figure.get_children() if (name := artist.get_gid())]
-    axes = [(name, artist) for name, artist in named if isinstance(artist, Axes)]
-    panels = grouped(axes, lambda one: one[0].partition(".")[0])
-    if not panels:
-        return {}
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    inner = {name: Bbox.union([_inner(one, renderer) for _, one in own]) for name, own in panels.items()}
-    outer = {name: Bbox.union([_outer(one, renderer) for _, one in own]) for name, own in panels.items()}
-    margins = np.max([np.abs(np.subtract(outer[name].extents, inner[name].extents)) for name in panels], axis=0)
-    boxes = {name: Bbox.from_extents(*(box.extents + margins * (-1, -1, 1, 1))) for name, box in inner.items()}
-    boxes |= {name: artist.get_window_extent(renderer) for name, artist in named if not isinstance(artist, Axes)}
-    points, height = 72 / figure.dpi, figure.bbox.height
-    return {
-        name: tuple(round(points * value, 2) for value in (box.x0, height - box.y1, box.width, box.height))
-        for name, box in boxes.items()
-    }
-
-
-def _inner(axes: Axes, renderer: Any) -> Bbox:
-    """What axes cover, down to their horizontal axis where that stands above their lower end, or to a text without."""
-    bottom, stands = axes.bbox.y0, axes.spines["bottom"].get_position()
-    if not axes.axison:
-        bottom = min((text.get_window_extent(renderer).y0 for text in axes.texts), default=bottom)
-    elif stands[0] == "data":
-        _, bottom = axes.get_yaxis_transform().transform((0.0, float(stands[1])))
-    return Bbox.from_extents(axes.bbox.x0, bottom, axes.bbox.x1, axes.bbox.y1)
-
-
-def _outer(axes: Axes, renderer: Any) -> Bbox:
-    """The same with all that is written about them."""
-    box, inner = Bbox(np.asarray(axes.get_tightbbox(renderer))), _inner(axes, renderer)
-    if inner.y0 > axes.bbox.y0:
-        box.y0 = np.asarray(axes.xaxis.get_tightbbox(renderer))[0, 1] if axes.axison else inner.y0
-    return box
 
 
 @own_settings()
@@ -180,13 +133,12 @@ def sheet(
             axes = grid[i // columns * len(draws) + j, i % columns]
             axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
             if i < len(shown):
-                axes.set_gid(f"panel-{i}.{j}" if len(shown) > 1 else f"panel-{j}.0")
                 draw(axes, shown[i])
             else:
                 axes.set_visible(False)
     lines = textwrap.wrap(note, int(COLUMN / _CHARACTER))
     if not _legend(figure, "\n".join(lines)) and lines:
-        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT).set_gid("note")
+        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
         figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
     return figure
 
@@ -202,14 +154,13 @@ def _legend(figure: Figure, note: str) -> Legend | None:
     spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
     head: dict[str, Any] = {"title": note, "title_fontproperties": {"size": SMALL}} if note else {}
     legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces, **head)
-    legend.set_gid("legend")
     legend.get_title().set_color(FAINT)
     figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
     return legend
 
 
 def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
-    """A legend in as many columns as a panel has room for, which is also what a phone has, and at most ``most``."""
+    """A legend in as many columns as a panel has room for, and at most ``most``."""
     room = min(figure.bbox.width, COLUMN * figure.dpi)
     for columns in range(most, 0, -1):
         legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)

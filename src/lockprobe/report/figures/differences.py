@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -95,11 +94,10 @@ def _row(
 
 
 @own_settings()
-def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+def effects(found: Results) -> Figure | None:
     """Every condition against the control, and crossings of two interventions that stand in no grid.
 
-    A panel for each agent that has conditions to compare, those with most of them first. In a column, panels are below
-    each other; None for a single panel, which fits a column as it is.
+    A panel for each agent that has conditions to compare, those with most of them first.
     """
     own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
@@ -118,8 +116,6 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
         label = f"success minus that under {safe_name(control, _LONGEST)}, points"
         panels.append(_Panel.of(rows, who, pairs, label=label))
     panels.sort(key=lambda one: -len(one.rows))
-    if size == "column":
-        return _sheet(panels, 1) if len(panels) > 1 else None
     return _sheet(panels, min(2, len(panels)) or 1)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -31,20 +30,14 @@ _TITLE = 2
 
 
 @own_settings()
-def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
-    """A panel for each agent and measure: the effects of the factors, the largest on top.
-
-    In a column they are below each other; None for a single panel, which fits a column as it is.
-    """
+def factorial(found: Results) -> Figure | None:
+    """A panel for each agent and measure: the effects of the factors, the largest on top."""
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
     shown = [(found, _sorted(rows)) for rows in panels.values()]
     most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
-    sizes: dict[str, Any] = {"heights": [most], "around": around(_TITLE), "width": _WIDTH}
-    if size == "column":
-        return sheet(shown, _draw, columns=1, **sizes) if len(shown) > 1 else None
-    return sheet(shown, _draw, **sizes)
+    return sheet(shown, _draw, heights=[most], around=around(_TITLE), width=_WIDTH)
 
 
 def _share(found: Results, row: Estimate) -> Estimate | None:

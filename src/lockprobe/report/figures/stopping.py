@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -31,13 +29,11 @@ _REACH = 60
 
 
 @own_settings()
-def stopping(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
-    """A panel for each difference; below each other in a column, where there are several."""
+def stopping(found: Results) -> Figure | None:
+    """A panel for each difference."""
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and one.x]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
     shown = [(found, one) for one in curves[:_MOST]]
-    if size == "column":
-        return sheet(shown, _draw, columns=1, heights=[_HEIGHT], width=3.6) if len(shown) > 1 else None
     wide = 5.6 if len(shown) == 1 else _WIDTH
     return sheet(shown, _draw, heights=[_HEIGHT if len(shown) > 1 else 3.0], width=wide)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
@@ -185,6 +184,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_TABLE, _MATRIX),
-        figures=(FIGURE, replace(FIGURE, name="bridge-column", arguments=("column",))),
+        figures=(FIGURE,),
     ),
 )

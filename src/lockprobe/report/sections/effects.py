@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 from typing import Any
 
@@ -256,7 +255,6 @@ _FIGURE = Figure(
     draw="lockprobe.report.figures.differences:effects",
     applies=_applies,
 )
-_COLUMN = replace(_FIGURE, name="effects-column", arguments=("column",))
 
 
 def _grid_caption(found: Results) -> Caption:
@@ -337,6 +335,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_EFFECTS, _CROSSINGS, _GRIDS, _TRENDS),
-        figures=(_FIGURE, _COLUMN),
+        figures=(_FIGURE,),
     ),
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
@@ -134,6 +133,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_TABLE,),
-        figures=(_FIGURE, replace(_FIGURE, name="factorial-column", arguments=("column",))),
+        figures=(_FIGURE,),
     ),
 )

@@ -398,15 +398,12 @@ def _played(found: Results) -> bool:
     return any(course.played for course in found.courses())
 
 
-_DRAW = "lockprobe.report.figures.first_screen:draw_overview"
-_OVERVIEW = Figure("overview", "Success by flip rate, or by step", _caption, draw=_DRAW, applies=_played)
-_COLUMN = Figure(
-    "overview-column",
-    "Success by flip rate, or by step, for a column of print",
+_OVERVIEW = Figure(
+    "overview",
+    "Success by flip rate, or by step",
     _caption,
-    draw=_DRAW,
+    draw="lockprobe.report.figures.first_screen:draw_overview",
     applies=_played,
-    arguments=("column",),
 )
 _PANEL = "The panel at the start and, below, the interlock, which no agent sees."
 _BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
@@ -446,4 +443,4 @@ def without_answer(found: Results) -> Results:
     return found.changed(findings=tuple(findings), answer=said)
 
 
-SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW, _COLUMN, _BOX)),)
+SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW, _BOX)),)

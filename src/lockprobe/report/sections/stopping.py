@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from lockprobe.foundation.formatting import NONE
@@ -99,7 +98,6 @@ _FIGURE = Figure(
     draw="lockprobe.report.figures.stopping:stopping",
     applies=lambda found: bool(found.where("difference_by_block")),
 )
-_COLUMN = replace(_FIGURE, name="stopping-column", arguments=("column",))
 
 
 _GROWING = "Every difference and its interval, as the trials came in."
@@ -127,6 +125,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_TABLE,),
-        figures=(_FIGURE, _COLUMN),
+        figures=(_FIGURE,),
     ),
 )
