@@ -6,7 +6,7 @@ import io
 import pytest
 
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.format import as_csv, as_tex
+from lockprobe.report.format import as_csv
 
 HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
 
@@ -26,10 +26,3 @@ def test_no_cell_is_a_formula(lead):
 def test_nothing_invisible_is_in_a_file():
     table = [["agent", "p"], [HOSTILE, "0"]]
     assert as_csv(table) == "agent,p\na?b??????c,0\n"
-    assert r"{}a?b??????c & 0 \\" in as_tex(table).splitlines()
-
-
-@pytest.mark.parametrize("name", ["[2em]", "*x"])
-def test_no_row_is_the_argument_of_the_line_above(name):
-    lines = as_tex([[name, "p"], [name, "0"], [name, "1"]]).splitlines()
-    assert [line for line in lines if name in line] == [rf"{{}}{name} & {x} \\" for x in ("p", "0", "1")]

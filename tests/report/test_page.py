@@ -156,7 +156,7 @@ def reported(tmp_path_factory):
 
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
-    assert {f"{name}.html" for name in ALWAYS} | {"results.json", "tables/conditions.tex", "figures/fig4.svg"} <= names
+    assert {f"{name}.html" for name in ALWAYS} | {"results.json", "tables/conditions.csv", "figures/fig4.svg"} <= names
     assert not [name for name in names if "draft" in name]
     assert "why.html" not in names
 
@@ -172,9 +172,6 @@ def test_tables_are_those_of_the_results(reported):
     solved = [cell.get("success").count for cell in found.cells]
     table = list(csv.DictReader(io.StringIO((reported / "tables" / "conditions.csv").read_text())))
     assert [row["solved"] for row in table] == [str(count) for count in solved]
-    tex = (reported / "tables" / "conditions.tex").read_text()
-    assert tex.count(r"\\") == len(table) + 1
-    assert not re.search(r"(?<!\\)%", tex)
 
 
 def test_a_directory_without_a_study_is_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""Tables as CSV and as TeX, and the cell of a share."""
+"""Tables as CSV, text for TeX, and the cell of a share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.proportions import Proportion
 
-__all__ = ["DETECTED", "EVERY", "TextTable", "as_csv", "as_tex", "share_cell", "tex_text"]
+__all__ = ["DETECTED", "EVERY", "TextTable", "as_csv", "share_cell", "tex_text"]
 
 DETECTED = {True: "detected", False: "not detected"}
 """What a table concludes from a test; the interval has to exclude 0 as well."""
@@ -91,22 +91,6 @@ def _cell(cell: str) -> str:
         return ""
     number = _MEASURED.fullmatch(cell) is not None
     return "'" * (cell.startswith(_FORMULA) and not number) + printable(cell)
-
-
-def as_tex(table: Sequence[Sequence[str]]) -> str:
-    """The table for LaTeX with booktabs. Rows begin with ``{}``, lest one be read as an argument of the rule above."""
-    names = [r"\emph{P}" if name == "P" else tex_text(name) for name in table[0]]
-    head, *rows = ["{}" + " & ".join(row) + r" \\" for row in (names, *(map(tex_text, row) for row in table[1:]))]
-    lines = [
-        rf"\begin{{tabular}}{{{'l' * len(table[0])}}}",
-        r"\toprule",
-        head,
-        r"\midrule",
-        *rows,
-        r"\bottomrule",
-        r"\end{tabular}",
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def tex_text(cell: str) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
-from lockprobe.report.format import as_csv, as_tex
+from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.pages import PAGES, figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of, with_left_out
@@ -199,12 +199,7 @@ _ALWAYS = ("claims", "audit", "report")
 
 def _texts(found: Results) -> list[File]:
     """The files of numbers."""
-    forms = (("csv", as_csv), ("tex", as_tex))
-    tables = [
-        (f"tables/{name}.{form}", write(table) if table else None)
-        for name, table in tables_of(found).items()
-        for form, write in forms
-    ]
+    tables = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables_of(found).items()]
     return [("results.json", results_text(found)), *tables]
 
 
