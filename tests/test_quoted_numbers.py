@@ -21,7 +21,6 @@ from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import permuted
 from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.simulation.exact.excursions import lie_effects
 from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by
 from lockprobe.statistics.loops.chance import chance_level
@@ -190,9 +189,6 @@ QUOTED = [
      lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
     ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
-    *(("docs/why.md", f"| `{agent}` | {p} | {{:+.1f}} |",
-       lambda agent=agent, p=p: [100 * lie_effects(agent, p=p, modality="symbolic").mean])
-      for agent, p in (("cognitive:perseverant", 0.3), ("cognitive:insistent", 0.4), ("human-inspired", 0.4))),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),

@@ -135,14 +135,6 @@ def test_a_line_at_the_deciding_block_is_named_only_where_it_is_drawn(pages, tmp
     assert drawn not in SECTIONS[0].figures[0].caption(open_).shown
 
 
-def test_what_is_not_estimated_is_not_promised_for_the_end(pages):
-    """No number of a planned trial more makes an effect of one false report out of too few of them."""
-    for found in (pages["unfinished"], pages["until"]):
-        (said,) = found.said("one_false_report", "effect")
-        assert "is not estimated: " in said
-        assert "Not estimated: too few trials." in page_of("report", found)
-
-
 def test_an_extension_and_a_plan_to_stop_are_told(pages):
     told = said(pages["extended"], "every_look")
     assert "planned for 20 trials per condition, and since 2026-11-26, after 40 trials, for 40" in told

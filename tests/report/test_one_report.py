@@ -119,7 +119,7 @@ def test_page_tables_and_figures_hold_all_that_flips_alone_have(alone, tmp_path)
     assert all("All conditions</" in one["details"] for one in pages)
     before, now = (one["report"] for one in pages)
     for heading in ("Agents compared", "Success and false reports", "Speed", "Optimal actions", "Action loops",
-                    "Effect of one false report", "Hypothesis tests", "Misinterpretations"):  # fmt: skip
+                    "Hypothesis tests", "Misinterpretations"):  # fmt: skip
         assert f"{heading}</" in before, heading
         assert f"{heading}</" in now, heading
     assert "Every condition against the control</" in now

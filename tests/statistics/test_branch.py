@@ -6,8 +6,7 @@ import pytest
 
 import lockprobe
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.branch import RULES, branch_effects, check_rule, fork_steps
-from lockprobe.statistics.excursion import continuation
+from lockprobe.statistics.branch import RULES, branch_effects, check_rule, continuation, fork_steps
 from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
 

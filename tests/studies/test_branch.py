@@ -8,7 +8,6 @@ from builders import make_trial
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.exact.excursions import one_lie
 from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.why.arms import CROSSED
@@ -132,7 +131,8 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
     planned = study("flips", agent=agent, p=[p], trials=150, repetitions=1, modality="symbolic")
     parents, forks = played(tmp_path, planned, at=["4"], times=2)
     (effect,) = [one for one in branch_effects(forks, parents) if one.outcome == "solved"]
-    told = [propagate(agent, condition=one_lie(4, rate, p), modality="symbolic").success for rate in (0.0, 1.0)]
+    lies = [f"flip?p={p}&until=3 + flip?p={rate}&at=4 + flip?p={p}&from=5" for rate in (0.0, 1.0)]
+    told = [propagate(agent, condition=one, modality="symbolic").success for one in lies]
     exact = (told[1] - told[0]) / (1 - propagate(agent, p=p, modality="symbolic").solved[4])
     error = (effect.change.high - effect.change.low) / 2 / 1.98
     assert abs(effect.change.value - exact) < 3.5 * error

@@ -1,4 +1,4 @@
-"""The results of one agent over the doses of one axis: its conditions, fits, tests, and what one false report did."""
+"""The results of one agent over the doses of one axis: its conditions, fits and tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
 from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.excursion import Excursions, decision_points, excursions
 from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.battery import Inference, infer
 from lockprobe.statistics.inference.peak import Peak, peak
@@ -50,8 +49,6 @@ class AgentSummary:
         peak: The p of highest success, with its uncertainty.
         inference: The tests, recommended ones and the paper's.
         contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
-        one_false_report: What one report that was false at random did, if the study is about the agent; None without
-            such reports.
         axis: The dose in which its conditions differ.
         spec: The spec of the agent; of several that differ in an option, without options.
     """
@@ -68,7 +65,6 @@ class AgentSummary:
     peak: Peak
     inference: Inference
     contrast: Contrast | None
-    one_false_report: Excursions | None = None
     axis: Axis = FLIPS
     spec: str = ""
 
@@ -112,7 +108,6 @@ def agent_summary(
     known: Mapping[tuple[str, str], ConditionSummary],
     *,
     several: bool,
-    subject: bool,
     heeded: float | None,
     agents: int,
 ) -> AgentSummary:
@@ -126,7 +121,6 @@ def agent_summary(
         place: The place of a trial on the axis.
         known: Results under conditions that were computed before, of the same trials.
         several: Whether other trials of it have another modality.
-        subject: Whether the study is about it.
         heeded: As in :class:`AgentSummary`.
         agents: Agents that are judged together.
     """
@@ -153,18 +147,8 @@ def agent_summary(
             lambda: contrast(conditions, inference.difference) if heeded is None else None,
             lambda: None,
         ),
-        one_false_report=section(
-            "Effect of one false report",
-            lambda: _one_false_report(trials) if subject and heeded is None and axis == FLIPS else None,
-            lambda: None,
-        ),
         axis=axis,
     )
-
-
-def _one_false_report(trials: AxisTrials) -> Excursions | None:
-    points = decision_points(trials.trials)
-    return excursions(points) if len(points) else None
 
 
 def _tested(

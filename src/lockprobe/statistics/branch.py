@@ -19,13 +19,21 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.statistics.agent_summary import is_reference
-from lockprobe.statistics.excursion import continuation
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 
-__all__ = ["RULES", "TRUTH", "BranchEffect", "BranchOutcome", "branch_effects", "check_rule", "fork_steps"]
+__all__ = [
+    "RULES",
+    "TRUTH",
+    "BranchEffect",
+    "BranchOutcome",
+    "branch_effects",
+    "check_rule",
+    "continuation",
+    "fork_steps",
+]
 
 RULES = ("onset", "first-lie", "before-onset", "every")
 """Where a trial can be forked, in addition to a step's number: at the report that completes its first loop; at its
@@ -41,6 +49,9 @@ the next choice are from those after a true report (total variation, 0 if they a
 
 Chances = Mapping[str, Sequence[float]]
 """Key of a fork -> the exact probabilities of its next choice, by joint."""
+
+_LOOP = 3
+"""Actions that are in a loop if they have stood in this order before, without overlap."""
 
 _EARLIEST = 3
 """The first step that ``before-onset`` draws."""
@@ -75,6 +86,15 @@ class BranchEffect:
     change: BlockMean
     forks: int
     agents: int = 1
+
+
+def continuation(actions: tuple[str, ...]) -> str | None:
+    """The action that continues a loop: what followed the latest earlier copy of the last three; None without one."""
+    last = actions[-_LOOP:]
+    for start in range(len(actions) - 2 * _LOOP, -1, -1):
+        if len(last) == _LOOP and actions[start : start + _LOOP] == last:
+            return actions[start + _LOOP]
+    return None
 
 
 def check_rule(rule: str) -> None:

@@ -152,8 +152,6 @@ def _jobs(
     """The work of a summary: all comparisons first, then each agent."""
     heeded = [heeded_at_most(members.trials) for members in by_agent]
     family = _judged_together(by_agent, heeded)
-    studied = [not is_reference(members.spec) for members in by_agent]
-    studied = studied if any(studied) else [True] * len(studied)
     return [
         lambda: section(
             "Agents compared",
@@ -172,13 +170,12 @@ def _jobs(
                     place,
                     {name: one for name, one in known.items() if name in names},
                     several=members.agent in several,
-                    subject=own,
                     heeded=share,
                     agents=n,
                 ),
                 members.agent,
             )
-            for members, own, share, n in zip(by_agent, studied, heeded, family, strict=True)
+            for members, share, n in zip(by_agent, heeded, family, strict=True)
             for names in [members.names]
         ),
     ]

@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.statistics.distributions import student_test
-from lockprobe.statistics.excursion import continuation
 from lockprobe.statistics.outcomes import ended, onset
 from lockprobe.trial.record import Trial
 
@@ -125,6 +124,8 @@ def loop_left(trial: Trial) -> tuple[bool, float] | None:
 
 def escapes(trial: Trial) -> list[Choice]:
     """For every action in a loop: whether it leaves the loop, and its probability under both kinds of chance."""
+    from lockprobe.statistics.branch import continuation  # it imports the summary of an agent, which imports this
+
     found, actions, n = list[Choice](), trial.actions, len(trial.joints)
     for i in range(1, len(actions)):
         on = continuation(actions[:i])
