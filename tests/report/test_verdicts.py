@@ -94,11 +94,11 @@ AGENTS = {
     ),
     "always loops": (
         partial(agent, (0,) * 4, (30,) * 4),
-        {"loops": 0, "loops-drop": 0, "loops-rise": None, "loops-left": 0, "onset": None, "repeats": 1, "harm": "-"},
+        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None, "harm": "-"},
     ),
     "never loops": (
         partial(agent, PAPER, (0,) * 4),
-        {"loops": 0, "loops-drop": 0, "loops-rise": None, "loops-left": "-", "onset": None},
+        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None},
     ),
     "loops at every p alike": (
         partial(agent, PAPER, (24,) * 4),
@@ -123,10 +123,8 @@ AGENTS = {
             "loops": 1,
             "loops-drop": 1,
             "loops-rise": 1,
-            "loops-left": 1,
             "misinterpretation": 1,
             "hallucination": 1,
-            "repeats": 1,
         },
     ),
 }
@@ -145,8 +143,3 @@ def test_a_blind_agent_bears_out_nothing_about_p():
     found = verdicts(play_study(small_study(["random"], PS, 3, 10)))
     over_p = ("peak", "ratio", "effect", "shape", "loops", "loops-drop", "loops-rise", "onset", "correlation", "harm")
     assert {measure: found[measure] for measure in over_p if found[measure] not in NOT_SHOWN} == {}
-
-
-def test_no_repeats_where_every_blocked_joint_is_left_alone():
-    found = verdicts([replace(t, agent="llm:x") for t in play_study(small_study(["round-robin"], PS, 3, 10))])
-    assert found["repeats"] == "not compatible"

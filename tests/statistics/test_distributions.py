@@ -27,17 +27,6 @@ def test_student_tails_of_an_array() -> None:
     np.testing.assert_allclose(found, 2 * stats.t.sf([1.0, 0.0, 2.0], 5))
 
 
-@given(st.lists(st.integers(-20, 20), min_size=2, max_size=30).filter(lambda one: len(set(one)) > 1))
-def test_students_test(values: list[int]) -> None:
-    sample = np.array(values, dtype=float)
-    assert distributions.student_test(sample) == pytest.approx(stats.ttest_1samp(sample, 0.0).pvalue, rel=1e-9)
-
-
-def test_students_test_of_equal_values_is_not_known() -> None:
-    assert np.isnan(distributions.student_test(np.ones(5)))
-    assert np.isnan(distributions.student_test(np.ones(1)))
-
-
 SAMPLE = st.tuples(st.floats(-1, 1), st.floats(0.01, 2), st.integers(2, 40))
 
 

@@ -171,7 +171,6 @@ def _tested(
             _stream(trials, "permutation"),
             broken=trials.broken_off,
             blind=twin,
-            persistence=conditions[0].persistence,
             budget=budget,
             agents=agents,
         ),

@@ -21,7 +21,6 @@ __all__ = [
     "sign_test",
     "student_quantile",
     "student_tails",
-    "student_test",
     "welch_test",
 ]
 
@@ -49,18 +48,6 @@ def student_tails(value: ArrayLike, freedom: float) -> Any:
 
     found = 2 * stdtr(freedom, -np.abs(value))
     return found if np.ndim(value) else float(found)
-
-
-def student_test(values: NDArray[np.float64]) -> float:
-    """Student's two-sided test that the mean is 0. NaN for fewer than two values, or equal ones.
-
-    Args:
-        values: Shape (n,).
-    """
-    n = len(values)
-    if n < 2 or np.ptp(values) == 0:
-        return math.nan
-    return float(student_tails(float(values.mean() / (values.std(ddof=1) / math.sqrt(n))), n - 1))
 
 
 def welch_test(first: tuple[float, float, int], second: tuple[float, float, int]) -> float | None:

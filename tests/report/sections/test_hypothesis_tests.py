@@ -104,7 +104,7 @@ def test_with_one_flip_rate_only_questions_that_need_none_are_shown(tmp_path):
     found = results_of(numbers_in(tmp_path, small_study(AGENTS, (0.0,), 2, 8)))
     assert "With one flip rate, effects of false reports cannot be tested." in section(found)
     shown = [row[0] for kind, row in cells(found) if kind == "best"]
-    assert shown == [asked(question) for question in ("harm", "escape", "repeats")]
+    assert shown == [asked("harm")]
     assert {row.p_value for row in found.where("test", of="success")} == {None}
 
 

@@ -48,16 +48,6 @@ def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
     assert list(rows[0])[3:7] == ["uniform", "without repeats", "own transitions", "own actions shuffled"]
 
 
-def test_leaving_loops_and_repeated_attempts_stand_beside_chance(found):
-    cell = next(one for one in found.cells if one.agent == "random")
-    for quantity in ("loop_escape", "repeated_after_blocked"):
-        share = cell.get(quantity)
-        assert share.low <= share.value <= share.high
-        assert {row.of for row in found.where(f"{quantity}_chance", agent="random")} == {"uniform", "no-repeat"}
-    assert cell.get("loops_left").n == cell.get("loops_left").clusters
-    assert 0 < cell.value("loops_left_chance", "uniform") <= 1
-
-
 def test_an_action_loop_is_defined_where_it_is_first_named(found):
     page = page_of("report", found)
     part = page.partition('id="loops"')[2]

@@ -26,7 +26,6 @@ from lockprobe.simulation.audit.rates import (
 from lockprobe.simulation.audit.simulate import simulate, simulate_study
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics.inference.battery import infer
-from lockprobe.statistics.loops.persistence import persistence
 from lockprobe.statistics.outcomes import outcomes
 
 NULL, TRAP = WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
@@ -127,8 +126,8 @@ def test_a_killed_worker_is_one_line(monkeypatch):
 
 def test_every_test_of_every_world_was_measured():
     rng = generator(1)
-    found, _, lowest = simulate_study(WORLDS["no-effect"], Design(), rng)
-    names = {test.name for test in infer(found, rng, persistence=persistence(lowest)).tests}
+    found, _, _ = simulate_study(WORLDS["no-effect"], Design(), rng)
+    names = {test.name for test in infer(found, rng).tests}
     compared = {(rate.world, rate.test) for rate in measured() if rate.question == "comparison"}
     assert {world for world, _ in compared} == {name for name, made in WORLDS.items() if made.people}
     assert {(rate.world, rate.test) for rate in measured()} == compared | set(product(WORLDS, names))

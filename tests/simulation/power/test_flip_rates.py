@@ -76,9 +76,9 @@ def test_impossible_effects_are_refused(settings, message):
 
 def test_truths_follow_from_the_effect():
     assert stated_world((0.2, 0.6, 0.4), p=(0.0, 0.3, 0.6)).truths == {"success", "speed", "shape"}
-    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1)).truths == {"looping", "escape", "repeats"}
+    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1)).truths == {"looping"}
     harmed = stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1), harm=0.3)
-    assert harmed.truths == {"success", "speed", "looping", "harm", "escape", "repeats"}
+    assert harmed.truths == {"success", "speed", "looping", "harm"}
     assert stated_world((0.5, 0.5), p=P2, trap=(0.0, 0.4)).truths == {"looping"}
 
 

@@ -228,38 +228,6 @@ def _correlation(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> Cl
     return said, verdict_of(p_value, shown), test, p_value
 
 
-def _left(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
-    """Most first loops are left before the trial ends."""
-    found, chance = counted[0].persistence.left, counted[0].persistence.left_by_chance
-    if not found.n or chance is None:
-        return NOT_MEASURED
-    said = f"{found.count} of {found.n} first loops were left before the trial ended, {share_cell(found)}; "
-    said += f"{percent(chance)} for random actions"
-    return said, above_half(found), "95 % interval above or below one half; trials with true reports", None
-
-
-def _versus_chance(name: str, what: str, test: str, sign: int) -> ClaimMeasure:
-    """Actions of a kind against chance.
-
-    Args:
-        name: The attribute of :class:`~lockprobe.statistics.loops.persistence.Persistence`.
-        what: What these actions do.
-        test: Name of the test on record.
-        sign: Of the difference that the claim expects.
-    """
-
-    def measure(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
-        found = getattr(counted[0].persistence, name)
-        if not found.share.n or found.uniform is None or found.no_repeat is None or found.p_value is None:
-            return NOT_MEASURED
-        said = f"{found.share.count} of {found.share.n} {what}, {share_cell(found.share)}; "
-        said += f"{percent(found.uniform)} for random actions, {percent(found.no_repeat)} without immediate repeats"
-        told = f"{sized(test)}; trials with true reports; any other preference also differs from chance"
-        return said, borne_out(pattern(found.p_value, sign * found.direction)), told, found.p_value
-
-    return measure
-
-
 def misread_measure(measure: str, said: Misinterpretations, modality: str) -> ClaimFinding:
     """What the claims of an agent about its actions say: misreadings occur as often as in the paper, or of which kind.
 
@@ -314,13 +282,5 @@ AGENT_MEASURES: Mapping[str, ClaimMeasure] = {
     "onset": tested("looping", -1),
     "correlation": _correlation,
     "harm": tested("harm", -1),
-    "loops-left": _left,
-    "trapped": _versus_chance("escaped", "actions in a loop leave it", "leaving a loop, Student over trials", -1),
-    "repeats": _versus_chance(
-        "repeated",
-        "actions after a blocked report repeat a joint that was just blocked",
-        "trying a blocked joint again, Student over trials",
-        1,
-    ),
 }
 """What measures a claim over the flip rates of an agent."""

@@ -233,13 +233,6 @@ CLAIMS = (
         measure="shape",
     ),
     PaperClaim(
-        place="Sec. 3.3",
-        quote="Although the agent eventually breaks out of such loops",
-        recomputed="the paper gives no count; here a loop is left if, after it is complete, some later action of the "
-        "trial does not continue it",
-        measure="loops-left",
-    ),
-    PaperClaim(
         place="Sec. 3.3, Fig. 5b",
         quote="It decreases from a maximum average value of approximately 80% at zero noise",
         value="80 %",
@@ -280,23 +273,6 @@ CLAIMS = (
         quote="action loops, which are associated with reduced performance",
         recomputed="trial length alone can explain this correlation",
         measure="harm",
-    ),
-    PaperClaim(
-        place="Sec. 3.3",
-        quote="Becoming trapped in recursive loops that repeatedly generate near-identical action sequences is a "
-        "well-documented failure mode of LLM-based agents",
-        recomputed="the paper gives no count; here an agent is trapped if its actions in a loop leave the loop less "
-        "often than random actions would",
-        measure="trapped",
-    ),
-    PaperClaim(
-        place="Sec. 3.3",
-        quote="repeated failed attempts to move a joint leave the environment state unchanged, causing the agent to "
-        "observe the same state across consecutive steps and providing no novel contextual signal to drive exploration "
-        "toward alternative actions",
-        recomputed="the paper gives no count; here an action repeats if it tries a joint that was reported blocked "
-        "since the last reported move, although another joint was available",
-        measure="repeats",
     ),
 )
 """In the order of the paper."""

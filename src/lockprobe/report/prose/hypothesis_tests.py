@@ -30,8 +30,6 @@ _ASKED: Mapping[Question, str] = {
     "looping": "Do {cause} change how soon an agent loops?",
     "looping again": "Do loops begin later and then sooner again as the {dose} rises?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
-    "escape": "At the lowest {dose}, does an agent leave loops more or less often than by chance?",
-    "repeats": "At the lowest {dose}, is a joint reported blocked tried again more or less often than by chance?",
 }
 
 
@@ -133,18 +131,11 @@ _EFFECTS: Mapping[str, tuple[str, str]] = {
     ),
     "Pearson over repetitions": ("r", "r"),
     "Pearson over doses": ("r", "r"),
-    "leaving a loop, Student over trials": ("share", "share of actions in a loop that leave it"),
-    "trying a blocked joint again, Student over trials": ("share", "share of actions after a blocked report"),
 }
 """Test -> the unit of its effect, and what the effect is."""
 
 _LENGTH = "Trial length alone can make it significant."
 _PEARSON = f"As in the paper (Fig. 5a), which does not name the unit of analysis. {_LENGTH}"
-
-_CHANCE = (
-    "Tested against random actions, uniform and without immediate repeats; it rejects only if both differ in the same "
-    "direction. Any other preference, such as for one joint, also differs from chance."
-)
 
 _NOTES: Mapping[str, str] = {
     "greatest difference from the lowest dose, permutation": (
@@ -176,8 +167,6 @@ _NOTES: Mapping[str, str] = {
     "looped against solved, Fisher": _LENGTH,
     "Pearson over repetitions": _PEARSON,
     "Pearson over doses": _PEARSON,
-    "leaving a loop, Student over trials": _CHANCE,
-    "trying a blocked joint again, Student over trials": _CHANCE,
 }
 """What a reader should know about each test."""
 
@@ -196,7 +185,6 @@ _MISSING: Mapping[str, str] = {
         f"no fit with {number} doses": f"No fit: it needs three {{doses}} with trials that differ, and there {said}."
         for number, said in enumerate(("are none", "is one", "are 2"))
     },
-    "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
     "fewer than three trials": "No fit: it needs three trials.",
     "every trial solved": "No fit: every trial was solved.",
     "no trial solved": "No fit: no trial was solved.",

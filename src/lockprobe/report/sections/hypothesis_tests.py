@@ -118,8 +118,6 @@ _SHORT: Mapping[Question, str] = {
     "looping": "first loop differs",
     "looping again": "loops later, then sooner",
     "harm": "harm of loops",
-    "escape": "leaves loops",
-    "repeats": "repeats blocked",
 }
 """Question -> the head of its column."""
 

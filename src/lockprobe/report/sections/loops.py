@@ -19,7 +19,6 @@ from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, share_of_row, varied
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
-from lockprobe.statistics.loops.persistence import Persistence
 from lockprobe.statistics.published import PEAK
 
 __all__ = ["SECTIONS"]
@@ -31,8 +30,6 @@ _NULLS = {
     "permutation": "own actions shuffled",
 }
 """The models of chance, and their columns."""
-
-_AGAINST_CHANCE = "Student's t over trials, against both kinds of chance"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -56,19 +53,6 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
             yield cell.estimate(quantity, mean, n=n)
     if found.entropy is not None:
         yield cell.estimate("policy_entropy", found.entropy, unit="bits", n=found.entropy_steps)
-    yield from _persistence(cell, cell.summary.persistence)
-
-
-def _persistence(cell: PlayedCell, kept: Persistence) -> Iterator[Estimate]:
-    """Whether the agent leaves loops and tries blocked joints again, and what chance gives."""
-    yield from cell.share("loops_left", kept.left)
-    if kept.left_by_chance is not None:
-        yield cell.estimate("loops_left_chance", kept.left_by_chance, of="uniform")
-    for quantity, found in (("loop_escape", kept.escaped), ("repeated_after_blocked", kept.repeated)):
-        yield from cell.share(quantity, found.share, p_value=found.p_value, test=_AGAINST_CHANCE)
-        for of, level in (("uniform", found.uniform), ("no-repeat", found.no_repeat)):
-            if level is not None:
-                yield cell.estimate(f"{quantity}_chance", level, of=of)
 
 
 def _loop_table(found: Results) -> TextTable:

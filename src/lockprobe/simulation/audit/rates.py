@@ -29,7 +29,6 @@ from lockprobe.statistics.agent_comparison.pair import compare, corrected
 from lockprobe.statistics.agent_comparison.paired import sheets
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.verdict import Question
-from lockprobe.statistics.loops.persistence import persistence
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
 
@@ -229,9 +228,9 @@ def _batch(job: _StudyRange) -> list[Verdict]:
     verdicts: list[Verdict] = []
     for number in job.numbers:
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
-        found, broken, lowest = simulate_study(job.truth, job.design, generator(*place))
-        drawn, kept = generator(*place, "tests"), persistence(lowest)
-        tests = infer(found, drawn, broken=broken, persistence=kept, budget=BUDGET).tests
+        found, broken, _ = simulate_study(job.truth, job.design, generator(*place))
+        drawn = generator(*place, "tests")
+        tests = infer(found, drawn, broken=broken, budget=BUDGET).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
         if job.truth.people:
             apart = _people_differ(found, job.truth, job.design, generator(*place, "agent"))

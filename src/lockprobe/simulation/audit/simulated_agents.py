@@ -126,7 +126,7 @@ WORLDS: Mapping[str, World] = {
             success=(0.85,) * 7,
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
-            truths=frozenset({"success", "speed", "looping", "harm", "escape", "repeats"}),
+            truths=frozenset({"success", "speed", "looping", "harm"}),
         ),
         World(
             name="uniform",
@@ -140,7 +140,7 @@ WORLDS: Mapping[str, World] = {
             says="The agent falls into cycles at low and at high flip rates, least often at 0.3; loops are irrelevant.",
             success=(0.5,) * 7,
             trap=(0.5, 0.25, 0.1, 0.03, 0.1, 0.25, 0.5),
-            truths=frozenset({"looping", "looping again", "escape", "repeats"}),
+            truths=frozenset({"looping", "looping again"}),
         ),
         World(
             name="saturating",
@@ -160,7 +160,7 @@ WORLDS: Mapping[str, World] = {
             "lost, and then it both loops and fails: success is rarer after a loop, and not because of it.",
             success=(0.9,) * 7,
             lost=0.5,
-            truths=frozenset({"harm", "escape", "repeats"}),
+            truths=frozenset({"harm"}),
         ),
         World(
             name="many-p",

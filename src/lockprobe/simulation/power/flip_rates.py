@@ -115,8 +115,6 @@ def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> fro
         found.add("looping")
     if min(trap) < min(trap[0], trap[-1]):
         found.add("looping again")
-    if trap[0] > 0:
-        found |= {"escape", "repeats"}
     if harm < 1:
         found.add("harm")
     return frozenset(found)

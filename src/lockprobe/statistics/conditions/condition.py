@@ -16,7 +16,6 @@ from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
 from lockprobe.statistics.curves import Relative, SuccessCurve, relative, success_curve
 from lockprobe.statistics.idle import StepsChanged, steps_changed
 from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
-from lockprobe.statistics.loops.persistence import Persistence, persistence
 from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.statistics.outcomes import Outcomes, Point, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
@@ -45,7 +44,6 @@ class ConditionSummary:
         curve: Success by step.
         relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         behaviour: Loops, redundancy, entropy.
-        persistence: Whether the agent leaves loops and retries blocked joints.
         claims: Misinterpretations.
         rationality: Actions judged by two ideal observers; empty if the box is too large for a prior.
         points: One point per repetition.
@@ -67,7 +65,6 @@ class ConditionSummary:
     curve: SuccessCurve
     relative: Relative | None
     behaviour: Behaviour
-    persistence: Persistence
     claims: Misinterpretations
     rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
@@ -146,7 +143,6 @@ def condition_summary(
             lambda: None,
         ),
         behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
-        persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
         claims=claims,
         rationality=section("Rationality", lambda: rationality(trials, box), tuple),
         points=tuple(replace(one, dose=dose) for one in points(found)),

@@ -42,12 +42,10 @@ from lockprobe.statistics.inference.verdict import (
     harm_tests,
     looping_again_tests,
     looping_tests,
-    persistence_tests,
     shape_tests,
     speed_tests,
     success_tests,
 )
-from lockprobe.statistics.loops.persistence import Persistence
 from lockprobe.statistics.outcomes import Outcomes, points
 
 __all__ = ["Inference", "infer"]
@@ -105,7 +103,6 @@ def infer(
     *,
     broken: Outcomes | None = None,
     blind: Outcomes | None = None,
-    persistence: Persistence | None = None,
     budget: int | None = None,
     agents: int = 1,
 ) -> Inference:
@@ -120,7 +117,6 @@ def infer(
         broken: Its trials that ended as error.
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
-        persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
         budget: Steps of a trial; by default those of the longest.
         agents: Number of agents whose courses of success are judged together. Differences, their intervals and the two
             lines are corrected for them; the tests of other questions are not.
@@ -132,9 +128,8 @@ def infer(
         raise BadValue("dose of the trials", outcomes.dose[~proper][0], "a finite number")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
     found = _tested(outcomes, rng, blind, most, agents)
-    kept = tuple(persistence_tests(persistence)) if persistence and outcomes.order is None else ()
     if broken is None or not len(broken):
-        return replace(found, tests=found.tests + kept)
+        return found
     shares = broken_shares(outcomes, broken, rng)
     ends = [_tested(whole, rng, blind, most, agents) for whole in completed(outcomes, broken)]
     difference = worst_case_difference(found.difference, *(end.difference for end in ends))
@@ -147,7 +142,7 @@ def infer(
         onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
-        tests=worst_case_tests(found.tests, *(end.tests for end in ends)) + kept,
+        tests=worst_case_tests(found.tests, *(end.tests for end in ends)),
     )
 
 

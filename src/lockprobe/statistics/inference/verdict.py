@@ -21,7 +21,6 @@ from lockprobe.statistics.inference.mean_steps import MeanSteps
 from lockprobe.statistics.inference.shape import BinomialOrders
 from lockprobe.statistics.inference.trend import TrendFit
 from lockprobe.statistics.inference.ushape import LindMehlum, TwoLines
-from lockprobe.statistics.loops.persistence import Persistence, VersusChance
 from lockprobe.statistics.outcomes import Point
 from lockprobe.statistics.proportions import ALPHA, Difference, difference, proportion
 
@@ -34,13 +33,12 @@ __all__ = [
     "harm_tests",
     "looping_again_tests",
     "looping_tests",
-    "persistence_tests",
     "shape_tests",
     "speed_tests",
     "success_tests",
 ]
 
-Question = Literal["success", "speed", "shape", "looping", "looping again", "harm", "escape", "repeats"]
+Question = Literal["success", "speed", "shape", "looping", "looping again", "harm"]
 
 MEAN_STEPS = "mean steps, Student over blocks"
 """The recommended test of how many steps a trial takes."""
@@ -255,28 +253,6 @@ def harm_tests(
             )
             for unit, found in (("repetitions", fine), ("doses", coarse))
         ),
-    ]
-
-
-def persistence_tests(found: Persistence) -> list[TestResult]:
-    """Tests of whether the agent leaves loops and retries blocked joints as often as by chance, at one p."""
-    kinds: tuple[tuple[str, Question, VersusChance], ...] = (
-        ("leaving a loop, Student over trials", "escape", found.escaped),
-        ("trying a blocked joint again, Student over trials", "repeats", found.repeated),
-    )
-    return [
-        TestResult(
-            name=name,
-            question=question,
-            recommended=True,
-            p_value=kind.p_value,
-            effect=kind.share.value if kind.share.n else None,
-            low=kind.share.low if kind.share.n else None,
-            high=kind.share.high if kind.share.n else None,
-            direction=kind.direction,
-            note="fewer than seven trials" if kind.p_value is None else "",
-        )
-        for name, question, kind in kinds
     ]
 
 
