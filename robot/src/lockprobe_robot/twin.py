@@ -19,7 +19,6 @@ from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe_robot.arm.hand import add_hand
 from lockprobe_robot.arm.panda import add_panda
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
-from lockprobe_robot.arm.skin import find_skin, wear_skin
 from lockprobe_robot.fast_twin import SimulatedLockbox
 from lockprobe_robot.filming import Filming
 from lockprobe_robot.handle_path import handle_path
@@ -46,8 +45,7 @@ class Twin(SimulatedLockbox):
         rng: The trial's random stream for the plant. The appearance draws from it; depth noise, pose error and force
             noise each draw from a child of it. The n-th look and the n-th attempt have the same luck whatever the
             settings are. Every attempt has a separate force stream, because attempts differ in length.
-        film: Called about 25 times per simulated second with the model and its state, which it must not change. The
-            arm then shows its Menagerie meshes, if there are any.
+        film: Called about 25 times per simulated second with the model and its state, which it must not change.
 
     Raises:
         BadValue: If the box cannot be built, or its handles cannot be reached.
@@ -66,9 +64,6 @@ class Twin(SimulatedLockbox):
         # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
         noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
         add_hand(scene.spec, add_panda(scene.spec), stiffness=settings.finger_stiffness)
-        skin = find_skin() if film is not None else None
-        if skin is not None:
-            wear_skin(scene.spec, skin)
         super().__init__(scene, settings, noise)
         self._box, self._settings, self._panel = box, settings, scene.panel
         self._arm = SimulatedArm(
