@@ -26,12 +26,12 @@ from lockprobe_robot.calibration.calibrate import (
     look_at_views,
     turned_degrees,
 )
-from lockprobe_robot.calibration.opencv import METHODS, tag_bits
+from lockprobe_robot.calibration.opencv import METHODS
 from lockprobe_robot.calibration.pose import Pose, angle_between, array_of
 from lockprobe_robot.calibration.views import VIEWS_FILE, read_views
 from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.scene.scene import build_scene
-from lockprobe_robot.scene.tag_layout import NUMBERS, TagLayout, board_checksum, place_tags
+from lockprobe_robot.scene.tag_layout import TagLayout, board_checksum, place_tags
 from lockprobe_robot.twin_settings import SceneSettings
 from scipy.spatial.transform import Rotation
 
@@ -40,7 +40,7 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.trial.pictures.png import to_png
 
 sys.path.append(str(Path(__file__).parents[1] / "robot" / "tests" / "calibration"))
-from tag_pictures import PAPER, HandCamera, add_tag_prints
+from tag_pictures import PAPER, HandCamera, add_tag_prints, tag_bits
 
 SIZE = (640, 480)
 ROBOT_MM, ROBOT_DEGREES = 0.2, 0.05
@@ -155,7 +155,7 @@ def measure(case: Case, panel: PanelLayout, tags: TagLayout, name: str, options:
     """Print the rows of one case."""
     labels = tuple("ABCDEFGH"[: len(panel.mounted_joints)])
     scene = build_scene(lockprobe.box(name), labels=labels, settings=SceneSettings(), rng=np.random.default_rng(1))
-    add_tag_prints(scene.spec, tags, tag_bits(NUMBERS))
+    add_tag_prints(scene.spec, tags, tag_bits(range(4)))
     camera = HandCamera(scene.spec, width=SIZE[0], height=SIZE[1], fovy=case.fovy)
     measured = Measured()
     for seed in range(1, options.seeds + 1):

@@ -45,7 +45,7 @@ NEEDS = {
     "web": ("serve flips --out P",),
     "mcp": ("mcp flips --isolation none",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
-    "calibrate": ("rig tags --out t.pdf",),
+    "calibrate": ("rig calibrate V",),
     "fr3": ("rig check 127.0.0.9",),
 }
 """Extra -> commands that cannot be had without it."""

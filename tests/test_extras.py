@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import extras
+import numpy as np
 import pytest
 from builders import small_study, write_study
 
@@ -16,6 +17,11 @@ def matrix(tmp_path_factory):
     directory = tmp_path_factory.mktemp("extras")
     write_study(directory / "S", small_study(["random"], p=[0.0], repetitions=1, trials=1))
     (directory / "x.eval").write_bytes(b"x")
+    (directory / "V").mkdir()
+    (directory / "V" / "0.png").write_bytes(b"x")
+    camera = {"width": 64, "height": 64, "focal": [64, 64], "centre": [4, 4]}
+    view = {"picture": "0.png", "hand": np.eye(4).tolist()}
+    (directory / "V" / "views.json").write_text(json.dumps({"camera": camera, "views": [view]}))
     without = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
     done = subprocess.run(
         [sys.executable, str(Path(extras.__file__)), str(directory)], capture_output=True, text=True, env=without

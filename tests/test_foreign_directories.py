@@ -19,7 +19,7 @@ from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
     "chance", "audit", "power", "readings", "play", "agents", "plants", "interventions", "doctor",
-    "box list", "box generate", "rig tags", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
+    "box list", "box generate", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
     "models pull", "models show",
 }  # fmt: skip
 """Commands that take no directory of a study, no study file and no records."""

@@ -140,9 +140,7 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "chan-4"], UnknownName, "no box is called 'chan-4' .did you mean 'chain-4'"),
         (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
-        (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml, or .pdf with --scale 1:1"),
-        (["show", "--scale", "1:1"], BadValue, "--out: got None, expected FILE.svg or FILE.pdf"),
-        (["show", "--scale", "1:1", "--out", "x.png"], BadValue, "a file name that ends in .svg or .pdf, with --scale"),
+        (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (["generate", "--family", "random?negative=2"], BadValue, "negative: got 2.0"),
@@ -153,19 +151,6 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
 def test_mistakes(words, mistake, message):
     with pytest.raises(mistake, match=message):
         ask(*words)
-
-
-@pytest.mark.parametrize(("name", "size", "warned"), [("chain-4", "606mm", True), ("chain-2", "406mm", False)])
-def test_a_drilling_template_says_when_it_exceeds_a3(name, size, warned, tmp_path):
-    done = ask("show", name, "--out", tmp_path / "box.svg", "--scale", "1:1")
-    assert done.stdout == f"{tmp_path / 'box.svg'}\n"
-    assert ("larger than A3" in done.stderr) == warned
-    assert f'width="{size}"' in (tmp_path / "box.svg").read_text()
-
-
-def test_a_drilling_template_as_pdf(tmp_path):
-    ask("show", "chain-2", "--out", tmp_path / "box.pdf", "--scale", "1:1")
-    assert (tmp_path / "box.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_the_list_has_boxes_of_packages_and_why_one_cannot_be_used(tmp_path, monkeypatch):

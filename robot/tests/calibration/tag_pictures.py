@@ -25,6 +25,14 @@ _FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 """MuJoCo's cameras look along -z with y up; cameras of pictures look along z with y down."""
 
 
+def tag_bits(numbers):
+    """The cells of AprilTags of the family 36h11, True for white, shape (tags, 8, 8), the upper row first."""
+    import cv2
+
+    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    return np.array([cv2.aruco.generateImageMarker(family, number, 8) > 0 for number in numbers])
+
+
 def add_tag_prints(spec, tags, bits):
     """Put tags on the body ``panel``. They are only looked at and touch nothing.
 

@@ -9,7 +9,7 @@ from calibration import tagged
 from lockprobe_robot.calibration.calibration_file import calibration_for
 from lockprobe_robot.calibration.pose import array_of
 from lockprobe_robot.calibration.views import VIEWS_FILE
-from lockprobe_robot.scene.tag_layout import NUMBERS, board_checksum
+from lockprobe_robot.scene.tag_layout import board_checksum
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -22,14 +22,13 @@ ask = partial(in_process, "rig")
 def pictures(tmp_path_factory):
     """Ten views of the tagged twin, in one of which a tag is left and in one of which the picture is black."""
     pytest.importorskip("cv2")
-    from calibration.tag_pictures import HandCamera, add_tag_prints
-    from lockprobe_robot.calibration.opencv import tag_bits
+    from calibration.tag_pictures import HandCamera, add_tag_prints, tag_bits
     from scene.scenes import scene_of
 
     from lockprobe.boxes.families import box
 
     folder, scene, (panel, tags) = tmp_path_factory.mktemp("views"), scene_of(box(tagged.BOX)), tagged.board()
-    add_tag_prints(scene.spec, tags, tag_bits(NUMBERS))
+    add_tag_prints(scene.spec, tags, tag_bits(range(4)))
     camera, rng, views = HandCamera(scene.spec), np.random.default_rng(2), []
     for number in range(12):
         pose, name = tagged.camera_pose(panel, rng), f"{number:02}.png"

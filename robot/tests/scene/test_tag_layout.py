@@ -1,4 +1,4 @@
-"""Tags lie on the board where nothing covers them, and the checksum follows what is drilled."""
+"""Tags lie on the board where nothing covers them, and the checksum follows the board."""
 
 import numpy as np
 import pytest

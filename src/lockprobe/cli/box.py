@@ -99,18 +99,12 @@ def show(
             metavar="FILE", help=options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
         ),
     ] = None,
-    scale: Annotated[
-        Literal["1:1"] | None,
-        typer.Option(help="With --out: a drilling template in true scale (.svg, .pdf) instead of a figure."),
-    ] = None,
     json: options.AsJson = False,
 ) -> None:
     """Show a box: its panel, its interlock and its difficulty."""
     box = find_box(name)
-    if scale and not out:
-        raise BadValue("--out", None, "FILE.svg or FILE.pdf, because of --scale")
     if out:
-        (_draw_template if scale else _draw)(box, out)
+        _draw(box, out)
     if json:
         print(json_.dumps(_facts(box)))
     elif out:
@@ -219,19 +213,11 @@ def _draw(box: Lockbox, out: Path) -> None:
     elif out.suffix == ".png":
         form = "png"
     else:
-        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml, or .pdf with --scale 1:1")
+        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
     from lockprobe.report.figures import render
     from lockprobe.report.figures.boxes import box_figure
 
     write_file(out, render(box_figure(box), form))
-
-
-def _draw_template(box: Lockbox, out: Path) -> None:
-    """Write a drilling template, and pass on its warning."""
-    if out.suffix not in (".svg", ".pdf"):
-        raise BadValue("--out", str(out), "a file name that ends in .svg or .pdf, with --scale")
-    if warning := robot_tool("box-template", "drilling templates")(box, out):
-        print(f"{out}: {warning}", file=sys.stderr)
 
 
 def _print(lines: Iterable[str]) -> None:

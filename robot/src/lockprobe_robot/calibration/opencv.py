@@ -1,4 +1,4 @@
-"""Calibration with OpenCV: AprilTag bits and detection, board pose (PnP), and hand-eye calibration.
+"""Calibration with OpenCV: AprilTag detection, board pose (PnP), and hand-eye calibration.
 
 No other module imports OpenCV. Version 5.0.0.93 has no ``calibrateHandEye`` in Python, so the extra pins 4.14.0.94.
 """
@@ -20,7 +20,7 @@ from lockprobe_robot.calibration.pose import Pose, is_rigid
 if TYPE_CHECKING:
     from lockprobe_robot.calibration.views import Intrinsics
 
-__all__ = ["CELLS", "METHODS", "Method", "board_pose", "find_tags", "hand_eye", "read_grey", "tag_bits"]
+__all__ = ["METHODS", "Method", "board_pose", "find_tags", "hand_eye", "read_grey"]
 
 Method = Literal["park", "tsai", "horaud", "daniilidis"]
 
@@ -31,18 +31,12 @@ Andreff's is left out: in one of five runs on the twin its position was six time
 the hold-out error did not show it.
 """
 
-CELLS = 8
-"""Cells along the side of a tag's black square: six bits and the black border on both sides."""
-
 _MOST_PIXELS = 8192 * 8192
 _NO_FRAME = (0xC4, 0xC8, 0xCC)
 """Markers of JPEG among those of frames that hold tables instead of a size."""
 
 _FROM_CORNER = 0.5
 """AprilTag's refinement counts from the corner of the top left pixel, and projections from its middle; pixels."""
-
-_FAMILY = 587
-"""Tags in the family 36h11."""
 
 
 @cache
@@ -54,27 +48,6 @@ def _opencv() -> Any:
         raise Missing(what, "pip install 'lockprobe-robot[calibrate]'")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails here is said by an exception
     return cv2
-
-
-def tag_bits(numbers: Sequence[int]) -> NDArray[np.bool_]:
-    """The cells of AprilTags of the family 36h11; True is white.
-
-    Args:
-        numbers: Their numbers, 0 to 586.
-
-    Returns:
-        Shape (tags, 8, 8), the upper row first.
-
-    Raises:
-        BadValue: If there is no tag of such a number.
-        Missing: If OpenCV is not installed.
-    """
-    cv2 = _opencv()
-    wrong = [number for number in numbers if not 0 <= number < _FAMILY]
-    if wrong:
-        raise BadValue("tag", wrong[0], f"a number from 0 to {_FAMILY - 1}")
-    family = _family()
-    return np.array([cv2.aruco.generateImageMarker(family, number, CELLS) > 0 for number in numbers])
 
 
 def read_grey(content: bytes, path: Path) -> NDArray[np.uint8]:
@@ -134,17 +107,11 @@ def find_tags(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
 
 
 @cache
-def _family() -> Any:
-    cv2 = _opencv()
-    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-
-
-@cache
 def _detector() -> Any:
     cv2 = _opencv()
     settings = cv2.aruco.DetectorParameters()
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_APRILTAG
-    return cv2.aruco.ArucoDetector(_family(), settings)
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11), settings)
 
 
 def board_pose(
@@ -202,6 +169,6 @@ def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "pa
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, shift.ravel()
     if not is_rigid(pose) or np.array_equal(pose, np.eye(4)):
-        expected = "another one, or views with more rotation, or tags where the template has them: it finds no pose"
+        expected = "another one, or views with more rotation, or tags in their places: it finds no pose"
         raise BadValue("method", method, f"{expected} of the camera")
     return pose

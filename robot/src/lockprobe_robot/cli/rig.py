@@ -15,7 +15,6 @@ from lockprobe.boxes.families import find_box as find
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, PlantFault, UserMistake
 from lockprobe_robot.cli.rig_calibrate import calibrate
-from lockprobe_robot.cli.rig_tags import tags
 from lockprobe_robot.rehearsal_settings import RehearsalRung
 
 if TYPE_CHECKING:
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["app", "check", "dry_run", "rehearse"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
-app.command("tags")(tags)
 app.command("calibrate")(calibrate)
 
 _PLANT = options.with_brackets(options.PLANT, "rig?rung=scripted|twin, or your rig as python:MODULE:NAME")

@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.scene.panel import PanelLayout, camera_angle, covered_area
 
-__all__ = ["NUMBERS", "QUIET_ZONE", "TAG_SIDE", "TagLayout", "board_checksum", "place_tags", "resized"]
-
-NUMBERS = (0, 1, 2, 3)
-"""The tags of a board: upper left, upper right, lower right, lower left."""
+__all__ = ["QUIET_ZONE", "TAG_SIDE", "TagLayout", "board_checksum", "place_tags", "resized"]
 
 TAG_SIDE = 0.04
 """Side of a tag's black square, metres."""
