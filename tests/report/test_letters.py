@@ -113,7 +113,7 @@ def test_the_report_says_which_agent_it_is_about(tmp_path):
 
 
 def test_columns_of_csv_files_keep_their_names(directory):
-    for name in ("speed", "loops", "conditions", "leaderboard-by-p", "comparisons-by-p"):
+    for name in ("speed", "loops", "conditions", "comparisons-by-p"):
         head = (directory / "tables" / f"{name}.csv").read_text("utf-8").splitlines()[0]
         assert "p" in head.split(",")
         assert "flip rate" not in head

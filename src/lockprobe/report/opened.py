@@ -9,7 +9,6 @@ from typing import Any
 
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
-from lockprobe.report.costs import Prices
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
@@ -41,7 +40,6 @@ class OpenedStudy:
         forks: Forks of these trials on record (``lockprobe branch``).
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
         measured: What installed packages measure, if it is given instead of measured; None otherwise.
-        prices: What providers ask, if it is given instead of looked up; None otherwise.
         every_look: Why what is said of its trials must hold at every look; empty if all of a fixed number are played.
         analysed: Those of its trials that numbers are of: without those behind an open block if it is judged at every
             look.
@@ -58,7 +56,6 @@ class OpenedStudy:
     forks: tuple[Trial, ...] = ()
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     measured: Sequence[Row] | None = None
-    prices: Prices | None = None
     every_look: EveryLook = ""
     analysed: tuple[Trial, ...] = ()
 

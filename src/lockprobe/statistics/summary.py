@@ -16,9 +16,8 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.statistics.agent_comparison.leaderboard import Entrant, comparisons, ranked
-from lockprobe.statistics.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
+from lockprobe.statistics.agent_comparison.pairs import Entrant, comparisons
 from lockprobe.statistics.agent_summary import AgentSummary, agent_summary, is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
@@ -46,7 +45,6 @@ class StudySummary:
         agents: The results by agent, in the order of the trials.
         paces: The speed of every two agents at their common lowest p.
         comparisons: Pairwise comparisons of the agents that the study is about, and of each with the baselines.
-        standings: Every agent over all p, the highest success first.
         reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
         axis: The dose in which conditions differ.
@@ -55,7 +53,6 @@ class StudySummary:
     agents: tuple[AgentSummary, ...]
     paces: tuple[Pace, ...]
     comparisons: tuple[AgentComparison, ...]
-    standings: tuple[Standing, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     axis: Axis = FLIPS
@@ -114,18 +111,11 @@ def summarise(
     shown = Counter(members.agent for members in by_agent)
     several = {agent for agent, count in shown.items() if one_of_several or count > 1}
     compared, *found = _longest_first(each, _jobs(by_agent, reference, box, axis, several, place, known), by_agent)
-    made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
-    agents = tuple[AgentSummary, ...](agent for _, agent in made)
-    standings = section(
-        "Leaderboard",
-        lambda: ranked([standing(members, agent.conditions, reference) for members, agent in made], compared),
-        tuple[Standing, ...],
-    )
+    agents = tuple[AgentSummary, ...](agent for agent in found if agent is not None)
     return StudySummary(
         agents=agents,
         paces=section("Speed of every two agents", lambda: _paces(by_agent), tuple),
         comparisons=compared,
-        standings=standings,
         reference=reference,
         modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
         axis=axis,

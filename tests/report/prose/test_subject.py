@@ -7,7 +7,7 @@ import pytest
 from builders import play_study, played_by_people, small_study
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.report.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.hypothesis_tests import conclusions, conclusions_of
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.report.prose.success import courses_said, finding
@@ -24,7 +24,7 @@ def summary():
 
 
 def test_no_sentence_calls_people_by_their_spec(summary):
-    said = [finding(agent) for agent in summary.agents] + [courses_said(summary), ranking_said(summary)]
+    said = [finding(agent) for agent in summary.agents] + [courses_said(summary)]
     said += [sentence for agent in summary.agents for sentence in conclusions(agent)]
     said += [sentence for one in summary.comparisons for sentence in comparison_said(one, summary)]
     assert not [sentence for sentence in said if "participant" in sentence]

@@ -1,13 +1,9 @@
 """What a false report is: the shares that were false, what the reading changes, and no feedback at all beside it."""
 
-from dataclasses import replace
-
 import pytest
-from builders import play_study, write_study
+from builders import write_study
 from drawn import touching
 
-from lockprobe.agents.llm.model_facts import Price
-from lockprobe.report import costs as counted_by
 from lockprobe.report.figures.first_screen import draw_overview
 from lockprobe.report.figures.frame import axis_note
 from lockprobe.report.figures.readings import readings as drawn
@@ -16,7 +12,6 @@ from lockprobe.report.results import results
 from lockprobe.report.sections.readings import SECTIONS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
-from lockprobe.trial.model_call import Usage
 
 AGENT, BLIND = "cognitive:perseverant", "random"
 KEPT = "flip?p=0.4&others=kept"
@@ -143,26 +138,6 @@ def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     assert drawn(found) is None
     truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))
     assert not list(SECTIONS[0].show(truth))
-
-
-def test_what_was_not_tested_has_its_price_where_one_is_known(tmp_path, monkeypatch):
-    price = Price(input=2.0, cached=1.0, output=10.0, batch=0.5, date="2026-01-02", source="the test")
-    known = counted_by.facts_of("acme/one")
-    monkeypatch.setattr(counted_by, "facts_of", lambda name: replace(known, price=price))
-    planned = study("flips", agent=AGENT, p=[0, 0.2, 0.4], trials=4, repetitions=1)
-    usage = Usage(calls=1, input_tokens=50_000)  # 10 cents
-    trials = [
-        replace(
-            trial,
-            facts={**trial.facts, "model": "acme/one"},
-            steps=tuple(replace(step, decision=replace(step.decision, usage=usage)) for step in trial.steps),
-        )
-        for trial in play_study(planned)
-    ]
-    found = results(write_study(tmp_path / "study", planned, trials))
-    steps = sum(len(trial.steps) for trial in trials)
-    (said,) = found.said("readings", "untested")
-    assert said.endswith(f"fresh,kept: 8 trials more, about ${8 * steps * 0.1 / 12:.2f} at the cost of these).")
 
 
 def test_a_study_of_controls_names_the_option_that_it_has(tmp_path):

@@ -10,45 +10,7 @@ from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["comparison_said", "ranking_said"]
-
-
-def ranking_said(summary: StudySummary) -> str:
-    """The agents that the study is about by success over all p, for each way of showing the box.
-
-    Ranks are of the agents that were shown it alike. Empty for fewer than two of them.
-    """
-    shown = dict.fromkeys(row.modality for row in summary.standings if row.ranks)
-    return " ".join(filter(None, (_ranking(summary, modality, several=len(shown) > 1) for modality in shown)))
-
-
-def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
-    placed = [row for row in summary.standings if row.ranks and row.modality == modality]
-    if len(placed) < 2:
-        return ""
-    names = subjects_by_name(summary)
-    said = [
-        f"{names[row.agent, row.modality].name} {percent(row.success.value)} "
-        f"(rank {low}{f' to {high}' if high != low else ''})"
-        for row in placed
-        for low, high in [row.ranks or (0, 0)]
-    ]
-    between = [one for one in summary.comparisons if one.among == "subjects" and one.first[1] == modality]
-    found, pairs = sum(one.verdict != 0 for one in between), len(between)
-    differences = f"Differences were detected in {found} of {pairs} pairs, on the trials that both agents played"
-    if pairs == 1:
-        (only,) = between
-        differences = (
-            f"{'A' if found else 'No'} difference between the two was detected on the {only.success.pairs} trials that "
-            f"both played ({names[only.second].name} {percent(only.second_share)}, {names[only.first].name} "
-            f"{percent(only.first_share)})"
-        )
-    over = " over all flip rates" * (len({one.dose for one in summary.conditions}) > 1)
-    baselines = "; baselines are not ranked" if any(agent not in summary.subjects for agent in summary.agents) else ""
-    return (
-        f"Success{over}{f', box shown as {modality}' * several} (rank of these {len(placed)} agents"
-        f"{baselines}): {', '.join(said)}. {differences}, with the same false reports."
-    )
+__all__ = ["comparison_said"]
 
 
 def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:

@@ -13,7 +13,7 @@ from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
 from lockprobe.report.prose.subject import Subject, subject_of, subjects_by_name
 from lockprobe.report.prose.success import alike_said
-from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
+from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis
@@ -118,7 +118,7 @@ def flips_answer(summary: StudySummary) -> str:
     if heeding:
         return _changes(heeding, summary.axis)
     if len(counted) > 1:
-        return _leaders(counted, summary.standings)
+        return _leaders(counted, summary.comparisons)
     (only,) = counted
     first = next(one for one in only.conditions if one.success.n)
     rate = f"solved {percent(first.success.value)} of {first.success.n} trials"
@@ -170,7 +170,7 @@ def all_broken_said(broken: Mapping[str, int]) -> str:
     return f"{which} {trial} of {_listed([Subject.of(agent).name for agent in broken])} ended as an error."
 
 
-def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:
+def _leaders(agents: Sequence[AgentSummary], pairs: Sequence[AgentComparison]) -> str:
     """Who solved the most, all of them in a tie, and how many agents may be the best by the comparisons of pairs."""
     shares = {agent.name: next(one for one in agent.conditions if one.success.n) for agent in agents}
     most = max(Fraction(one.success.count, one.success.n) for one in shares.values())
@@ -179,7 +179,9 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
     of = f"{percent(float(most))} of {numbers[0]}{f' to {numbers[-1]}' if len(numbers) > 1 else ''} trials"
     if len(best) == len(agents):
         return f"The {len(agents)} agents solved the same share: {of}."
-    possible = sum(row.ranks is not None and row.ranks[0] == 1 for row in standings)
+    between = [one for one in pairs if one.among == "subjects"]
+    worse = {one.first if one.verdict > 0 else one.second for one in between if one.verdict}
+    possible = len({name for one in between for name in (one.first, one.second)} - worse)
     open_ = f"; by the comparisons of pairs any of {possible} may be the best" if possible > len(best) else ""
     return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
 

@@ -69,18 +69,15 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
     return f"{_OUTCOME}; {_STAY if flip.keep == 1 else _CORRECTED}"
 
 
-def untested_said(agents: Sequence[str], how: str, trials: int, cost: str = "") -> str:
+def untested_said(agents: Sequence[str], how: str, trials: int) -> str:
     """That agents played only false reports that are soon corrected, and what the others would take, or nothing.
 
     Args:
         agents: What tables call them.
         how: The options that play the others.
         trials: Trials that they would play more, all together.
-        cost: What these trials would cost at the cost of those that were played; empty where that is not known.
     """
     if not agents:
         return ""
-    more = f"{trials} trials more, about {cost} at the cost of these" if cost else f"{trials} trials more"
-    return (
-        f"Not tested for {listed(list(agents), named=3)}: whether false reports that stay do the same ({how}: {more})."
-    )
+    said = f"Not tested for {listed(list(agents), named=3)}: whether false reports that stay do the same"
+    return f"{said} ({how}: {trials} trials more)."

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from lockprobe.foundation.formatting import capital, first_three, minus, percent, range_of
 from lockprobe.report.prose.doses import at_dose
-from lockprobe.report.prose.subject import subject_of, subjects_by_name
+from lockprobe.report.prose.subject import subject_of
 from lockprobe.report.prose.success import courses_said
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary
@@ -71,17 +71,18 @@ def _misread(condition: ConditionSummary) -> str:
 
 
 def _best(summary: StudySummary) -> str:
-    names = subjects_by_name(summary)
-    shares = [
-        (one.success.value, names[one.agent, one.modality].name)
-        for one in summary.standings
-        if one.success.n and one.success.value
-    ]
-    if not shares:
-        return "No agent solved a trial." if any(one.success.n for one in summary.standings) else ""
+    shares = [(_share(agent), subject_of(agent).name) for agent in summary.agents]
     most = max(share for share, _ in shares)
+    if not most:
+        return "No agent solved a trial."
     best = [agent for share, agent in shares if share == most]
     return f"Highest success: {first_three(best)}, {percent(most)}{' each' * (len(best) > 1)}."
+
+
+def _share(agent: AgentSummary) -> float:
+    """The share of all trials that were solved, over all doses."""
+    found = [one.success for one in agent.conditions]
+    return sum(one.count for one in found) / max(1, sum(one.n for one in found))
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:

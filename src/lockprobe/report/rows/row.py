@@ -51,7 +51,7 @@ IDENTITY = (
 
 
 UNITS = (
-    *("share", "points", "ratio", "odds ratio", "yes or no", "direction", "verdict", "rank", "order", "dose"),
+    *("share", "points", "ratio", "odds ratio", "yes or no", "direction", "verdict", "order", "dose"),
     *(
         "steps",
         "trials",
@@ -59,9 +59,6 @@ UNITS = (
         "claims",
         "reports",
         "decisions",
-        "calls",
-        "tokens",
-        "US$",
         "ms",
         "records",
         "lines",

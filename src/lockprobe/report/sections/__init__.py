@@ -11,7 +11,7 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "findings", "people", "bridge", "factorial", "stopping", "success", "readings", "effects",
-    "factors", "doses", "hypothesis_tests", "loops", "leaderboard", "agents_compared",
+    "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
     "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules", "conditions",
     "study_design", "agents", "broken", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip

@@ -13,7 +13,6 @@ from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table, Text
-from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.interaction import InteractionAt
@@ -278,7 +277,6 @@ def _blocks(found: Results) -> Iterator[Block]:
     families = [row.family for row in found.where("played_by_one_only")]
     between = families.count(_SUBJECTS)
     yield Heading("Models compared" if between else "Agent and baselines")
-    yield from leaderboard_blocks(found, ranked=between > 0)
     said = [Text(one) for one in found.said("agents_compared", _SUBJECTS)]
     if between:
         yield Heading("Pairs of agents on the same boxes")

@@ -9,7 +9,6 @@ from functools import partial
 from markupsafe import Markup
 
 from lockprobe.foundation.left_out import section
-from lockprobe.report.prose.agent_comparison import ranking_said
 from lockprobe.report.prose.effects import effects_said
 from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.idle import idle_said, unheeded_said
@@ -38,7 +37,6 @@ _RESTS_ON = {
     "loops": ("loop_rate", "loop_rate_chance"),
     "conclusion": ("test", "test_null"),
     "courses": ("success_difference", "success_two_lines"),
-    "ranking": ("rank", "success"),
     "baselines": ("success",),
     "conditions": ("success_difference", "success_interaction", "changed_steps"),
     "verdicts": ("wrong_verdicts", "undecided_verdicts", "wrong_readings", "unclear_readings"),
@@ -91,7 +89,6 @@ def _of_agents(numbers: StudyNumbers) -> Iterator[Row]:
 
 def _of_all_agents(flips: StudySummary) -> Iterator[Row]:
     yield from _said("courses", courses_said(flips))
-    yield from _said("ranking", ranking_said(flips))
     yield from _said("baselines", baselines_said(flips))
 
 
@@ -143,7 +140,7 @@ def _of_flips(found: Results) -> list[str]:
     whole = len(found.subjects) > _MANY and bool(courses)
     effects = [] if _why(found) else of("finding")
     agents = [] if modalities else effects if whole else list(_by_agent(found))
-    last = [*of("ranking"), *(of("baselines") if of("finding") else [])]
+    last = of("baselines") if of("finding") else []
     first, then = (courses, []) if whole else ([], courses)
     return [*modalities, *first, *agents, *of("verdicts"), *then, *last]
 

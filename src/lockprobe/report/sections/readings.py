@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from markupsafe import Markup
 
@@ -11,7 +11,6 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.captions import interval_kind
-from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.report.prose.subject import Subject
@@ -22,7 +21,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
-from lockprobe.studies.costs.spending import dollars
 from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "untested"]
@@ -53,22 +51,8 @@ def untested(numbers: StudyNumbers) -> str:
     alone = [agent for agent in asked if not any(map(_stays, study.conditions_of(agent)))]
     if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
         return ""
-    more = {study.label_of(agent): rates * study.repetitions * study.trials_of(agent) for agent in alone}
-    return untested_said([Subject.of(name).name for name in more], how, sum(more.values()), _cost(numbers, more))
-
-
-def _cost(numbers: StudyNumbers, trials: Mapping[str, int]) -> str:
-    """What so many trials of these agents would cost at the mean cost of their trials; empty if it is not known."""
-    found = 0.0
-    for agent, more in trials.items():
-        own = [trial for trial in numbers.trials if trial.group == agent]
-        spent = [
-            row.value
-            for row in cost_rows(own, {"agent": agent}, numbers.opened.prices)
-            if (row.quantity, row.of) == ("cost", "")
-        ]
-        found += more * sum(value or 0.0 for value in spent) / max(1, len(own))
-    return f"${dollars(found)}" if found else ""
+    more = [rates * study.repetitions * study.trials_of(agent) for agent in alone]
+    return untested_said([Subject.of(study.label_of(agent)).name for agent in alone], how, sum(more))
 
 
 def _stays(condition: Condition) -> bool:

@@ -12,15 +12,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.foundation.errors import BadFile, LockprobeError, UserMistake
 from lockprobe.foundation.inputs import read_input
-from lockprobe.report.costs import prices_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.rows import MEASURES, Results, Row
 from lockprobe.report.verify.check import Check, check_of
-from lockprobe.report.verify.replayed_trials import is_hosted
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import RECORDS
 
@@ -76,9 +73,7 @@ class _Compared:
 def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ...]:
     """Whether ``results.json``, pages, tables and figures are what the records give.
 
-    No code of packages runs: what they measure is taken from the file. The prices of
-    models are those on record, which the machine knew that wrote the report. Where they are not those that are known
-    here, the check says so.
+    No code of packages runs: what they measure is taken from the file.
 
     Args:
         opened: The study.
@@ -92,10 +87,8 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
     opened = replace(
         opened,
         measured=_measured(written),
-        prices=prices_of(written) if written else None,
     )
     try:
-        at_other_prices = _other_prices(opened)
         for name, content in _made_again(opened, processes):
             compared.made.add(name)
             if name == RESULTS:
@@ -105,7 +98,6 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
     except UserMistake as mistake:
         return (Check(name="results", holds=False, said=str(mistake)),)
     check = _results(directory, results)
-    check = replace(check, said="; ".join([check.said, *at_other_prices]))
     if not check.holds and ("release" in check.said or "without" in check.said):
         return (check,)
     return check, _pages(opened, compared, newer=_changed_since(directory))
@@ -132,24 +124,6 @@ def _measured(written: Results | None) -> tuple[Row, ...]:
         return ()
     measured = (row for row in written.measures if row.source)
     return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
-
-
-def _other_prices(opened: OpenedStudy) -> list[str]:
-    """What is said of models whose prices on record are not those that are known here."""
-    models = {
-        trial.group: str(trial.facts["model"])
-        for trial in opened.trials
-        if is_hosted(trial.agent) and "model" in trial.facts
-    }
-    found = []
-    for agent, price in (opened.prices or {}).items():
-        known = facts_of(models[agent]).price if agent in models else price
-        if price == known:
-            continue
-        there = "without a price" if price is None else f"at the prices on record, of {price.date} ({price.source})"
-        here = "none is known here" if known is None else "others are known here"
-        found.append(f"{agent} is counted {there}, and {here}")
-    return found
 
 
 def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compared) -> None:

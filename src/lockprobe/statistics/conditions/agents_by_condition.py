@@ -14,8 +14,8 @@ from operator import call
 
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_comparison.interaction import Interaction
-from lockprobe.statistics.agent_comparison.leaderboard import comparisons
 from lockprobe.statistics.agent_comparison.pair import AgentComparison, ComparisonAt
+from lockprobe.statistics.agent_comparison.pairs import comparisons
 from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import SeriesArm

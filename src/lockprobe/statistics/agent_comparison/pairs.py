@@ -1,4 +1,4 @@
-"""The leaderboard: pairwise comparisons of agents, bounds for broken trials, and the possible ranks of each agent.
+"""Pairwise comparisons of agents, and bounds for broken trials.
 
 A trial that broke for one agent is dropped together with its pair. If an agent's long trials break, the remaining ones
 overstate its success. So such comparisons are made three times: without the broken trials, with all of them unsolved,
@@ -15,13 +15,12 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.interaction import Interaction
-from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
 from lockprobe.statistics.agent_comparison.pair import AgentComparison, Among, ComparisonAt, compare, corrected
 from lockprobe.statistics.agent_comparison.paired import BlockMean, Sheet, sheets
 from lockprobe.statistics.inference.broken_trials import completed
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["Entrant", "both_ends", "comparisons", "ranked", "worst_case"]
+__all__ = ["Entrant", "both_ends", "comparisons", "worst_case"]
 
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""
@@ -166,26 +165,3 @@ def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None
     three = [found, *(end for end in ends if end is not None)]
     signs = {np.sign(at.change.value) for one in three for at in one.at if at.dose == found.clearest.dose}
     return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
-
-
-def ranked(standings: Sequence[Standing], found: Sequence[AgentComparison]) -> tuple[Standing, ...]:
-    """The rows with the ranks that remain possible given the comparisons, the highest success first.
-
-    An agent ranks below all agents shown to solve the box more often, and above all shown to solve it less often. Every
-    rank in between is possible.
-    """
-    between = [one for one in found if one.among == "subjects"]
-    group = {name: name[1] for one in between for name in (one.first, one.second)}
-    above, below = dict.fromkeys(group, 0), dict.fromkeys(group, 0)
-    for one in between:
-        if one.verdict:
-            better, worse = (one.second, one.first) if one.verdict > 0 else (one.first, one.second)
-            below[better] += 1
-            above[worse] += 1
-    size = {name: sum(other == modality for other in group.values()) for name, modality in group.items()}
-    placed = [
-        replace(row, ranks=(1 + above[name], size[name] - below[name])) if (name := (row.agent, row.modality)) in group
-        else row
-        for row in standings
-    ]  # fmt: skip
-    return tuple(sorted(placed, key=lambda row: -row.success.value if row.success.n else 2.0))
