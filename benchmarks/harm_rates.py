@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.simulation.audit.simulated_agents import P
+from lockprobe.simulation.power.worlds import P
 from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.loops.habit_baseline import Actions, blind_trials, played_out

@@ -18,7 +18,7 @@ from lockprobe.foundation import plugins
 from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
-    "chance", "audit", "power", "readings", "play", "agents", "plants", "interventions", "doctor",
+    "chance", "power", "readings", "play", "agents", "plants", "interventions", "doctor",
     "box list", "box generate", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
     "models pull", "models show",
 }  # fmt: skip

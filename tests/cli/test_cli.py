@@ -12,7 +12,7 @@ import forked
 import pytest
 from typed import typed
 
-COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "audit", "power", "box",
+COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "power", "box",
             "agents", "plants", "models", "doctor"]  # fmt: skip
 
 

@@ -5,11 +5,11 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from lockprobe.cli import audit, power
+from lockprobe.cli import power
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.power.conditions import ConditionPower
 from lockprobe.simulation.power.flip_rates import Needed
+from lockprobe.simulation.power.rates import Rate
 
 TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 
@@ -38,7 +38,7 @@ def shown(request, monkeypatch):
 
 def rate(trials, rejected, truth=True):
     return Rate(world="loops-irrelevant", trials=trials, question="success", test=TESTS[0], recommended=True,
-                truth=truth, studies=1000, rejected=rejected, early=0)  # fmt: skip
+                truth=truth, studies=1000, rejected=rejected)  # fmt: skip
 
 
 def test_power(shown):
@@ -48,7 +48,7 @@ def test_power(shown):
     )
     found = [Needed(world="as stated", question="success", test=test, recommended=True, measured=measured, trials=27,
                     low=23, high=None, below=False) for test in TESTS]  # fmt: skip
-    text, width = shown(power._print_power, found, 0.8)
+    text, width = shown(power._print_power, found, {"as stated": ""}, 0.8)
     table = text[text.index("n=15") : text.index("* recommended")]
     for number in ("0.73±0.01", "0.81±0.01", "0.90±0.01", "0.95±0.01", "1.00±0.00", "27", "[23,", "240]"):
         assert table.count(number) == len(TESTS)
@@ -74,17 +74,6 @@ def test_the_power_of_conditions(shown):
     assert "…" not in text
     if width:
         assert max(map(len, table.splitlines())) <= width
-
-
-def test_an_audit(shown):
-    table = audit._rate_table([rate(30, 51, truth=False), rate(30, 731), rate(60, 812)])
-    text, width = shown(print_table, table)
-    assert "…" not in text
-    assert [text.count(number) for number in ("0.05", "0.73", "0.81", "±0.01")] == [1, 1, 1, 3]
-    if width:
-        assert max(map(len, text.splitlines())) <= width
-    else:
-        assert "0.73 ±0.01 loops-irrelevant, 0.81 ±0.01 loops-irrelevant" in text
 
 
 def test_what_does_not_fit_is_wider_and_whole(shown):

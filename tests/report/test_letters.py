@@ -60,7 +60,7 @@ def words(page):
     return unescape(re.sub(r"<(?!/?[iI]>)[^>]*>", "\n", page))
 
 
-@pytest.mark.parametrize("name", ["report", "details", "claims", "audit"])
+@pytest.mark.parametrize("name", ["report", "details", "claims"])
 def test_a_flip_rate_is_written_out_and_the_p_of_a_p_value_is_a_capital(directory, name):
     page = words((directory / f"{name}.html").read_text("utf-8"))
     page = page.replace("lip rate <i>p</i>", "lip rate").replace("p-value", "")
@@ -86,13 +86,13 @@ def test_a_test_that_does_not_reject_says_not_detected_and_no_number_has_a_star(
     assert not re.search(r"\d ?\*", words(page) + words(details))
 
 
-@pytest.mark.parametrize("name", ["report", "details", "claims", "audit"])
+@pytest.mark.parametrize("name", ["report", "details", "claims"])
 def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_computed(directory, name):
     page = (directory / f"{name}.html").read_text("utf-8")
     results = json.loads((directory / "results.json").read_text("utf-8"))
     assert too_long(page, results) == []
     found = captions(page, results)
-    assert len(found) > {"report": 20, "details": 10, "claims": 2, "audit": 2}[name]
+    assert len(found) > {"report": 20, "details": 10, "claims": 2}[name]
     assert any(computed for _, computed in found)
     assert name in {"details", "claims"} or "How is this computed?" in page
 

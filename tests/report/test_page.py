@@ -23,7 +23,7 @@ from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
-ALWAYS = ("report", "details", "claims", "audit")
+ALWAYS = ("report", "details", "claims")
 """Pages that every report has."""
 
 

@@ -101,7 +101,7 @@ def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
     drawn = {path.stem: image(path.read_bytes()) for path in (reported / "figures").glob("*.svg")}
     opened = open_study(reported)
     trials = explorer_data(opened.trials, opened.settings["box"])
-    for name in ("report", "claims", "audit"):
+    for name in ("report", "claims"):
         assert (reported / f"{name}.html").read_text("utf-8") == page_of(name, found, drawn, trials=trials)
 
 

@@ -14,7 +14,7 @@ from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.rows import Results
-from lockprobe.report.sections import all_sections, audit
+from lockprobe.report.sections import all_sections
 from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
@@ -34,15 +34,6 @@ def directory(request, tmp_path_factory):
     """A small study of flip rates, and one of conditions with a crossing and a series."""
     path = tmp_path_factory.mktemp(request.param) / "study"
     return write_study(path, study("flips", **ASKED[request.param], trials=3, repetitions=1))
-
-
-@pytest.fixture
-def short(monkeypatch):
-    """For speed: of the audit two worlds stand for all."""
-    shipped = audit.shipped()
-    worlds = {name: shipped["worlds"][name] for name in ("no-effect", "people")}
-    rates = [rate for rate in shipped["rates"] if rate["world"] in worlds]
-    monkeypatch.setattr(audit, "shipped", lambda: shipped | {"worlds": worlds, "rates": rates})
 
 
 def wrapped(monkeypatch, around):
@@ -117,7 +108,7 @@ def bundles(turns):
     return [*held, *(set().union(*free[start::apart]) for start in range(apart))]
 
 
-def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, short, tmp_path):
+def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_path):
     """In a study of conditions with two agents, and what one of flip rates has beside it."""
     asked = {name: value | {"trials": 2, "repetitions": 1, "max_steps": 10} for name, value in ASKED.items()}
     both = {**asked["conditions"], "agent": asked["flips"]["agent"], "p": [0, 0.6]}

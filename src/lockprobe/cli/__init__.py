@@ -34,7 +34,6 @@ COMMANDS = {
     "mcp": ("mcp", "mcp", "Let an agent with tools (MCP) play a study."),
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
     "chance": ("chance", "chance", "Compute the chance level of an action loop."),
-    "audit": ("audit", "audit", "Print the error rates and the power of every test."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
     "readings": ("readings", "readings", "Compute success under every reading of a false report."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),

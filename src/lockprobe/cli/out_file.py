@@ -20,7 +20,7 @@ __all__ = ["refuse_study_file"]
 
 _OF_STUDY = {
     *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json"),
-    *("report.html", "details.html", "claims.html", "audit.html", "why.html", "forks.html"),
+    *("report.html", "details.html", "claims.html", "why.html", "forks.html"),
     *(ALBUM, PEOPLE_DIRECTORY, "forks"),
 }
 """What a study keeps in its directory."""

@@ -20,10 +20,10 @@ from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.simulation.audit.simulated_agents import WORLDS, P, World
 from lockprobe.simulation.power.flip_rates import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.simulation.power.flip_rates import power as measure_power
 from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
+from lockprobe.simulation.power.worlds import P, World
 from lockprobe.statistics.why.mechanism import MARGIN
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json:
         ]
         print(json_.dumps(head | {"tests": rows}, indent=1))
     else:
-        _print_power(found, simulated["target"])
+        _print_power(found, {world.name: world.says for world in worlds}, simulated["target"])
 
 
 def _power_of_conditions(
@@ -250,12 +250,11 @@ def _measured(one: Needed) -> dict[str, object]:
     }
 
 
-def _print_power(found: Sequence[Needed], target: float) -> None:
+def _print_power(found: Sequence[Needed], says: Mapping[str, str], target: float) -> None:
     console = plain_console()
     for name in dict.fromkeys(one.world for one in found):
         mine = [one for one in found if one.world == name]
-        says = WORLDS[name].says if name in WORLDS else "As stated."
-        console.print(f"\n[bold]{name}[/bold]  {says}")
+        console.print(f"\n[bold]{name}[/bold]  {says[name]}")
         table = new_table("test", *(f"n={rate.trials}" for rate in mine[0].measured), _heading(target, "flip rate"))
         for one in mine:
             label = f"[bold]{one.test}[/bold] *" if one.recommended else one.test

@@ -14,7 +14,6 @@ from lockprobe.cli.printing import new_table, plain_console, print_table, time_l
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.simulation.audit.simulated_agents import WORLDS, P
 from lockprobe.studies.options.study_options import read_options_file
 
 if TYPE_CHECKING:
@@ -82,6 +81,8 @@ def power_until(
         simulated: ``target``, ``studies``, ``workers`` and ``sizes``, at which the study of fixed size is measured.
         json: Whether to print JSON.
     """
+    from lockprobe.simulation.power.flip_rates import default_worlds
+    from lockprobe.simulation.power.worlds import P
     from lockprobe.studies.options.studyfile import study
 
     if what is not None and what != "why" and not what.endswith(".toml"):
@@ -98,7 +99,7 @@ def power_until(
             raise BadValue("--success", None, "success at each flip rate: --p needs it")
         from lockprobe.simulation.power.why import STATED
 
-        paper = WORLDS["loops-irrelevant"].success
+        paper = default_worlds()[0].success
         flips = {"a rise and fall like the paper's": paper, "no effect": (paper[0],) * len(paper)}
         stated: dict[str, Sequence[float] | None] = {**(STATED if what == "why" else flips)}
     else:

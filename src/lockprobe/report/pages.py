@@ -33,7 +33,7 @@ __all__ = [
 Pictures = Mapping[str, Image]
 """Figure -> how pages embed it."""
 
-PAGES = ("claims", "audit", "why", "forks", "details", "report")
+PAGES = ("claims", "why", "forks", "details", "report")
 """The pages that a report can have, the report last."""
 
 

@@ -193,7 +193,7 @@ def _page(
     return page_of(page, found, images, photographs, trials) if shown else None
 
 
-_ALWAYS = ("claims", "audit", "report")
+_ALWAYS = ("claims", "report")
 """Pages that every report has."""
 
 

@@ -4,20 +4,17 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, small_study
+from known_truth import records
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.claims.paper import CLAIMS, fisher_z
 from lockprobe.report.claims.verdicts import claim_rows
-from lockprobe.simulation.audit.simulate import simulate
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics.published import CORRELATION
 from lockprobe.statistics.summary import summarise
 
 
 def rows_of(world, seed=1):
-    trials = simulate(WORLDS[world], Design(), generator(seed))
-    summary = summarise([replace(trial, agent="llm:x", key=trial.key.replace("audit", "flips")) for trial in trials])
-    return by_measure(summary)
+    return by_measure(summarise([replace(trial, agent="llm:x") for trial in records(world, generator(seed))]))
 
 
 def by_measure(summary):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import make_trial, play_study, played_by_people, small_study
+from known_truth import records
 from matplotlib.figure import Figure
 
 from lockprobe.boxes.families import box
@@ -14,8 +15,6 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.simulation.audit.simulate import simulate
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics import rationality
 from lockprobe.statistics.loops import habit_baseline
 from lockprobe.studies.records.read_records import LeftOut
@@ -40,7 +39,7 @@ def simulated(world, name, seed):
             target=names[trial.target],
             steps=tuple(replace(step, joint=names[step.joint]) for step in trial.steps),
         )
-        for trial in simulate(WORLDS[world], Design(), np.random.default_rng(seed))
+        for trial in records(world, np.random.default_rng(seed))
     ]
 
 

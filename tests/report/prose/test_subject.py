@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, played_by_people, small_study
+from known_truth import records
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.hypothesis_tests import conclusions, conclusions_of
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.report.prose.success import courses_said, finding
-from lockprobe.simulation.audit.simulate import simulate
-from lockprobe.simulation.audit.simulated_agents import WORLDS
 from lockprobe.statistics.summary import summarise
 
 
@@ -65,7 +64,6 @@ def test_every_conclusion_can_be_said_of_people():
 
 def test_a_sentence_on_loops_names_what_the_test_assumes():
     """Trials that are solved end before they can loop; that they would have looped like the others nobody can see."""
-    truth = WORLDS["loop-trapped"]
-    (agent,) = summarise(simulate(truth, truth.design, generator(1, "loops"))).agents
+    (agent,) = summarise(records("loop-trapped", generator(1, "loops"))).agents
     (said,) = (sentence for sentence in conclusions(agent) if "delay the first loop" in sentence)
     assert "assuming that solved trials would have looped like those still running" in said

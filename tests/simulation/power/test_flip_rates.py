@@ -3,14 +3,14 @@
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.power.flip_rates import default_worlds, needed, power, stated_world
+from lockprobe.simulation.power.rates import Rate
 
 P2 = (0.0, 0.4)
 
 
 def ladder(*rejected, studies=100, trials=(15, 30, 60)):
-    made = {"early": 0, "world": "w", "question": "success", "test": "t", "recommended": True, "truth": True}
+    made = {"world": "w", "question": "success", "test": "t", "recommended": True, "truth": True}
     return [Rate(**made, trials=n, studies=studies, rejected=k) for n, k in zip(trials, rejected, strict=True)]
 
 

@@ -5,12 +5,13 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from known_truth import WORLDS, simulated
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.report.prose.hypothesis_tests import QUESTIONS, limits_said
-from lockprobe.simulation.audit.simulate import simulate_outcomes
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.report.prose.hypothesis_tests import limits_said
+from lockprobe.simulation.power.simulate import BUDGET
+from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.hazard import loop_hazard
@@ -19,13 +20,13 @@ from lockprobe.statistics.outcomes import Outcomes, outcomes
 
 
 def drawn(name, seed=1, design=None):
-    return simulate_outcomes(WORLDS[name], design or WORLDS[name].design, generator(seed, name))
+    return simulated(name, generator(seed, name), design)[0]
 
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_every_question_has_one_recommended_test(name):
     found = infer(drawn(name), generator(1))
-    for question in QUESTIONS:
+    for question in dict.fromkeys(test.question for test in found.tests):
         asked = [test for test in found.tests if test.question == question]
         assert [test.recommended for test in asked] == [True] + [False] * (len(asked) - 1)
         short = WORLDS[name].slow and question == "harm"  # trials of six steps hold too few loops
@@ -108,7 +109,38 @@ def test_a_dose_that_is_no_number_is_refused_and_a_negative_one_is_a_dose():
 
 @pytest.mark.parametrize("p", [(0.0, 1e-6, 1.0), (0.0, 1e-6, 2e-6, 1.0), (0.0, 0.5, 0.500001)])
 def test_values_of_p_that_lie_close_together_are_tested_all_the_same(p):
-    columns = simulate_outcomes(
-        replace(WORLDS["no-effect"], success=(0.5,) * len(p), trap=(0.0,) * len(p)), Design(p=p), generator(3)
-    )
+    columns, _ = simulated("no-effect", generator(3), Design(p=p), success=(0.5,) * len(p), trap=(0.0,) * len(p))
     assert all(test.p_value is None or 0 <= test.p_value <= 1 for test in infer(columns, generator(1)).tests)
+
+
+def _rejected(name):
+    """How often each test rejects of a hundred studies, and the truth: question -> rejections."""
+    seen = dict.fromkeys(("success", "speed", "shape", "looping", "looping again", "harm"), 0)
+    for number in range(STUDIES):
+        ended, broken = simulated(name, generator(number, name))
+        for test in infer(ended, generator(number, name, "tests"), broken=broken, budget=BUDGET).tests:
+            if test.recommended:
+                seen[test.question] += test.rejects
+    return seen
+
+
+STUDIES = 100
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_tests_that_we_conclude_from_keep_their_error_rate(name):
+    """Where the truth is no, 13 rejections of 100 have a probability below 0.002 at 5 %; where loops trap, most reject."""
+    seen, truths = _rejected(name), WORLDS[name].truths
+    assert {question: k for question, k in seen.items() if question not in truths and k > 12} == {}
+    if name == "loop-trapped":
+        assert min(seen["looping"], seen["harm"]) > 60
+
+
+@pytest.mark.parametrize("name", ["no-effect", "unequal-luck", "saturating", "inverted-u"])
+def test_no_interval_of_the_differences_leaves_out_the_truth(name):
+    """Of all six differences of a study together: in at most 5 % of studies, and of 100 in at most 12."""
+    truth, missed = WORLDS[name].success, 0
+    for number in range(STUDIES):
+        found = any_difference(drawn(name, number), generator(number), 99)
+        missed += any(not one.low <= t - truth[0] <= one.high for one, t in zip(found.at, truth[1:], strict=True))
+    assert missed <= 12

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
+from known_truth import simulated
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.success import finding
-from lockprobe.simulation.audit.simulate import simulate_columns
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.broken_trials import broken_shares, completed, worst_case_difference
 from lockprobe.statistics.inference.difference import any_difference
@@ -89,9 +89,9 @@ def test_without_broken_trials_nothing_changes():
 
 def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     """Ninety trials a p, 8 % of calls fail at one: what remains differs in a quarter of studies, and nothing is said."""
-    world, alone, bounded = WORLDS["broken-trials"], [], []
+    alone, bounded = [], []
     for seed in range(30):
-        counted, broken = simulate_columns(world, Design(trials=30), generator(seed))
+        counted, broken = simulated("broken-trials", generator(seed), Design(trials=30))
         one, *ends = (any_difference(part, generator(seed), 199) for part in (counted, *completed(counted, broken)))
         alone.append(one.p_value < 0.05)
         bounded.append(worst_case_difference(one, *ends).p_value < 0.05)
@@ -99,11 +99,11 @@ def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     assert np.mean(bounded) <= 0.05
 
 
-@pytest.mark.parametrize("name", ["broken-trials", "seldom-broken"])
-def test_every_recommended_test_holds_over_both_ends(name):
+@pytest.mark.parametrize("breaks", [0.08, 0.02])
+def test_every_recommended_test_holds_over_both_ends(breaks):
     rejected = []
     for seed in range(6):
-        counted, broken = simulate_columns(WORLDS[name], WORLDS[name].design, generator(seed))
+        counted, broken = simulated("broken-trials", generator(seed), breaks=breaks)
         without, bounded = (infer(counted, generator(seed), broken=part) for part in (None, broken))
         for first, second in zip(without.tests, bounded.tests, strict=True):
             if first.recommended and second.p_value is not None:

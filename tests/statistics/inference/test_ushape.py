@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from known_truth import simulated
 from scipy.stats import norm
 from solved import people
 from statsmodels.genmod.families import Binomial
@@ -11,8 +12,7 @@ from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.hypothesis_tests import why_missing
-from lockprobe.simulation.audit.simulate import simulate_outcomes
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference import ushape
 from lockprobe.statistics.inference.logrank import loop_onset_logrank
 from lockprobe.statistics.inference.ushape import lind_mehlum, onset_lines, two_lines
@@ -163,7 +163,7 @@ def test_a_rise_and_fall_that_few_people_show_strongly_is_found():
 
 
 def drawn(name, trials=30, seed=1):
-    return simulate_outcomes(WORLDS[name], Design(repetitions=1, trials=trials), generator(seed, name))
+    return simulated(name, generator(seed, name), Design(repetitions=1, trials=trials))[0]
 
 
 def at_doses(columns, p):

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from benchmarked import benchmark
 
 from lockprobe.statistics.sequential.betting import log_wealth
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
@@ -125,14 +124,3 @@ def test_without_numbers_nothing_is_known():
     assert math.isnan(nothing.value)
     assert something.effect_at is not None
     assert at_every_look([empty])[0].blocks.size == 0
-
-
-@pytest.mark.parametrize("more", [{}, {"margin": 0.3}, {"agents": 5, "margin": 0.3}])
-def test_the_program_that_judges_many_studies_at_once_judges_as_a_report_does(more):
-    looking = benchmark("looking")
-    pairs = np.random.default_rng(3).choice([-1, 0, 1], size=(2, 120, 3), p=[0.05, 0.7, 0.25]).astype(np.int8)
-    pairs[:, :, 1] = 0
-    said = looking.said_at_every_look(pairs, **more)
-    looking.same_as_the_report(pairs, said, **more)
-    assert said.effect[0].any()
-    assert said.small[0].any() == ("margin" in more)

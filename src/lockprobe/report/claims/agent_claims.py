@@ -24,7 +24,6 @@ from lockprobe.report.claims.claim_tests import (
     pattern,
     same_share,
     same_step,
-    sized,
     tested,
     verdict_of,
 )
@@ -204,7 +203,7 @@ def _onset(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFin
     against = (pattern(first, -lines.first.z), pattern(second, lines.second.z))
     refuted = agent.inference.broken is None and "opposite" in against
     shown = "opposite" if refuted else pattern(lines.p_value, -_SIGN[lines.direction])
-    test = f"{sized('loop onset, two lines')}; assumes that solved trials would have looped like the others"
+    test = "loop onset, two lines; assumes that solved trials would have looped like the others"
     return said, borne_out(shown), test, lines.p_value
 
 

@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from statistics import NormalDist
 from typing import Literal
 
-from lockprobe.foundation.formatting import minus, percent, points
+from lockprobe.foundation.formatting import minus, points
 from lockprobe.report.claims.paper import counted_share
 from lockprobe.report.prose.hypothesis_tests import effect_said
-from lockprobe.simulation.audit.rates import false_positives
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
@@ -30,7 +29,6 @@ __all__ = [
     "pattern",
     "same_share",
     "same_step",
-    "sized",
     "tested",
     "verdict_of",
 ]
@@ -117,13 +115,6 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
         return said, borne_out(pattern(test.p_value, sign * test.direction)), test.name, test.p_value
 
     return measure
-
-
-def sized(name: str) -> str:
-    """A test by its name on record, with its highest false-positive rate in the audit."""
-    rates = false_positives(name)
-    size = f", at most {percent(rates[1].rate, 1)} false positives in simulated studies" if rates else ""
-    return name + size
 
 
 def in_points(found: Difference) -> str:

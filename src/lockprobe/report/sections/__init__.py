@@ -13,7 +13,7 @@ _OWN = (
     "first_screen", "trials", "findings", "people", "bridge", "factorial", "stopping", "success", "readings", "effects",
     "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
     "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules", "conditions",
-    "study_design", "agents", "broken", "limits", "claims", "audit", "why", "forks",
+    "study_design", "agents", "broken", "limits", "claims", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and
 whether it acts through loops; agents beside each other; all numbers; the study itself."""

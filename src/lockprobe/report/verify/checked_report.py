@@ -25,7 +25,7 @@ __all__ = ["report_checks"]
 
 RESULTS = "results.json"
 
-PAGES = ("report.html", "claims.html", "audit.html", "why.html", "forks.html", "details.html")
+PAGES = ("report.html", "claims.html", "why.html", "forks.html", "details.html")
 """The pages that a report can have."""
 
 _ESTIMATE = ("quantity", "of", "agent", "modality", "condition", "control", "versus", "versus_modality", "axis")

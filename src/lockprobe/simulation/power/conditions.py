@@ -18,9 +18,9 @@ from lockprobe.agents.catalogue import is_strategy
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.montecarlo.blocks import Blocks, Played, played_blocks
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS, TRIALS, Needed, needed
+from lockprobe.simulation.power.rates import Rate
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
@@ -279,7 +279,6 @@ def _powers(
                 truth=success != control,
                 studies=studies,
                 rejected=shown[label],
-                early=0,
             )
             for size, shown in rejected.items()
         ]

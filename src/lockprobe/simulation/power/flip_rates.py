@@ -9,8 +9,8 @@ from itertools import pairwise
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
-from lockprobe.simulation.audit.rates import Asked, Progress, Rate, measure
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, P, World
+from lockprobe.simulation.power.rates import Progress, Rate, measure
+from lockprobe.simulation.power.worlds import Design, P, World
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import proportion
 
@@ -43,7 +43,7 @@ class Needed:
     """
 
     world: str
-    question: Asked
+    question: Question
     test: str
     recommended: bool
     measured: tuple[Rate, ...]
@@ -58,7 +58,22 @@ def default_worlds() -> tuple[World, ...]:
 
     The paper's text gives 0.23 at p = 0 and 2.85 times that at 0.4; the other values are assumptions.
     """
-    return WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
+    return (
+        World(
+            name="loops-irrelevant",
+            says="Success rises and falls, so that trials differ in length; actions are random and loops irrelevant.",
+            success=(0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5),
+            truths=frozenset({"success", "speed", "shape"}),
+        ),
+        World(
+            name="loop-trapped",
+            says="Told the truth the agent falls into cycles, and a loop keeps it from solving; false reports free it.",
+            success=(0.85,) * 7,
+            trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
+            harm=0.1,
+            truths=frozenset({"success", "speed", "looping", "harm"}),
+        ),
+    )
 
 
 def stated_world(
@@ -155,7 +170,7 @@ def power(
         Design(p=tuple(p), repetitions=REPETITIONS, trials=each)
         for each in sorted({math.ceil(count / REPETITIONS) for count in trials})
     ]
-    rates = measure(worlds, studies=studies, seed=seed, designs=designs, workers=workers, progress=progress)
+    rates = measure(worlds, designs, studies=studies, seed=seed, workers=workers, progress=progress)
     found: dict[tuple[str, str], list[Rate]] = {}
     for rate in rates:
         if rate.truth:

@@ -11,8 +11,8 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.power.flip_rates import Needed, needed
+from lockprobe.simulation.power.rates import Rate
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import MARGIN, Claim, Verdict, decide
 
@@ -162,7 +162,6 @@ def blocks_needed(
             truth=True,
             studies=studies,
             rejected=round(one.right * studies),
-            early=0,
         )
         for one in rates
     ]

@@ -64,8 +64,8 @@ def _kind(seen: Course, difference: AnyDifference, lines: TwoLines) -> CourseKin
 
     Success rises if it is higher at some p than at the lowest p, and falls if it is lower (permutation test and
     interval, corrected for all p). The two-lines test can show a rise and a fall. Both tests are corrected for the
-    agents that are judged together. They share no level: where nothing changes two opposite significant lines are rare
-    (``lockprobe audit``), and where success only rises or only falls the first test finds nothing false.
+    agents that are judged together. They share no level: where nothing changes two opposite significant lines are rare,
+    and where success only rises or only falls the first test finds nothing false.
     """
     if difference.p_value is None:
         return "not tested"

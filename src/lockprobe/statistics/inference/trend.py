@@ -2,8 +2,7 @@
 
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, as in the paper.
 An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels off, AIC and
-cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 % (world ``saturating`` of
-:mod:`lockprobe.simulation.audit.simulated_agents`).
+cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 %.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The tests of one agent in one common form: question, result, and whether to conclude from it.
 
 The paper concludes from a peak picked by eye, an order picked by AIC and a correlation. Each question has one test
-here that keeps its error rate, marked *recommended*. The others are naive; ``lockprobe audit`` says how often each
-rejects where there is nothing to find.
+here that keeps its error rate, marked *recommended*. The others are naive.
 """
 
 from __future__ import annotations

@@ -1,1 +1,0 @@
-"""The audit: false-positive rates and power of every test, on simulated agents with known truth."""
