@@ -37,7 +37,7 @@ def shown(request, monkeypatch):
 
 
 def rate(trials, rejected, truth=True):
-    return Rate(world="loops-irrelevant", trials=trials, question="success", test=TESTS[0], recommended=True,
+    return Rate(world="loops-irrelevant", trials=trials, question="success", test=TESTS[0],
                 truth=truth, studies=1000, rejected=rejected)  # fmt: skip
 
 
@@ -46,10 +46,10 @@ def test_power(shown):
         rate(trials, rejected)
         for trials, rejected in zip((15, 30, 60, 120, 240), (731, 812, 900, 950, 999), strict=True)
     )
-    found = [Needed(world="as stated", question="success", test=test, recommended=True, measured=measured, trials=27,
+    found = [Needed(world="as stated", question="success", test=test, measured=measured, trials=27,
                     low=23, high=None, below=False) for test in TESTS]  # fmt: skip
     text, width = shown(power._print_power, found, {"as stated": ""}, 0.8)
-    table = text[text.index("n=15") : text.index("* recommended")]
+    table = text[text.index("n=15") : text.index("Assumption")]
     for number in ("0.73±0.01", "0.81±0.01", "0.90±0.01", "0.95±0.01", "1.00±0.00", "27", "[23,", "240]"):
         assert table.count(number) == len(TESTS)
     assert "…" not in text
@@ -62,7 +62,7 @@ def test_power(shown):
 
 def test_the_power_of_conditions(shown):
     measured = tuple(rate(trials, 731) for trials in (15, 30, 60, 120, 240))
-    needed = Needed(world="as stated", question="success", test="tremble?p=0.1", recommended=True, measured=measured,
+    needed = Needed(world="as stated", question="success", test="tremble?p=0.1", measured=measured,
                     trials=27, low=23, high=None, below=False)  # fmt: skip
     one = ConditionPower(agent="as stated", family="", condition="flip?p=0.4 + tremble?p=0.1", control="truth", success=0.5,
                          control_success=0.23, choices=6, needed=needed)  # fmt: skip

@@ -119,11 +119,7 @@ def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json:
     found = measure_power(worlds, progress=time_left("studies"), **simulated)
     if json:
         head = {name: simulated[name] for name in ("target", "studies")}
-        rows = [
-            {"effect": one.world, "question": one.question, "test": one.test, "recommended": one.recommended}
-            | _measured(one)
-            for one in found
-        ]
+        rows = [{"effect": one.world, "question": one.question, "test": one.test} | _measured(one) for one in found]
         print(json_.dumps(head | {"tests": rows}, indent=1))
     else:
         _print_power(found, {world.name: world.says for world in worlds}, simulated["target"])
@@ -257,13 +253,11 @@ def _print_power(found: Sequence[Needed], says: Mapping[str, str], target: float
         console.print(f"\n[bold]{name}[/bold]  {says[name]}")
         table = new_table("test", *(f"n={rate.trials}" for rate in mine[0].measured), _heading(target, "flip rate"))
         for one in mine:
-            label = f"[bold]{one.test}[/bold] *" if one.recommended else one.test
-            table.add_row(label, *_cells(one))
+            table.add_row(one.test, *_cells(one))
         print_table(table)
     if not found:
         console.print("No test has anything to detect: under this effect every question has the answer no.")
     else:
-        console.print("\n* recommended. The others reject too often, or serve as comparisons.")
         _print_brackets(found)
         console.print("Assumption: trials at different flip rates share no luck, as with a sampled model.")
 

@@ -47,7 +47,7 @@ class AgentSummary:
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
         peak: The p of highest success, with its uncertainty.
-        inference: The tests, recommended ones and the paper's.
+        inference: The tests.
         contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
         axis: The dose in which its conditions differ.
         spec: The spec of the agent; of several that differ in an option, without options.

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from drawn import bars, dots, lines, published, shades, staircases
 
-from lockprobe.report.figures.loops import loop_harm, loops_against_success, loops_by_p, loops_with_chance
-
-TESTS = ("step by step", "after step 10")
+from lockprobe.report.figures.loops import loops_against_success, loops_by_p, loops_with_chance
 
 
 def shares(course, quantity="loop_rate", of=""):
@@ -19,51 +17,6 @@ def points(course):
 
 def title(axes):
     return " ".join(axes.get_title(loc="left").split())
-
-
-def test_odds_of_solving_after_a_loop(typical, model):
-    (axes,) = loop_harm(typical).axes
-    effects = [model.get("odds_ratio_after_loop", of) for of in TESTS]
-    twins = [[model.value("odds_ratio_after_loop", f"{of}, blind agent")] for of in TESTS]
-    whole = model.value("odds_ratio_after_loop", "whole trials")
-    drawn = bars(axes, across=True)
-    assert [bar[1:] for bar in drawn[:2]] == [pytest.approx((one.value, one.low, one.high)) for one in effects]
-    assert drawn[2][1] == whole
-    assert 0 < drawn[0][0] < drawn[1][0] < drawn[2][0]
-    assert [x.tolist() for x, _ in lines(axes)][3:] == [*[[1, 1]] * 3, *twins]
-    assert "blind agent" in title(axes)
-    assert "n = 210 trials" in title(axes)
-    assert axes.get_xscale() == "log"
-    low, high = axes.get_xlim()
-    assert low * high == pytest.approx(1)
-    assert low < whole
-
-
-def test_all_agents_have_one_axis_of_odds(studies):
-    shown = [axes for axes in loop_harm(studies["three"]).axes if axes.get_visible()]
-    assert len(shown) == 3
-    assert len({axes.get_xlim() for axes in shown}) == 1
-
-
-def test_the_naive_ratio_is_hollow_and_named(typical):
-    (axes,) = loop_harm(typical).axes
-    marks = [line for line in axes.lines if line.get_marker() == "o"]
-    assert [mark.get_markerfacecolor() == "white" for mark in marks] == [False, False, True]
-    assert [text.get_text().startswith("naive") for text in axes.texts[::2]] == [False, False, True]
-
-
-def test_a_ratio_of_nothing_is_an_arrow_at_the_edge(studies):
-    found = studies["three"]
-    assert found.courses()[1].value("odds_ratio_after_loop", "whole trials") == 0
-    axes = loop_harm(found).axes[1]
-    (arrow,) = (line for line in axes.lines if line.get_marker() == "<")
-    assert arrow.get_xdata()[0] == axes.get_xlim()[0]
-
-
-def test_undefined_ratios_are_said(studies):
-    (axes,) = loop_harm(studies["nothing solved"]).axes
-    assert [text.get_text() for text in axes.texts[1::2]] == ["not defined", "not defined", "not defined, $P$ = 1"]
-    assert [x.tolist() for x, _ in lines(axes)] == [[1, 1]] * 3
 
 
 def test_loop_rates_stand_beside_four_levels_of_chance(typical, model):
@@ -158,8 +111,6 @@ def test_the_papers_loop_rates_are_hollow_stars(studies):
 
 
 def test_nothing_is_drawn_of_nothing_or_over_a_single_p(studies):
-    assert not any(
-        draw(studies["errors"]) for draw in (loop_harm, loops_against_success, loops_by_p, loops_with_chance)
-    )
+    assert not any(draw(studies["errors"]) for draw in (loops_against_success, loops_by_p, loops_with_chance))
     assert loops_against_success(studies["one p"]) is None
     assert loops_by_p(studies["one p"]) is None

@@ -12,7 +12,6 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.prose.hypothesis_tests import asked, limits_said, unit_of_effect
 from lockprobe.report.results import results_of
-from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.inference.verdict import Question
 
@@ -44,19 +43,21 @@ def found(numbers):
     return results_of(numbers)
 
 
-def test_every_test_of_the_battery_is_a_row(numbers, found):
+def test_every_test_is_a_row(numbers, found):
     for agent, course in zip(numbers.flips.agents, found.courses(), strict=True):
         tests = [] if agent.blind else agent.inference.tests
-        rows = {row.test: row for row in (*course.where("test"), *course.where("naive_test"))}
-        assert set(rows) == {test.name for test in tests}
+        rows = {row.of: row for row in course.where("test")}
+        assert set(rows) == {test.question for test in tests}
         for test in tests:
-            row = rows[test.name]
-            assert (row.quantity == "test") == test.recommended
-            assert row.of == (test.question if test.recommended else f"{test.question}: {test.name}")
-            assert (row.p_value, row.low, row.high) == (test.p_value, test.low, test.high)
-            assert row.value == (test.effect if test.holds is None else test.holds)
-            assert row.unit == (unit_of_effect(test.name) if test.holds is None else RULE)
-            assert row.note == limits_said(test)
+            row = rows[test.question]
+            assert (row.test, row.value, row.p_value, row.low, row.high) == (
+                test.name,
+                test.effect,
+                test.p_value,
+                test.low,
+                test.high,
+            )
+            assert (row.unit, row.note) == (unit_of_effect(test.name), limits_said(test))
             assert (course.value("test_direction", row.of) or 0) == test.direction
             assert course.value("test_null", row.of) == test.baseline
 

@@ -12,10 +12,10 @@ from statsmodels.stats.multitest import multipletests
 
 from lockprobe.report.prose.hypothesis_tests import why_missing
 from lockprobe.statistics.inference.excess import excess, grid
-from lockprobe.statistics.inference.hazard import loop_hazard, loop_landmark, naive_association
+from lockprobe.statistics.inference.hazard import loop_hazard
 from lockprobe.statistics.inference.logrank import independent_logrank, loop_onset_logrank, solution_logrank
 from lockprobe.statistics.loops import onset_batch
-from lockprobe.statistics.outcomes import Outcomes, outcomes
+from lockprobe.statistics.outcomes import Outcomes
 
 P = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 RISING = (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5)
@@ -330,30 +330,6 @@ def test_nothing_informative_is_said():
     assert "No test" in why_missing(effect.note)
 
 
-def test_the_landmark_looks_at_trials_still_running():
-    rows = [
-        *((0.0, i, 9, 1, 0) for i in (1, 2)),  # solved before the landmark: in no count
-        (0.0, 3, 10, 1, 8),
-        (0.0, 4, 12, 1, 0),
-        (0.0, 5, 20, 0, 7),
-        (0.0, 6, 20, 0, 15),  # loops after the landmark
-        (0.0, 7, 15, 1, 10),
-    ]
-    effect = loop_landmark(columns(rows))
-    assert (effect.looped, effect.looped_solved, effect.unlooped, effect.unlooped_solved) == (2, 1, 2, 1)
-    assert effect.odds_ratio == pytest.approx(1.0)
-
-
-def test_the_naive_test_is_fishers():
-    found = world(np.random.default_rng(2))
-    table = [[np.sum((found.looped == a) & (found.solved == b)) for b in (True, False)] for a in (True, False)]
-    naive = naive_association(found)
-    assert naive.p_value == pytest.approx(stats.fisher_exact(table).pvalue)
-    assert naive.odds_ratio == pytest.approx(table[0][0] * table[1][1] / (table[0][1] * table[1][0]))
-    nothing = naive_association(outcomes([]))
-    assert (nothing.p_value, nothing.odds_ratio) == (None, None)
-
-
 # ---- size and power
 
 
@@ -384,7 +360,3 @@ def test_luck_that_is_shared_misleads_a_test_that_takes_trials_for_independent()
 def test_what_there_is_is_found():
     assert rejections(primary, 60, 1, trap=TRAP, harm=0.3) >= 54
     assert rejections(lambda o: loop_hazard(o).p_value, 60, 2, success=FLAT, harm=0.3) >= 45
-
-
-def test_the_naive_test_finds_harm_where_there_is_none():
-    assert rejections(lambda o: naive_association(o).p_value, 60, 3) >= 57

@@ -9,7 +9,7 @@ from builders import make_trial, play_study, small_study
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
 from lockprobe.report.prose.hypothesis_tests import note_said, why_missing
-from lockprobe.statistics.inference.hazard import loop_hazard, loop_landmark
+from lockprobe.statistics.inference.hazard import loop_hazard
 from lockprobe.statistics.loops import habit_baseline, onset_batch
 from lockprobe.statistics.loops.habit_baseline import Actions, actions_of, blind_trials, played_out
 from lockprobe.statistics.loops.null_models import chain_walks
@@ -118,10 +118,10 @@ def test_harm_beyond_habits_is_found():
         joints[:, step] = np.where(stuck, joints[:, step - 1], joints[:, step])
     found, actions = played(joints, p)
     twin = blind_trials(actions, CHAIN, rng)
-    for effect in (loop_hazard(found, twin), loop_landmark(found, twin)):
-        assert effect.odds_ratio < effect.blind.odds_ratio
-        assert effect.direction == -1
-        assert effect.p_value < 0.001
+    effect = loop_hazard(found, twin)
+    assert effect.odds_ratio < effect.blind.odds_ratio
+    assert effect.direction == -1
+    assert effect.p_value < 0.001
 
 
 def test_the_test_asks_for_the_twins_odds_ratio():

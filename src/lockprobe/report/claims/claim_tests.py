@@ -105,10 +105,10 @@ def error(change: tuple[Proportion, Proportion]) -> float:
 
 
 def tested(question: Question, sign: int) -> ClaimMeasure:
-    """The recommended test of a question; the claim expects an effect of this sign."""
+    """The test of a question; the claim expects an effect of this sign."""
 
     def measure(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
-        (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
+        (test,) = (t for t in agent.inference.tests if t.question == question)
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
         said = "" if test.effect is None else minus(f"{test.effect:.2f} ({effect_said(test.name)})")

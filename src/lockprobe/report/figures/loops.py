@@ -1,16 +1,14 @@
-"""Loops: the paper's Figs. 5a and 5b, and companions with chance levels, onset, and success after a loop."""
+"""Loops: the paper's Figs. 5a and 5b, and a companion with chance levels and onset."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed, p_value
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import (
     EXACT,
     FAINT,
@@ -44,7 +42,7 @@ from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 
-__all__ = ["loop_harm", "loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
+__all__ = ["loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
 
 _OWN = Style(colour=INK)
 """Loop rates, or the lowest flip rate, in the colour of the agent."""
@@ -52,37 +50,15 @@ _OWN = Style(colour=INK)
 _HIGHER = Style(colour=INK, marker="s", dash=(0, (5, 1.5)))
 """All flip rates but the lowest."""
 
-_WIDEST = 1000.0
-"""Odds ratios beyond this, or below one over it, are arrows at the edge."""
-
 _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
-
-_TESTS = {
-    "step by step": ("step by step", _OWN),
-    "after step 10": ("after step 10", _OWN),
-    "whole trials": ("naive: whole trials", Style(colour=FAINT, lead=False)),
-}
-"""What the rows of odds ratios are of, what the figure calls them and how they are drawn; the last is no evidence."""
-
-_TITLE = 3
-"""Lines of the title above the odds ratios."""
 
 
 @own_settings()
 def loops_against_success(found: Results) -> Figure | None:
     """Loop rate against success, as in the paper's Fig. 5a; None with a single flip rate."""
     return sheet(_subjects(found) if found.several_p else [], _against_success, note=_LENGTH_NOTE)
-
-
-@own_settings()
-def loop_harm(found: Results) -> Figure | None:
-    """In place of Fig. 5a: odds of solving after a loop over odds before, on one axis for all agents."""
-    shown = _subjects(found)
-    panels = [(course, _odds_rows(course)) for course in shown]
-    most = max((height(rows) for _, rows in panels), default=0.0)
-    return sheet(panels, partial(_harm, reach=_odds_reach(shown)), heights=(most,), around=around(_TITLE))
 
 
 @own_settings()
@@ -148,64 +124,6 @@ def _by_p(axes: Axes, course: Course) -> None:
     dose_axes(axes, course, "action loop probability")
     said = f"{counts(course.played)} per flip rate; dots: repetitions; markers: means"
     return title(axes, heading(course), said, fitted)
-
-
-def _odds_reach(courses: Sequence[Course]) -> float:
-    """How far an axis around an odds ratio of 1 has to go for all of these agents, as a factor."""
-    known = [3.0]
-    for course in courses:
-        for of in _TESTS:
-            row, blind = _odds(course, of)
-            known += [value for value in (row.value, row.low, row.high, blind) if value]
-    return min(_WIDEST, 1.3 * max([*known, *(1 / value for value in known)]))
-
-
-def _odds(course: Course, of: str) -> tuple[Estimate, float | None]:
-    """The odds ratio of solving after a loop, by one test, and that of a blind agent with the same habits."""
-    row = course.get("odds_ratio_after_loop", of) or Estimate(quantity="odds_ratio_after_loop")
-    return row, course.value("odds_ratio_after_loop", f"{of}, blind agent")
-
-
-def _harm(axes: Axes, panel: tuple[Course, list[ForestRow]], reach: float) -> None:
-    """Three odds ratios; the naive one, hollow, is no evidence. The axis ends at ``reach``, a factor around 1.
-
-    Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
-    """
-    course, rows = panel
-    if not course.played:
-        return blank(axes, f"{agent_label(course)}: no trial has ended")
-    blinds = [_odds(course, of)[1] for of in _TESTS]
-    axes.set_xscale("log")
-    places = forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
-    for place, blind in zip(places, blinds, strict=True):
-        if blind is not None:
-            axes.plot(blind, place, marker="|", color=INK, markersize=9, markeredgewidth=1.6)
-    ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / reach <= tick <= reach]
-    ticks = [tick for tick in ticks if reach < 30 or tick not in {0.3, 3}]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.minorticks_off()
-    axes.set_xlabel("odds ratio of solving, after over before a loop")
-    n = sum(cell.trials for cell in (course.cells[:1] if course.blind else course.cells))
-    tick = "" if blinds[0] is None else "|: a blind agent with the same habits"
-    return title(axes, heading(course), f"n = {n} trials; bars: 95 % intervals", tick)
-
-
-def _odds_rows(course: Course) -> list[ForestRow]:
-    looks = {of: (name, of_agent(course, style) if style.lead else style) for of, (name, style) in _TESTS.items()}
-    found = {of: _odds(course, of)[0] for of in _TESTS}
-    return [ForestRow(name, _said(found[of]), found[of], style) for of, (name, style) in looks.items()]
-
-
-def _said(found: Estimate) -> str:
-    p = p_value(found.p_value, "$P$")
-    if found.value is None:
-        return "not defined" if found.p_value is None else f"not defined, {p}"
-    interval = "" if found.low is None or found.high is None else f" [{_short(found.low)}, {_short(found.high)}]"
-    return f"{_short(found.value)}{interval}, {p}"
-
-
-def _short(ratio: float) -> str:
-    return f"{ratio:.0f}" if 10 <= ratio <= _WIDEST else f"{ratio:.2g}"
 
 
 def _with_chance(axes: Axes, course: Course) -> None:

@@ -12,7 +12,6 @@ from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import MEAN_STEPS, ONE_LOOK, Question, TestResult
 
 __all__ = [
-    "QUESTIONS",
     "asked",
     "conclusions",
     "conclusions_of",
@@ -38,15 +37,11 @@ def asked(question: Question, axis: Axis = FLIPS) -> str:
     return _ASKED[question].format(cause=cause(axis), dose=axis.name, doses=axis.plural)
 
 
-QUESTIONS: Mapping[Question, str] = {question: asked(question) for question in _ASKED}
-"""What tests over flip rates ask."""
-
-
 def conclusions(agent: AgentSummary) -> list[str]:
-    """The conclusions of the recommended tests on success, on looping and on its harm, a sentence each."""
+    """The conclusions of the tests on success, on looping and on its harm, a sentence each."""
     if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
         return []
-    tests = {test.question: test for test in agent.inference.tests if test.recommended}
+    tests = {test.question: test for test in agent.inference.tests}
     said = []
     for question in _CONCLUDED:
         test = tests[question]
@@ -111,62 +106,30 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
 
 _EFFECTS: Mapping[str, tuple[str, str]] = {
     "greatest difference from the lowest dose, permutation": ("points", "difference in success"),
-    "highest success, chosen by eye, Fisher": ("points", "difference in success"),
     MEAN_STEPS: ("steps", "difference in mean steps, higher {doses} minus the lowest"),
-    "steps to solve, log-rank": ("ratio", "hazard ratio of solving, higher {doses} over the lowest"),
     "two lines": ("dose", "{dose} at which the lines meet"),
-    "Lind-Mehlum": ("dose", "{dose} at the turning point"),
     "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {doses} over the lowest"),
-    "lowest loop rate, chosen by eye, Fisher": ("points", "difference in loop rate"),
     "loop onset, two lines": ("dose", "{dose} at which the lines meet"),
-    "loop rates, two lines": ("dose", "{dose} at which the lines meet"),
     "success after a loop, Mantel-Haenszel by dose and step": (
         "odds ratio",
         "odds ratio of solving, after over before a loop",
     ),
-    "looped by step 10, Mantel-Haenszel by dose": ("odds ratio", "odds ratio of solving, after over before a loop"),
-    "looped against solved, Fisher": (
-        "odds ratio",
-        "odds ratio of solving, trials with over trials without a loop",
-    ),
-    "Pearson over repetitions": ("r", "r"),
-    "Pearson over doses": ("r", "r"),
 }
 """Test -> the unit of its effect, and what the effect is."""
-
-_LENGTH = "Trial length alone can make it significant."
-_PEARSON = f"As in the paper (Fig. 5a), which does not name the unit of analysis. {_LENGTH}"
 
 _NOTES: Mapping[str, str] = {
     "greatest difference from the lowest dose, permutation": (
         "Corrected for all {doses}; permuted within blocks. It rejects only if the interval, corrected alike, "
         "excludes 0."
     ),
-    "any difference, permutation": (
-        "Uses every pair of {doses}. Not valid where they change which trials are solved but not how many."
-    ),
-    "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
     MEAN_STEPS: "Pools all higher {doses}, so no peak is selected. An unsolved trial counts with its whole budget.",
-    "steps to solve, log-rank": "It compares hazards, not means, and has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
-    "Lind-Mehlum": "Rejects too often where success only levels off.",
-    "quadratic term, likelihood ratio": "Does not test a decline: a curve that levels off also has a quadratic term.",
-    "order 2 by AIC and cross-validation, maximum inside": (
-        "The paper's rule (Sec. 3.2). The paper does not describe its cross-validation; here each repetition of each "
-        "{dose} is left out once."
-    ),
     "loop onset, log-rank": "Pools all higher {doses}, so no peak is selected.",
-    "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
     "loop onset, two lines": (
         "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
         "on the length of trials."
     ),
-    "loop rates, two lines": _LENGTH,
     "success after a loop, Mantel-Haenszel by dose and step": "{null}",
-    "looped by step 10, Mantel-Haenszel by dose": "Also valid, with less power. {null}",
-    "looped against solved, Fisher": _LENGTH,
-    "Pearson over repetitions": _PEARSON,
-    "Pearson over doses": _PEARSON,
 }
 """What a reader should know about each test."""
 

@@ -86,9 +86,9 @@ def _share(agent: AgentSummary) -> float:
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:
-    """How many recommended tests of each agent reject."""
+    """How many tests of each agent reject."""
     done = {
-        subject_of(agent).name: [t.rejects for t in agent.inference.tests if t.recommended and t.p_value is not None]
+        subject_of(agent).name: [t.rejects for t in agent.inference.tests if t.p_value is not None]
         for agent in agents
         if not agent.blind
     }

@@ -82,7 +82,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
         return (
             f"{who.first} solved the box {verdict} often {kind}{second} than {first}: {counts} ({_interval(contrast)})."
         )
-    risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
+    risen = any(t.question == "shape" and t.rejects for t in agent.inference.tests)
     subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:
         subject = (

@@ -32,7 +32,6 @@ __all__ = [
     "DOSE",
     "LOWEST",
     "PERMUTED",
-    "RULE",
     "AgentCourse",
     "at",
     "course_rows",
@@ -49,9 +48,6 @@ LOWEST = "lowest dose"
 
 CONTROL = "the control"
 """Part of a comparison: the condition that is subtracted."""
-
-RULE = "yes or no"
-"""The unit of a test that is a rule without a P value."""
 
 DOSE = "dose"
 """The unit of a dose, which is named in the column ``axis``."""
@@ -134,7 +130,6 @@ def course_rows(course: AgentCourse, reference: Reference | None) -> Iterator[Ro
     yield from _differences(course)
     yield from two_lines_rows(course, "success_two_lines", found.lines)
     yield from _lind_mehlum(course)
-    yield from log_rank_rows(course, "hazard_ratio_of_solving", "solved", found.speed)
     yield from _broken(course)
     if found.course:
         said = f"the same at every {course.dose}" if agent.blind else course_said(found.course.kind, agent.axis)
@@ -335,22 +330,20 @@ def _broken(course: AgentCourse) -> Iterator[Row]:
 
 
 def _test(course: AgentCourse, test: TestResult) -> Iterator[Estimate]:
-    """A test: ``test`` if conclusions rest on it, of its question; else ``naive_test``."""
-    of = test.question if test.recommended else f"{test.question}: {test.name}"
-    axis, tested = course.agent.axis, course.agent.inference.difference
+    """A test, of its question."""
+    of, tested = test.question, course.agent.inference.difference
     many = {"success": max(1, len(tested.at)) * tested.agents, "shape": tested.agents}
-    rule = test.holds is not None
     yield course.estimate(
-        "test" if test.recommended else "naive_test",
-        float(test.holds or 0) if rule else test.effect,
+        "test",
+        test.effect,
         of=of,
-        unit=RULE if rule else unit_of_effect(test.name),
+        unit=unit_of_effect(test.name),
         low=test.low,
         high=test.high,
         p_value=test.p_value,
         test=test.name,
-        note=limits_said(test, axis),
-        corrected_for=many.get(test.question, 1) if test.recommended else 1,
+        note=limits_said(test, course.agent.axis),
+        corrected_for=many.get(test.question, 1),
     )
     if test.baseline is not None:
         yield course.estimate("test_null", test.baseline, of=of, unit="odds ratio", test=test.name)

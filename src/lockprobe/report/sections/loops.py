@@ -137,19 +137,6 @@ _FIG5A = Figure(
     f"{_DRAWN}:loops_against_success",
     _over_p,
 )
-_FIG5A_CORRECTED = Figure(
-    "fig5a-corrected",
-    "Odds of solving after a loop",
-    Caption(
-        "Odds ratio of solving the box, after over before a loop. A ratio below one is no proof of harm: an agent that "
-        "makes no progress both loops and fails.",
-        "Trials still running at the same step (first row) or after step 10 are compared. Over whole trials (hollow) "
-        "the ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
-        "An arrow at the edge is a ratio beyond the axis.",
-    ),
-    f"{_DRAWN}:loop_harm",
-    _ended,
-)
 _FIG5B = Figure(
     "fig5b",
     "Share of trials with an action loop by flip rate, as in the paper",
@@ -174,7 +161,6 @@ def _blocks(found: Results) -> Iterator[Block]:
     by_itself = Markup("{} A loop is no fault by itself: <code>round-robin</code> loops by design.")
     yield Text(by_itself.format(LOOP_DEFINITION), "lead")
     yield _FIG5B_CORRECTED
-    yield _FIG5A_CORRECTED
     if _over_p(found):
         yield Detail("The paper's Figs. 5a and 5b", [_FIG5B, _FIG5A])
     note = Note(
@@ -191,6 +177,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_LOOPS,),
-        figures=(_FIG5A, _FIG5A_CORRECTED, _FIG5B, _FIG5B_CORRECTED),
+        figures=(_FIG5A, _FIG5B, _FIG5B_CORRECTED),
     ),
 )

@@ -29,10 +29,6 @@ def loops_over_doses(course: AgentCourse) -> Iterator[Row]:
     yield from _onset(course, found.onset)
     yield from two_lines_rows(course, "first_loop_two_lines", found.onset_lines)
     yield from _after_a_loop(course, found.hazard, "step by step")
-    yield from _after_a_loop(course, found.landmark, "after step 10")
-    if (naive := found.whole).p_value is not None:
-        tested = {"p_value": naive.p_value, "test": "Fisher"}
-        yield course.estimate(_ODDS, naive.odds_ratio, of="whole trials", unit="ratio", **tested)
 
 
 def _correlation(course: AgentCourse, found: Correlation) -> Iterator[Estimate]:

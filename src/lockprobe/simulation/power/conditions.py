@@ -275,7 +275,6 @@ def _powers(
                 trials=size,
                 question="success",
                 test=label,
-                recommended=True,
                 truth=success != control,
                 studies=studies,
                 rejected=shown[label],

@@ -33,7 +33,6 @@ class Needed:
         world: The effect.
         question: The question of the test.
         test: Name of the test.
-        recommended: Whether the report concludes from it.
         measured: Its power at every measured number of trials, ascending.
         trials: Trials per p at which the target is reached, interpolated; None if it is not.
         low: Lower end of its 95 % interval: the number at which the upper ends of power's Wilson intervals reach the
@@ -45,7 +44,6 @@ class Needed:
     world: str
     question: Question
     test: str
-    recommended: bool
     measured: tuple[Rate, ...]
     trials: int | None
     low: int | None
@@ -188,7 +186,6 @@ def needed(measured: Sequence[Rate], target: float) -> Needed:
         world=first.world,
         question=first.question,
         test=first.test,
-        recommended=first.recommended,
         measured=tuple(measured),
         trials=_crossing(trials, [share.value for share in shares], target),
         low=None if low == first.trials else low,

@@ -32,7 +32,6 @@ class Rate:
         trials: Trials per p in each study.
         question: The question of the test.
         test: Name of the test.
-        recommended: Whether the report concludes from it.
         truth: The true answer: False for a false-positive rate, True for power.
         studies: Number of studies.
         rejected: Studies in which it rejected at 0.05; a test that cannot be computed does not reject.
@@ -42,7 +41,6 @@ class Rate:
     trials: int
     question: Question
     test: str
-    recommended: bool
     truth: bool
     studies: int
     rejected: int
@@ -69,7 +67,7 @@ class _StudyRange:
     numbers: range
 
 
-Verdict = tuple[str, Question, bool, bool]
+Verdict = tuple[str, Question, bool]
 
 
 def measure(
@@ -100,10 +98,10 @@ def measure(
         for d in designs
         for first in range(0, studies, BATCH)
     ]
-    counts, done = Counter[tuple[str, int, str, Question, bool]](), 0
+    counts, done = Counter[tuple[str, int, str, Question]](), 0
     for job, verdicts in zip(jobs, workers.map(_batch, jobs), strict=True):
-        for test, question, recommended, rejects in verdicts:
-            counts[job.truth.name, job.design.clusters, test, question, recommended] += rejects
+        for test, question, rejects in verdicts:
+            counts[job.truth.name, job.design.clusters, test, question] += rejects
         done += len(job.numbers)
         progress(done, studies * len(worlds) * len(designs))
     truths = {made.name: made.truths for made in worlds}
@@ -113,21 +111,20 @@ def measure(
             trials=trials,
             question=question,
             test=test,
-            recommended=recommended,
             truth=question in truths[name],
             studies=studies,
             rejected=rejected,
         )
-        for (name, trials, test, question, recommended), rejected in counts.items()
+        for (name, trials, test, question), rejected in counts.items()
     ]
 
 
 def _batch(job: _StudyRange) -> list[Verdict]:
-    """The verdict of every test on each study: name, question, recommended, rejects."""
+    """The verdict of every test on each study: name, question, rejects."""
     verdicts: list[Verdict] = []
     for number in job.numbers:
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
         found = simulate_outcomes(job.truth, job.design, generator(*place))
         tests = infer(found, generator(*place, "tests"), budget=BUDGET).tests
-        verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
+        verdicts += [(test.name, test.question, test.rejects) for test in tests]
     return verdicts

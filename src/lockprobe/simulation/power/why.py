@@ -158,7 +158,6 @@ def blocks_needed(
             trials=one.blocks,
             question="success",
             test="right verdict",
-            recommended=True,
             truth=True,
             studies=studies,
             rejected=round(one.right * studies),

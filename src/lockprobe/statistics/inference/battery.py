@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import section
-from lockprobe.statistics.inference.association import Correlation, pearson
 from lockprobe.statistics.inference.broken_trials import (
     BrokenShares,
     broken_shares,
@@ -22,29 +21,21 @@ from lockprobe.statistics.inference.broken_trials import (
 )
 from lockprobe.statistics.inference.course import Course, course
 from lockprobe.statistics.inference.difference import AnyDifference, any_difference
-from lockprobe.statistics.inference.hazard import (
-    LoopEffect,
-    NaiveAssociation,
-    loop_hazard,
-    loop_landmark,
-    naive_association,
-)
-from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
+from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
+from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
 from lockprobe.statistics.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.statistics.inference.smaller_budget import Reversal, reversal
-from lockprobe.statistics.inference.trend import trend_fit
 from lockprobe.statistics.inference.ushape import LindMehlum, TwoLines, corrected, lind_mehlum, onset_lines, two_lines
 from lockprobe.statistics.inference.verdict import (
     ONE_LOOK,
     TestResult,
     at_every_look,
-    harm_tests,
-    looping_again_tests,
-    looping_tests,
-    shape_tests,
-    speed_tests,
-    success_tests,
+    harm_test,
+    looping_test,
+    speed_test,
+    success_test,
+    two_lines_test,
 )
 from lockprobe.statistics.outcomes import Outcomes, points
 
@@ -66,16 +57,11 @@ class Inference:
         lines: Whether success rises and falls, by two lines.
         bend: Whether success rises and falls, by a quadratic.
         steps: Whether p changes the mean number of steps.
-        speed: Whether p changes how soon the box is solved.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
         hazard: Whether success is rarer after a loop, by p and step.
-        landmark: The same by p, among trials that still run after step 10.
-        whole: Naive: loop against success over whole trials.
-        fine: Naive: correlation of looping and success over repetitions.
-        coarse: Naive: correlation of looping and success over values of p.
         broken: Trials that ended as error, by p; None if there are none.
-        tests: All tests in one form, by question, the recommended one first.
+        tests: The test of each question.
     """
 
     difference: AnyDifference
@@ -85,14 +71,9 @@ class Inference:
     lines: TwoLines
     bend: LindMehlum
     steps: MeanSteps
-    speed: LogRanks
     onset: LogRanks
     onset_lines: TwoLines
     hazard: LoopEffect
-    landmark: LoopEffect
-    whole: NaiveAssociation
-    fine: Correlation
-    coarse: Correlation
     broken: BrokenShares | None
     tests: tuple[TestResult, ...]
 
@@ -108,7 +89,7 @@ def infer(
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
-    If trials broke, the recommended tests conclude only what holds in three cases: without the broken trials, with all
+    If trials broke, the tests conclude only what holds in three cases: without the broken trials, with all
     of them unsolved, and with all of them solved (:mod:`lockprobe.statistics.inference.broken_trials`).
 
     Args:
@@ -149,14 +130,14 @@ def infer(
 def _tested(
     outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, budget: int, agents: int
 ) -> Inference:
-    repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
+    conditions = points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng, agents=agents)
     none = outcomes.at(np.zeros(len(outcomes), dtype=np.bool_))
 
     def of(name: str, test: Callable[[Outcomes], _Test]) -> _Test:
         return section(name, lambda: test(outcomes), lambda: test(none))
 
-    steps, speed = of("Mean steps", lambda some: mean_steps(some, budget)), of("Steps to solve", solution_logrank)
+    steps = of("Mean steps", lambda some: mean_steps(some, budget))
     onset = of("Loop onset", loop_onset_logrank)
     orders = of("Binomial model of success", lambda some: binomial_orders(some.dose, some.solved))
     bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.dose, some.solved))
@@ -166,19 +147,14 @@ def _tested(
     if outcomes.order is not None:
         lines = TwoLines(note=ONE_LOOK)
     again = of("Two lines of loop onset", onset_lines)
-    rates = of("Two lines of loop rates", lambda some: two_lines(some.dose, some.looped, _players(some)))
     hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
-    landmark = of("Success after a loop by step 10", lambda some: loop_landmark(some, blind))
-    whole = of("Loops against success", naive_association)
-    fine = of("Correlation over repetitions", lambda some: pearson(points(some)))
-    coarse = of("Correlation over flip rates", lambda some: pearson(points(some, by_repetition=False)))
     tests = (
-        *success_tests(difference, conditions),
-        *speed_tests(steps, speed),
-        *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
-        *looping_tests(onset, conditions),
-        *looping_again_tests(again, rates),
-        *harm_tests(hazard, landmark, whole, fine, coarse),
+        success_test(difference),
+        speed_test(steps),
+        two_lines_test("two lines", "shape", lines, first=1),
+        looping_test(onset),
+        two_lines_test("loop onset, two lines", "looping again", again, first=-1),
+        harm_test(hazard),
     )
     return Inference(
         difference=difference,
@@ -188,14 +164,9 @@ def _tested(
         lines=lines,
         bend=bend,
         steps=steps,
-        speed=speed,
         onset=onset,
         onset_lines=again,
         hazard=hazard,
-        landmark=landmark,
-        whole=whole,
-        fine=fine,
-        coarse=coarse,
         broken=None,
         tests=tests if outcomes.order is None else at_every_look(tests),
     )

@@ -107,10 +107,8 @@ def worst_case_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
 def worst_case_tests(
     found: Sequence[TestResult], unsolved: Sequence[TestResult], solved: Sequence[TestResult]
 ) -> tuple[TestResult, ...]:
-    """The recommended tests with the largest of three P values, or 1 if directions differ; others unchanged."""
-    return tuple(
-        _worst_case(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
-    )
+    """The tests with the largest of three P values, or 1 if directions differ."""
+    return tuple(map(_worst_case, zip(found, unsolved, solved, strict=True)))
 
 
 def _worst_case(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.distributions import fisher_exact
 from lockprobe.statistics.inference.common_odds import common_odds
 from lockprobe.statistics.inference.excess import Excess, grid, odds_excess, stratum_totals
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import Z
 
-__all__ = ["Blind", "LoopEffect", "NaiveAssociation", "loop_hazard", "loop_landmark", "naive_association"]
+__all__ = ["Blind", "LoopEffect", "loop_hazard"]
 
 Array = NDArray[np.float64]
 
@@ -55,9 +54,9 @@ class LoopEffect:
         p_value: Two-sided, against ``blind``, or against 1 if no blind trials are given; None without an informative
             stratum.
         strata: Number of informative strata: trials with and without a loop, some but not all solved.
-        looped: Steps (of :func:`loop_landmark`: trials) after a loop.
+        looped: Steps after a loop.
         looped_solved: How many of them solved the box.
-        unlooped: Steps (trials) before any loop.
+        unlooped: Steps before any loop.
         unlooped_solved: How many of them solved the box.
         note: Why there is no test, as a short code; empty if there is one.
     """
@@ -76,19 +75,6 @@ class LoopEffect:
     note: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NaiveAssociation:
-    """Naive association of looping and solving over whole trials: not a test of whether loops hurt.
-
-    Attributes:
-        odds_ratio: Odds of success with a loop over odds without; None where a cell needed is empty.
-        p_value: Two-sided Fisher's exact test; None without trials.
-    """
-
-    odds_ratio: float | None
-    p_value: float | None
-
-
 def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect:
     """Compare the hazard of success after a loop with that before any loop, in strata of p and step.
 
@@ -104,33 +90,6 @@ def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect
     step = np.arange(1, running.shape[1] + 1)
     looped = outcomes.looped[:, None] & (outcomes.onset[:, None] < step)
     return _with_null(_effect(outcomes, looped, event, running, against), blind)
-
-
-def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: int = 10) -> LoopEffect:
-    """Landmark analysis: whether trials that had looped by a step and still ran were solved less often later.
-
-    The strata are the values of p. It is easier to read than :func:`loop_hazard` and has less power: loops after the
-    step (from 1) do not count.
-    """
-    against = _blind_odds_ratio(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
-    running = (outcomes.length > step)[:, None].astype(np.float64)
-    looped = (outcomes.looped & (outcomes.onset <= step))[:, None]
-    return _with_null(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
-
-
-def naive_association(outcomes: Outcomes) -> NaiveAssociation:
-    """Naive: Fisher's test of looped against solved over whole trials.
-
-    Success ends a trial before it can loop, so this test finds loops harmful even if they are not. It is shown for
-    comparison with :func:`loop_hazard`; it is not evidence.
-    """
-    looped, solved = outcomes.looped, outcomes.solved
-    a, b = int(np.sum(looped & solved)), int(np.sum(looped & ~solved))
-    c, d = int(np.sum(~looped & solved)), int(np.sum(~looped & ~solved))
-    return NaiveAssociation(
-        odds_ratio=a * d / (b * c) if b * c else None,
-        p_value=fisher_exact([[a, b], [c, d]]) if len(outcomes) else None,
-    )
 
 
 def _blind_odds_ratio(found: LoopEffect, trials: int) -> Blind | None:
