@@ -163,3 +163,14 @@ def test_people_are_never_taken_for_blind():
     ]
     assert not summarise(own).agents[0].blind
     assert summarise([replace(trial, agent="llm:a") for trial in own]).agents[0].blind
+
+
+def test_boxes_of_one_person_are_less_than_as_many_people():
+    """Three people, ten boxes each, who differ much: how fast people are is not known from thirty boxes."""
+    waits = [0] * 10 + [4] * 10 + [12] * 10
+    trials = [
+        make_trial((*(0,) * wait, *SOLUTION), agent=f"participant:{i // 10:04d}", trial=i + 1)
+        for i, wait in enumerate(waits)
+    ]
+    (over,) = people(trials).over
+    assert (over.steps.low, over.steps.median, over.steps.high) == (4, 8, 16)

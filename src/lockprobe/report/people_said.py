@@ -1,20 +1,18 @@
-"""What a report says of people: who came to the end, what they opened, and how agents compare with them."""
+"""What a report says of people: who came to the end, and what they opened."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from lockprobe.foundation.formatting import interval, percent, share
-from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.people import People
-from lockprobe.statistics.relative_steps import RelativeSteps
 
 if TYPE_CHECKING:
     from lockprobe.people.progress import Flow
 
-__all__ = ["compared_said", "conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
+__all__ = ["conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
 
 _SEEN = {
     "view": "reports as",
@@ -98,49 +96,8 @@ def steps_said(found: People) -> Iterator[str]:
             yield f"Half of the boxes{shown} were open by step {over.steps.median}{ends}, the human median."
 
 
-def compared_said(found: People, names: Mapping[tuple[str, str], str], where: Mapping[str, str]) -> Iterator[str]:
-    """The steps of agents relative to those of people, over all conditions and under each.
-
-    Args:
-        found: The results of people.
-        names: Agent and modality -> what a sentence calls it; others are left out.
-        where: Condition -> ``under nudge`` or ``at a flip rate of 0.4``.
-    """
-    for name, rows in grouped(found.relative, lambda row: (row.agent, row.modality)).items():
-        if name not in names:
-            continue
-        *at, one = rows
-        on, less = f"on the {one.trials} trials that both played", "solved fewer than half"
-        needs, each = f"{names[name]} needs", _by_condition(at, where)
-        if one.ratio is not None:
-            yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}{each}."
-        elif one.least is not None:
-            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}, since it {less}{each}."
-        elif one.most is not None:
-            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}{each}."
-        else:
-            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both played{each}."
-
-
-def _by_condition(rows: Sequence[RelativeSteps], where: Mapping[str, str]) -> str:
-    """The ratios and bounds under single conditions; empty without any, or if a sentence cannot name them."""
-    said = []
-    for row in rows if _fit(where[row.condition] for row in rows) else ():
-        bounds = (("", row.ratio), ("at least ", row.least), ("at most ", row.most))
-        said += [f"{bound}{value:.2f} {where[row.condition]}" for bound, value in bounds if value is not None]
-    return f": {', '.join(said)}" if said else ""
-
-
 def _fit(names: Iterable[str]) -> bool:
     return sum(map(len, names)) <= _ROOM
-
-
-def _times(value: float, one: RelativeSteps) -> str:
-    low, high = one.low, one.high
-    ends = "" if low is None and high is None else f"from {low:.2f} up" if high is None else f"up to {high:.2f}"
-    if low is not None and high is not None:
-        ends = f"{low:.2f} to {high:.2f}"
-    return f"{value:.2f} times{f' (95 % interval {ends})' if ends else ''}"
 
 
 def limits_said(found: People) -> str:

@@ -1,4 +1,4 @@
-"""Human participants in a study: success, steps, and agents' steps relative to theirs.
+"""Human participants in a study: success and steps.
 
 People count as one agent. A person plays several boxes and may learn from box to box, which agents cannot, so first
 boxes are also counted apart.
@@ -11,14 +11,36 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.clustered import ClusteredProportion, alike_weights, crossed_proportion
 from lockprobe.statistics.outcomes import conditions_played, ended
 from lockprobe.statistics.proportions import Proportion, proportion
-from lockprobe.statistics.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
 from lockprobe.trial.record import Fact, Trial
 
 __all__ = ["AtPosition", "People", "PeopleAt", "people"]
+
+RESAMPLES = 2000
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steps:
+    """Steps that people need to open a box. An unsolved trial is censored at its budget.
+
+    Attributes:
+        median: Kaplan-Meier median; None if fewer than half were solved.
+        low, high: Ends of its 95 % interval; None if beyond the budget or unknown.
+        mean: Mean; an unsolved trial counts with its whole budget.
+    """
+
+    median: int | None
+    low: int | None
+    high: int | None
+    mean: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +89,6 @@ class People:
         positions: Results by position, where it is known.
         at: Results by condition: flip rates, ascending, then the others in the order of the trials.
         over: Results by modality, over all conditions.
-        relative: Agents' steps relative to people's, by agent, modality and condition, with all together last.
         saw: Number of trials by fact about the display (view, language, feedback and so on) and its value.
     """
 
@@ -81,7 +102,6 @@ class People:
     positions: tuple[AtPosition, ...]
     at: tuple[PeopleAt, ...]
     over: tuple[PeopleAt, ...]
-    relative: tuple[RelativeSteps, ...]
     saw: Mapping[str, Mapping[str, int]]
 
 
@@ -91,8 +111,7 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 
 def people(trials: Sequence[Trial]) -> People | None:
     """The results of people in the trials of one study; None if none of their trials has ended."""
-    counted = ended(trials)
-    own = [trial for trial in counted if trial.player]
+    own = [trial for trial in ended(trials) if trial.player]
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)
@@ -110,7 +129,6 @@ def people(trials: Sequence[Trial]) -> People | None:
         positions=tuple(_positions(own)),
         at=tuple(_at([t for t in own if t.condition == one], shown, one) for one, shown in conditions.items()),
         over=tuple(_at([t for t in own if t.modality == one], one, "") for one in modalities),
-        relative=tuple(relative_steps(counted, own, conditions)),
         saw={
             name: dict(Counter(_said(trial.facts[name]) for trial in own if name in trial.facts))
             for name in _SAW
@@ -124,7 +142,7 @@ def _said(value: Fact) -> str:
 
 
 def _success(trials: Sequence[Trial]) -> ClusteredProportion:
-    person, luck = labels(trials)
+    person, luck = _labels(trials)
     return crossed_proportion([trial.solved for trial in trials], np.ones(len(trials)), person, luck)
 
 
@@ -144,5 +162,85 @@ def _at(trials: Sequence[Trial], modality: str, condition: str) -> PeopleAt:
         condition=condition,
         people=len({trial.agent for trial in trials}),
         success=_success(trials),
-        steps=steps_of(trials, modality, condition),
+        steps=_steps_of(trials, modality, condition),
     )
+
+
+def _steps_of(trials: Sequence[Trial], modality: str, condition: str) -> Steps:
+    """Steps that people needed in ended trials, at least one, of a modality and a condition (empty for several)."""
+    reached, budget = _reached(trials)
+    shares = reached.mean(axis=0)
+    drawn = _drawn(trials, _stream(trials[0], trials[0].spec, modality, condition), reached)
+    low = high = None
+    if drawn:
+        medians = [_median(one) for one in drawn]
+        low = _within(min(float(np.percentile(of, 2.5, method="lower")) for of in medians), budget)
+        high = _within(max(float(np.percentile(of, 97.5, method="higher")) for of in medians), budget)
+    return Steps(median=_within(float(_median(shares)), budget), low=low, high=high, mean=float(_mean(shares)))
+
+
+def _labels(trials: Sequence[Trial]) -> tuple[Labels, Labels]:
+    """The player and the luck of each trial, numbered from 0."""
+    names = [trial.agent for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    person, luck = (np.unique(of, return_inverse=True)[1].reshape(-1).astype(np.int64) for of in names)
+    return person, luck
+
+
+def _reached(trials: Sequence[Trial]) -> tuple[Array, int]:
+    """Whether each trial was solved by step 0, 1, ... up to the budget, shape (trials, budget + 1); and the budget."""
+    budget = max(trial.budget for trial in trials)
+    steps = np.array([len(trial.steps) if trial.solved else budget + 1 for trial in trials])
+    return (steps[:, None] <= np.arange(budget + 1)).astype(np.float64), budget
+
+
+def _drawn(trials: Sequence[Trial], rng: np.random.Generator, reached: Array) -> list[Array]:
+    """Shares solved by each step in two cluster bootstraps: over people, and over luck.
+
+    No bootstrap keeps two crossed kinds of clusters, so each kind is resampled alone, and the wider interval is used.
+    If people have unequally many trials, they are resampled once more with every person counted alike, since those who
+    left early may differ from those who stayed.
+
+    Args:
+        trials: The trials of people.
+        rng: The stream of the draws.
+        reached: Values of these trials, of shape (trials, steps).
+
+    Returns:
+        For each way of resampling, shares of shape (resamples, steps); empty with a single person or luck.
+    """
+    kinds = _labels(trials)
+    if min(len(np.unique(kind)) for kind in kinds) < 2:
+        return []
+    boxes = np.bincount(kinds[0])
+    ways = [(kind, np.ones(len(kind))) for kind in kinds]
+    if np.ptp(boxes):
+        ways.append((kinds[0], 1 / boxes[kinds[0]]))
+    found = []
+    for kind, weight in ways:
+        k = int(kind.max()) + 1
+        times = rng.multinomial(k, np.full(k, 1 / k), size=RESAMPLES).astype(np.float64)
+        sums = np.zeros((k, reached.shape[1]))
+        np.add.at(sums, kind, weight[:, None] * reached)
+        found.append(times @ sums / (times @ np.bincount(kind, weight))[:, None])
+    return found
+
+
+def _median(shares: Array) -> NDArray[np.int64]:
+    """The first step by which half are solved; the budget plus 1 if that never happens."""
+    found: NDArray[np.int64] = np.sum(shares < 0.5 - 1e-12, axis=-1)
+    return found
+
+
+def _mean(shares: Array) -> Array:
+    found: Array = np.sum(1 - shares[..., :-1], axis=-1)
+    return found
+
+
+def _within(step: float, budget: int) -> int | None:
+    return int(step) if step <= budget else None
+
+
+def _stream(first: Trial, agent: str, modality: str, condition: str) -> np.random.Generator:
+    """The stream of one number. That of a condition of flips alone is named after its rate, whatever its label is."""
+    place = (condition if first.p is None else str(first.p)) if condition else "None"
+    return generator(first.seed, "analysis", agent, modality, place, "people")

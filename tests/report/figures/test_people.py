@@ -1,4 +1,4 @@
-"""People, models and strategies in one figure: the marks lie where the numbers are, bounds and open ends are seen."""
+"""People, models and strategies in one figure: the marks lie where the numbers are."""
 
 from dataclasses import replace
 
@@ -6,7 +6,6 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.report.figures.palette import styles
 from lockprobe.report.figures.people import people
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
@@ -43,49 +42,11 @@ def joined(axes):
     return [list(line.get_ydata()) for line in axes.lines if len({*line.get_xdata()}) == 2]
 
 
-def heights(axes, shown):
-    """Of the single marks of the agent beside people."""
-    colour = next(style.colour for agent, style in styles(shown.courses()) if agent.agent == "llm:a")
-    return [
-        line.get_ydata()[0]
-        for line in axes.lines
-        if line.get_color() == colour and len(line.get_xdata()) == 1 and line.get_marker() != "None"
-    ]
-
-
 def test_shares_of_people_and_agents_stand_at_their_p(study):
-    axes, _ = people(study(people=(0, None), a=(0, 0))).axes
+    (axes,) = people(study(people=(0, None), a=(0, 0))).axes
     assert joined(axes) == [[1.0, 0.0], [1.0, 1.0]]
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
     assert "10 people with 2 boxes each" in texts(axes)
-
-
-def test_ratios_stand_on_an_axis_where_twice_and_half_are_equally_far(study):
-    shown = study(people=(4, 4), a=(12, 0))
-    _, axes = people(shown).axes
-    assert heights(axes, shown) == [2.0, 0.5]
-    assert axes.get_yscale() == "log"
-    low, high = axes.get_ylim()
-    assert low * high == pytest.approx(1.0)
-    assert low < 0.5
-    assert "at least" not in texts(axes)
-
-
-def test_bounds_have_arrows_and_say_so(study):
-    shown = study(people=(4, None), a=(None, 4))
-    _, axes = people(shown).axes
-    assert heights(axes, shown) == [21 / 8, 8 / 21]
-    up, down = (text for text in axes.texts if getattr(text, "arrow_patch", None))
-    assert up.xy[1] > up.xyann[1]
-    assert down.xy[1] < down.xyann[1]
-    assert "at least" in texts(axes)
-    assert "at most" in texts(axes)
-
-
-def test_without_any_median_it_says_why(study):
-    _, axes = people(study(people=(None, None), a=(None, None))).axes
-    assert "so there is no median" in " ".join(texts(axes).split())
-    assert not axes.axison
 
 
 @pytest.fixture
@@ -108,14 +69,12 @@ CONDITIONS = ("truth", "flip?p=0.4 + nudge", "reword?p=1")
 
 
 def test_beside_flips_agents_stand_below_people_in_the_group_of_their_condition(beside_flips):
-    success, ratios = people(beside_flips).axes
-    for axes in (success, ratios):
-        names = [(text.get_position()[1], text.get_text()) for text in axes.texts if text.get_text()]
-        assert [name for _, name in sorted(names)] == list(CONDITIONS)
+    (success,) = people(beside_flips).axes
+    names = [(text.get_position()[1], text.get_text()) for text in success.texts if text.get_text()]
+    assert [name for _, name in sorted(names)] == list(CONDITIONS)
     assert success.get_legend_handles_labels()[1] == ["people", "llm:a", "random"]
     tops = [height for height, _ in sorted(names)]
     assert rows(success, tops) == [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]
-    assert rows(ratios, tops) == [[2.0, 21 / 8], [0.5, 1.0], [8 / 21, 8 / 21]]
     assert success.yaxis_inverted()
 
 
@@ -124,14 +83,6 @@ def rows(axes, tops):
     marks = [(line.get_ydata()[0], line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 1]
     ends = [*tops[1:], axes.get_ylim()[0]]
     return [[value for y, value in sorted(marks) if top < y < end] for top, end in zip(tops, ends, strict=True)]
-
-
-def test_arrows_of_bounds_lie_along_the_rows(beside_flips):
-    _, axes = people(beside_flips).axes
-    arrows = [text for text in axes.texts if getattr(text, "arrow_patch", None)]
-    assert sorted(text.xy[0] > text.xyann[0] for text in arrows) == [False, False, True]
-    assert all(text.xy[1] == text.xyann[1] for text in arrows)
-    assert "\N{RIGHTWARDS ARROW} at least, \N{LEFTWARDS ARROW} at most" in texts(axes)
 
 
 def test_people_alone_are_compared_with_nobody(study):

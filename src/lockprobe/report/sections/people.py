@@ -1,4 +1,4 @@
-"""People: who played, what they opened, how long they took, and agents' steps relative to theirs."""
+"""People: who played and what they opened, beside agents on the same boxes."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import TextTable
 from lockprobe.report.people_said import (
-    compared_said,
     conditions_said,
     flow_said,
     limits_said,
@@ -26,8 +24,6 @@ from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.people import People, PeopleAt
-from lockprobe.statistics.relative_steps import RelativeSteps
-from lockprobe.statistics.response_times import ResponseTimes, response_times
 from lockprobe.studies.study import Study
 
 if TYPE_CHECKING:
@@ -49,10 +45,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not opened.study.invited and found is None:
         return
     from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
-    from lockprobe.people.step_times import times_of_steps
 
     flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
-    times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
     for of, count in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
         yield _people(quantity="boxes", of=of, value=count, unit="boxes")
     if flow:
@@ -61,14 +55,10 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield from _all_people(found)
         for at in (*found.at, *found.over):
             yield from _at(at, _place(opened.study, at))
-        for relative in found.relative:
-            yield from _relative(relative, _place(opened.study, relative))
-    for took in response_times(opened.trials, times):
-        yield from _times(took, _place(opened.study, took))
     yield from _said(numbers, flow)
 
 
-def _place(study: Study, at: PeopleAt | RelativeSteps | ResponseTimes) -> dict[str, Any]:
+def _place(study: Study, at: PeopleAt) -> dict[str, Any]:
     """What a number is of: one condition, or all conditions of a modality."""
     doses = dict(study.labelled(at.condition).doses) if at.condition else {}
     return {"modality": at.modality, "condition": at.condition, "doses": doses}
@@ -115,30 +105,6 @@ def _at(at: PeopleAt, place: dict[str, Any]) -> Iterator[Estimate]:
     yield _people(quantity="mean_steps_all", **of, value=steps.mean)
 
 
-def _relative(one: RelativeSteps, place: dict[str, Any]) -> Iterator[Estimate]:
-    """The steps of an agent relative to those of people, on the trials of both."""
-    both: dict[str, Any] = {"agent": one.agent, "versus": PEOPLE, "versus_modality": one.modality, "n": one.trials}
-    both |= place
-    for of, median in (("agent", one.steps), ("people", one.people)):
-        note = _BEYOND if median is None else ""
-        yield Estimate(quantity="median_steps_of_both", **both, of=of, value=median, unit="steps", note=note)
-    for value, note in ((one.ratio, ""), (one.least, "at least"), (one.most, "at most")):
-        if value is not None:
-            ratio = partial(Estimate, quantity="steps_ratio", **both, unit="ratio", note=note)
-            yield ratio(value=value, low=one.low, high=one.high)
-    ratio = partial(Estimate, quantity="mean_steps_ratio", **both, unit="ratio")
-    yield ratio(value=one.mean_ratio, low=one.mean_low, high=one.mean_high)
-
-
-def _times(took: ResponseTimes, place: dict[str, Any]) -> Iterator[Estimate]:
-    """How long people took for a choice: median and quartiles, and the median of first choices."""
-    values = {"": took.median, "lower quartile": took.low, "upper quartile": took.high, "first choices": took.first}
-    for of, value in values.items():
-        if value is not None:
-            n = took.choices if of != "first choices" else None
-            yield _people(quantity="response_time", **place, of=of, value=value, unit="ms", n=n)
-
-
 def _said(numbers: StudyNumbers, flow: Flow | None) -> Iterator[Finding]:
     plain = partial(Finding, section="people", judges=False)
     for text in flow_said(flow, numbers.people.people if numbers.people else 0) if flow else ():
@@ -150,8 +116,6 @@ def _said(numbers: StudyNumbers, flow: Flow | None) -> Iterator[Finding]:
             yield plain(text=text, rests_on=("success",))
         for text in steps_said(found):
             yield plain(text=text, rests_on=("median_steps_all",))
-        for text in compared_said(found, _names(numbers, found), where):
-            yield Finding(section="people", kind="finding", text=text, rests_on=("steps_ratio",))
         yield plain(text=limits_said(found), rests_on=("trials_shown",))
 
 
@@ -161,14 +125,6 @@ def _where(study: Study, at: PeopleAt) -> str:
         return f"under {at.condition}"
     shown = f", shown as {spoken(at.modality)}" if len(study.modalities) > 1 else ""
     return f"at a flip rate of {study.labelled(at.condition).p:g}{shown}"
-
-
-def _names(numbers: StudyNumbers, found: People) -> dict[tuple[str, str], str]:
-    """What sentences call the agents that the study is about; the baselines if people are its only subject."""
-    known = {(agent.agent, agent.modality): agent.name for agent in numbers.flips.agents}
-    every = dict.fromkeys((one.agent, one.modality) for one in found.relative)
-    subjects = [one for one in every if one[0] in numbers.subjects]
-    return {one: known.get(one, one[0]) for one in subjects or every}
 
 
 def _over(row: Estimate) -> dict[str, str]:
@@ -188,14 +144,13 @@ def _varied(found: Results) -> str:
 
 
 def _people_table(found: Results) -> TextTable:
-    """People by condition, and over all conditions last; with how long they took for a choice, if that is known."""
+    """People by condition, and over all conditions last."""
     every = [row for row in found.where("success", agent=PEOPLE, of=_BY_PERSON) if row.modality]
     if not every:
         return []
     at, over = [row for row in every if row.condition], [row for row in every if not row.condition]
-    several, timed = len(over) > 1, bool(found.where("response_time"))
+    several = len(over) > 1
     head = [_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]
-    head += ["ms per choice", "ms of first choices"] if timed else []
     table = [(["modality"] if several else []) + head]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         people, steps, mean = (
@@ -203,19 +158,9 @@ def _people_table(found: Results) -> TextTable:
             for quantity, of in (("people", ""), ("median_steps_all", _BY_PERSON), ("mean_steps_all", _BY_PERSON))
         )
         cells = [_condition(found, row), f"{people.value:g}", str(row.n), str(row.count), share_of_row(row)]
-        cells += [_steps_cell(steps), f"{mean.value:.1f}", *(_took(found, row) if timed else [])]
+        cells += [_steps_cell(steps), f"{mean.value:.1f}"]
         table.append([row.modality, *cells] if several else cells)
     return table
-
-
-def _took(found: Results, row: Estimate) -> list[str]:
-    names = ("", "lower quartile", "upper quartile", "first choices")
-    median, low, high, first = (_whole(found.get("response_time", **_over(row), of=of)) for of in names)
-    return [NONE if median == NONE else f"{median} [{low}, {high}]", first]
-
-
-def _whole(row: Estimate | None) -> str:
-    return NONE if row is None else f"{row.value:.0f}"
 
 
 def _steps_cell(row: Estimate) -> str:
@@ -226,42 +171,6 @@ def _steps_cell(row: Estimate) -> str:
 
 def _step(steps: float | None) -> str:
     return _BEYOND if steps is None else f"{steps:g}"
-
-
-def _steps_table(found: Results) -> TextTable:
-    """Agents' steps and those of people."""
-    if not _any(found):
-        return []
-    head = [
-        "agent",
-        _varied(found),
-        "common trials",
-        "median steps",
-        "median of people",
-        "ratio",
-        "ratio of mean steps",
-    ]
-    return [head] + [
-        [
-            found.label(row.agent, row.modality),
-            _condition(found, row),
-            str(row.n),
-            *(_step(found.one("median_steps_of_both", **_over(row), of=of).value) for of in ("agent", "people")),
-            _ratio(found.get("steps_ratio", **_over(row))),
-            _ratio(row),
-        ]
-        for row in found.where("mean_steps_ratio", versus=PEOPLE)
-    ]
-
-
-def _ratio(row: Estimate | None) -> str:
-    """A ratio with its interval; an end that is None is open, if the other is none."""
-    if row is None:
-        return NONE
-    said = f"{row.note} {row.value:.2f}".lstrip()
-    if row.low is None and row.high is None:
-        return said
-    return f"{said} [{', '.join('open' if end is None else f'{end:.2f}' for end in (row.low, row.high))}]"
 
 
 def _positions_table(found: Results) -> TextTable:
@@ -280,23 +189,17 @@ def _any(found: Results) -> bool:
 
 
 _PEOPLE = Table("people", _people_table, numeric_from=1)
-_STEPS = Table("people-steps", _steps_table, numeric_from=2)
 _POSITIONS = Table("people-positions", _positions_table, numeric_from=0)
 
 
 def _caption(found: Results) -> Caption:
-    """Of the panel on steps, where another agent played trials that people played."""
-    own = f"success by {_varied(found)}"
-    learning = "People play several boxes and may learn from one to the next; agents keep nothing."
-    bars = "Bars are 95 % intervals, clustered by person and block for people"
-    if not found.where("mean_steps_ratio", versus=PEOPLE):
-        return Caption(f"People: {own}. {learning}", f"{bars}.")
+    each = _trials_each(found) if any(cell.agent != PEOPLE for cell in found.cells) else ""
     return Caption(
-        f"People, models and strategies: {own} in all their trials ({_trials_each(found)}), and beside or below an "
-        f"agent's median steps divided by the human median, in trials that both played. {learning}",
-        f"{bars}; bars that reach the edge of the lower panel are open. In medians unsolved trials are censored at the "
-        "budget.",
-        "Baselines are thin with hollow markers and have no bars.",
+        f"{'People, models and strategies' if each else 'People'}: success by {_varied(found)}"
+        f"{f' in all their trials ({each})' if each else ''}. People play several boxes and may learn from one to the "
+        "next; agents keep nothing.",
+        "Bars are 95 % intervals, clustered by person and block for people.",
+        "Baselines are thin with hollow markers and have no bars." if each else "",
     )
 
 
@@ -312,26 +215,16 @@ def _trials_each(found: Results) -> str:
 
 _FIGURE = Figure(
     "people",
-    "Success under each condition and steps relative to the human median: people, models and strategies",
+    "Success under each condition: people, models and strategies",
     _caption,
     draw="lockprobe.report.figures.people:people",
     applies=_any,
 )
 
-_OF_TIMES = Note(
-    "Milliseconds per choice: median and quartiles over all choices. First choices, which include looking at a new "
-    "panel, are part of these and also shown separately.",
-    Markup(
-        "A time starts when the box is on the screen and ends with the choice, by the clock of the page "
-        "(<code>performance.now</code>). It excludes the question about the last action."
-    ),
-)
 _OF_STEPS = Note(
-    "Steps in the trials that people also played, with the same panel, labels and interventions. Ratios above 1: more "
-    "steps than people; at most and at least: one of the two medians exceeds the budget.",
-    "Medians are Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
-    "whole budget. Intervals resample people with all their boxes, and blocks of trials; each end is the wider of the "
-    "two.",
+    "Median steps: Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
+    "whole budget.",
+    "Intervals resample people with all their boxes, and blocks of trials; each end is the wider of the two.",
 )
 _OF_POSITIONS = Note(
     "Later positions include only people who stayed. Agents keep nothing from box to box.",
@@ -362,11 +255,7 @@ def _blocks(found: Results) -> Iterator[Block]:
         return
     yield _FIGURE
     yield _PEOPLE
-    if found.where("response_time"):
-        yield _OF_TIMES
-    if len(_steps_table(found)) > 1:
-        yield _STEPS
-        yield _OF_STEPS
+    yield _OF_STEPS
     if len(_positions_table(found)) > 2:
         yield Detail("Success by position of the box: do people learn?", [_POSITIONS, _OF_POSITIONS])
     yield _OF_PEOPLE
@@ -378,7 +267,7 @@ SECTIONS = (
         title="People",
         rows=_rows,
         show=_show,
-        tables=(_PEOPLE, _STEPS, _POSITIONS),
+        tables=(_PEOPLE, _POSITIONS),
         figures=(_FIGURE,),
     ),
 )
