@@ -242,6 +242,6 @@ def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing
     (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
     with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
         run_trial(agent=model, condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
-    questions = "flip?p=0.4 + hypothesis?ask=off + confidence"
+    questions = "flip?p=0.4 + hypothesis?ask=off"
     asked = run_trial(agent=model, condition=questions, trial=SHORT["trial"], max_steps=SHORT["max_steps"])
     assert asked.steps == trial.steps

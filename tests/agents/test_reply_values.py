@@ -9,8 +9,8 @@ from lockprobe.trial.record import Percept, Situation, Task
 TASK = Task(joints=("A", "B", "left slider"), target="B", budget=9)
 FIRST = Situation(task=TASK, past=(), percept=Percept())
 LATER = Situation(task=TASK, past=(), percept=Percept(joint="A", outcome="blocked"))
-ASKED = ["last_action", "confidence", "report_false", "hypothesis", "joint"]
-USUAL = {"last_action": "moved", "confidence": 80, "report_false": False, "hypothesis": "", "joint": "A"}
+ASKED = ["last_action", "hypothesis", "joint"]
+USUAL = {"last_action": "moved", "hypothesis": "", "joint": "A"}
 
 
 def read(**fields):
@@ -18,7 +18,7 @@ def read(**fields):
 
 
 def test_what_is_spelled_as_asked_is_not_respelled():
-    assert tuple(read()) == ("A", "moved", "", 80, False, False)
+    assert tuple(read()) == ("A", "moved", "", False)
 
 
 @pytest.mark.parametrize(
@@ -33,9 +33,6 @@ def test_what_is_spelled_as_asked_is_not_respelled():
             for value in ("did not move.", "Did_Not-Move", "didn't move", "didn\u2019t move")
         ),
         *(("claimed", value, "blocked") for value in ("It did not move!", "Joint A did not move", "not moved")),
-        *(("confidence", value, 80) for value in ("80", "80%", " 80 % ", 80.0)),
-        *(("report_false", value, True) for value in ("true", "True", "yes", 1)),
-        *(("report_false", value, False) for value in ("no", "False.", 0)),
         ("hypothesis", None, ""),
         ("hypothesis", ["A", "B"], '["A", "B"]'),
     ],
@@ -51,8 +48,6 @@ def test_another_spelling_is_read_and_noted(name, value, meant):
     [
         *(("joint", value) for value in ("A or B", "A, B", "AB", "", "C", ["A", "B"], {"A": "B"}, True, 1.5, "\u0410")),
         *(("last_action", value) for value in ("moved or did not move", "B moved", "none", True, "true", "yes", 1, "")),
-        *(("confidence", value) for value in (0.8, 79.5, "0.8", "very", 101, -1, True, "80-90", "1e2")),
-        *(("report_false", value) for value in ("perhaps", 2, 0.5, "true or false")),
         ("hypothesis", "x" * 4001),
     ],
 )
@@ -61,7 +56,7 @@ def test_what_has_no_reading_or_two_is_refused_by_its_name(name, value):
         read(**{name: value})
 
 
-@pytest.mark.parametrize("name", ["joint", "last_action", "confidence", "report_false"])
+@pytest.mark.parametrize("name", ["joint", "last_action"])
 @pytest.mark.parametrize("missing", [{}, {"value": None}])
 def test_what_is_needed_and_missing_is_named(name, missing):
     fields = {key: value for key, value in USUAL.items() if key != name} | dict.fromkeys([name] * bool(missing))

@@ -163,7 +163,7 @@ def test_it_notes_the_ends_that_have_no_code_where_the_completion_has_one(settin
             ("flips", "--condition", "flip?p=0.4 + history?last=3"),
             "condition: got 'history?last=3', expected what is told",
         ),
-        (("flips", "--condition", "confidence"), "the page asks for a joint and what the last action did"),
+        (("flips", "--condition", "hypothesis"), "the page asks for a joint and what the last action did"),
         (("flips", "--sweep", "tremble?p=0,0.1,0.2", "--trials", "2", "--repetitions", "1"), "give --trials 3"),
         (("flips", "--condition", "nudge", "--texts", "de"), "texts: got 'de', expected English ones with nudge"),
         (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),

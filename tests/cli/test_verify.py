@@ -82,8 +82,8 @@ def hosted(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "given",
     [
-        {"condition": ["forget?p=0.5", "flip?p=0.4"]},
-        {"condition": ["nudge?after=2", "confidence", "tremble?p=0.5"]},
+        {"condition": ["history?last=2", "flip?p=0.4"]},
+        {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
         {"p": [0, 0.4], "assessment": False, "layout": "shuffled"},
         {
             "p": [0],

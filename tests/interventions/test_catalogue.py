@@ -71,7 +71,6 @@ def test_a_condition_is_read_in_order_and_written_again():
         ("flip?p=2", "expected a number from 0 to 1"),
         ("flip?p", "expected options as name"),
         ("nudge?after=1", "expected a number of copies from 2"),
-        ("burst?p=0.9&length=2", "at most 0.666667 in runs of 2"),
         ("python:nowhere:Nothing", "importable class"),
         ("python:json:JSONDecoder", "json is one of Python"),
         (f"python:{__name__}:Both", "exactly one of perceive, brief, recall, act"),

@@ -65,8 +65,8 @@ def test_the_paper_s_conditions_run_over_flip_rates_and_then_modalities():
 
 def test_a_sweep_is_one_condition_for_each_dose():
     assert [one.spec for one in sweep("tremble?p=0,0.1, 0.2")] == ["tremble?p=0", "tremble?p=0.1", "tremble?p=0.2"]
-    assert [one.spec for one in sweep("nudge?after=3 + burst?p=0.1,0.2&length=2")] == [
-        "nudge?after=3 + burst?p=0.1&length=2", "nudge?after=3 + burst?p=0.2&length=2",
+    assert [one.spec for one in sweep("nudge?after=3 + drop?p=0.1,0.2&luck=flip")] == [
+        "nudge?after=3 + drop?p=0.1&luck=flip", "nudge?after=3 + drop?p=0.2&luck=flip",
     ]  # fmt: skip
 
 

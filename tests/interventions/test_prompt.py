@@ -108,23 +108,13 @@ def test_strategies_play_as_before():
     assert run_trial(condition=f"prompt?file={CURT}").steps == run_trial().steps
 
 
-def sure(request):
-    """A reply with all that the form asks for."""
-    status, content = truthful(request)
-    message = content["choices"][0]["message"]
-    asked = request["response_format"]["json_schema"]["schema"]["properties"]
-    more = {"confidence": 80, "report_false": False} if "confidence" in asked else {}
-    message["content"] = json.dumps(json.loads(message["content"]) | more)
-    return status, content
-
-
 def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch):
     pytest.importorskip("lockprobe.agents.llm.model")
     for name in os.environ:
         if name.endswith(("_API_KEY", "_BASE_URL")):
             monkeypatch.delenv(name)
     kind = written(tmp_path / "kind.txt", f"Please open the box. {LEAST}")
-    with here(sure, keep=True) as server:
+    with here(truthful, keep=True) as server:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         trials, sent = [], []
@@ -132,7 +122,7 @@ def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch)
             (),
             (OwnPrompt(file=str(CURT)),),
             (kind,),
-            interventions_of("hypothesis?ask=after + confidence"),
+            interventions_of("hypothesis?ask=after"),
         ):
             begun = len(server.requests)
             answer = run_trial(agent="llm:openai-api/fake/model", condition=acting)
@@ -150,9 +140,7 @@ def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch)
     assert [trial.actions for trial in trials[1:3]] == [trials[0].actions] * 2
     form = sent[3][0]["response_format"]["json_schema"]["schema"]["properties"]
     assert list(form) == ["last_action", "joint", "hypothesis"]
-    first, *others = (step.decision for step in trials[3].steps)
-    assert (first.confidence, first.report_false, first.hypothesis) == (None, None, "in turn")
-    assert {(decision.confidence, decision.report_false) for decision in others} == {(80, False)}
+    assert {step.decision.hypothesis for step in trials[3].steps} == {"in turn"}
     for trial in trials:
         assert trial_from_json(trial_to_json(trial)) == trial
 

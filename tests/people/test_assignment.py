@@ -53,7 +53,7 @@ def leaving(study, experiment, people, leave):
 
 
 CONDITIONS = (
-    "truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.1", "tremble?p=0.2", "flip?p=0.4 + warn",
+    "truth", "flip?p=0.4", "flip?p=0.4 + nudge", "drop?p=1", "tremble?p=0.1", "tremble?p=0.2", "flip?p=0.4 + warn",
 )  # fmt: skip
 """Several have the same flip rate, or none: an order that went by flip rates would be out of balance."""
 

@@ -14,7 +14,7 @@ from lockprobe.trial.condition import Condition, place_of
     ("specs", "kinds"),
     [
         (["truth", "flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]),
-        (["burst?p=0.4"], ["false"]), (["yoked?p=0.4"], ["false"]), (["phantom?p=0.4"], ["false"]),
+        (["yoked?p=0.4"], ["false"]), (["phantom?p=0.4"], ["false"]),
         (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
         (["rgb?p=0.4"], ["false"]), (["nudge + rgb?p=0.4"], ["false"]), (["delay?lag=2"], ["late"]),
         (["tremble?p=0.1"], ["another"]), (["force?at=4"], ["another"]), (["warn"], ["warned"]),
@@ -29,17 +29,17 @@ def test_what_changes_what_is_told_or_done_is_named_and_nothing_else(specs, kind
 @pytest.mark.parametrize(
     "spec",
     [
-        "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "reword?p=1", "nudge", "correction?p=1&first=truth&last=truth",
+        "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "nudge", "correction?p=1&first=truth&last=truth",
         "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8", "rgb?p=0",
     ],
 )  # fmt: skip
-def test_what_leaves_out_rewords_or_adds_beside_the_report_deceives_nobody(spec):
+def test_what_leaves_out_or_adds_beside_the_report_deceives_nobody(spec):
     assert deceptions([read_condition(spec)]) == ()
 
 
 def test_of_every_shipped_intervention_that_people_can_play_it_is_known_what_it_does():
     named = {name for name, kind in shipped().items() if "?" not in name and place_of(kind) != "remembered"}
-    assert set(_KINDS) == named - {"prompt", "hypothesis", "confidence"}
+    assert set(_KINDS) == named - {"prompt", "hypothesis"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -131,17 +131,17 @@ def test_what_cannot_be_had_is_said_before_anybody_comes(tmp_path, study, settin
 
 
 def test_what_people_cannot_play_is_refused_however_it_is_on_disk(tmp_path):
-    run_study(replace(STUDY, agents=("random",), conditions=(Condition(), read_condition("forget?p=0.2"))), tmp_path)
+    run_study(replace(STUDY, agents=("random",), conditions=(Condition(), read_condition("history?last=3"))), tmp_path)
     kept = replace(read_study(tmp_path), agents=("random", "participant"))
     assert kept.conditions[1].is_recorded
-    with pytest.raises(BadValue, match="condition: got 'forget.p=0.2', expected what is told or done"):
+    with pytest.raises(BadValue, match="condition: got 'history.last=3', expected what is told or done"):
         begun(tmp_path, kept)
     assert not (tmp_path / "people").exists()
 
 
 def test_english_words_are_refused_beside_texts_in_another_language(tmp_path):
     german = read_words("de")
-    for spec in ("nudge", "warn", "flip?p=0.4 + reword?p=1", "correction?p=1"):
+    for spec in ("nudge", "warn", "correction?p=1"):
         with pytest.raises(BadValue, match="texts: got 'de', expected English ones with"):
             asyncio.run(opens(with_words(tmp_path, german, study=under("truth", spec))))
     assert list(tmp_path.iterdir()) == []

@@ -84,7 +84,7 @@ def test_where_the_plant_breaks_there_is_none(monkeypatch):
     assert shown(people_study(p=(0.0,), modalities=("rgb",), plant="fast-twin")) == {}
 
 
-CONDITIONS = ("flip?p=1", "nudge + tremble?p=1", "warn", "reword?p=1", "delay?lag=2", "drop?p=1")
+CONDITIONS = ("flip?p=1", "nudge + tremble?p=1", "warn", "delay?lag=2", "drop?p=1")
 
 
 def test_nothing_of_a_study_s_conditions_acts_in_practice_and_example():

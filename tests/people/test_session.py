@@ -429,7 +429,7 @@ class Insisting:
     """Somebody's own intervention, which asks from the second step on for what no page asks."""
 
     def brief(self, briefing, past, task, rng):
-        return replace(briefing.remarking("Look."), confidence=len(past) > 1)
+        return replace(briefing.remarking("Look."), instruction="Open it." * (len(past) > 1))
 
 
 def test_a_box_in_which_more_is_asked_than_the_page_can_ask_breaks_and_the_next_one_comes(tmp_path):

@@ -275,7 +275,7 @@ def test_the_end_names_what_the_conditions_did_and_nothing_else(spec, kinds, lan
         assert {kind for kind, sentence in words.changes.model_dump().items() if sentence in said} == set(kinds)
 
 
-@pytest.mark.parametrize("spec", ["nudge", "warn?rate=0.4", "flip?p=0.4 + reword?p=1", "tremble?p=1", "drop?p=0.5"])
+@pytest.mark.parametrize("spec", ["nudge", "warn?rate=0.4", "flip?p=0.4", "tremble?p=1", "drop?p=0.5"])
 def test_before_the_end_texts_say_nothing_of_conditions(spec):
     study, true = under("truth", spec), under("truth")
     found = [

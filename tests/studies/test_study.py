@@ -489,9 +489,9 @@ def test_people_play_every_condition_that_reaches_them():
     assert [one.label for one in planned.conditions_of("participant")] == [
         "truth", "flip?p=0.4 + nudge", "tremble?p=0.1"
     ]  # fmt: skip
-    with pytest.raises(BadValue, match="condition: got 'forget.p=0.2', expected what is told or done, or nudge"):
-        study("flips", agent=["random", "participant"], condition="forget?p=0.2")
-    study("flips", agent="random", condition="forget?p=0.2")
+    with pytest.raises(BadValue, match="condition: got 'history.last=3', expected what is told or done, or nudge"):
+        study("flips", agent=["random", "participant"], condition="history?last=3")
+    study("flips", agent="random", condition="history?last=3")
 
 
 def test_a_condition_with_a_long_spec_needs_a_name():

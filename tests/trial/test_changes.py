@@ -68,9 +68,7 @@ def played(condition, **options):
         "tremble?p=0",
         "history?last=50",
         "history?last=12",
-        "forget?p=0",
         "nudge?after=9",
-        "reword?p=0",
         "hypothesis?ask=before",
         [OutcomeAlone()],
         [TextBefore()],
@@ -90,7 +88,6 @@ def test_what_changes_nothing_is_counted_as_nothing(condition):
         ("flip?p=1", 10),  # the second of two false outcomes of one joint shows it where it is
         ("flip?p=1&at=11", 1),
         ("drop?p=1", 11),
-        ("reword?p=1", 12),
         ("tremble?p=1", 12),
         ("history?last=2", 9),
         ("warn", 12),

@@ -1,5 +1,7 @@
 """Where interventions act is worked out once, and what the record of every trial says of them."""
 
+from dataclasses import dataclass
+
 import pytest
 
 from lockprobe import run_trial
@@ -9,12 +11,22 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.places import Places
 
 
-def places(spec):
-    return Places.of(with_words(interventions_of(spec), TextChannel(tell="state")))
+@dataclass(frozen=True, kw_only=True)
+class Aloud:
+    """Acts on words."""
+
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return percept
+
+
+def places(spec, *more):
+    return Places.of(with_words((*interventions_of(spec), *more), TextChannel(tell="state")))
 
 
 def test_every_intervention_has_its_place():
-    found = places("nudge + flip?p=0.2 + tremble?p=0.1 + reword?p=0.5 + history?last=3 + drop?p=0.1")
+    found = places("nudge + flip?p=0.2 + tremble?p=0.1 + history?last=3 + drop?p=0.1", Aloud())
     names = [type(one).__name__ for one in found.all]
     of = {
         place: [names[number] for number in getattr(found, place)]
@@ -23,7 +35,7 @@ def test_every_intervention_has_its_place():
     assert of == {
         "channels": ["OutcomeFlip", "Drop"],
         "showing": ["TextChannel"],
-        "after": ["Reword"],
+        "after": ["Aloud"],
         "prompts": ["Nudge"],
         "memories": ["History"],
         "actuators": ["Tremble"],

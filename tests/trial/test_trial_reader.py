@@ -20,7 +20,7 @@ IDENTITY = "0123456789ab"
 PLAYED = [
     run_trial(agent=agent, condition=condition, trial=trial)
     for agent in ("random", "human-inspired", "cognitive:perseverant")
-    for condition in ("truth", "flip?p=0.4", "tremble?p=0.3 + nudge", "forget?p=0.3 + drop?p=0.3")
+    for condition in ("truth", "flip?p=0.4", "tremble?p=0.3 + nudge", "history?last=2 + drop?p=0.3")
     for trial in (1, 2, 3)
 ]
 LINES = [trial_to_line(trial, IDENTITY) for trial in PLAYED]

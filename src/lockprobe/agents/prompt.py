@@ -193,11 +193,6 @@ def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> lis
         again = " or ".join(map(json.dumps, said or ()))
         form: dict[str, object] = {"type": "string", "enum": said}
         items.append(_Item("last_action", '"moved" or "did not move" ("none" in the first step)', again, form))
-    if task.assessment and briefing.confidence and said != ["none"]:
-        sure = "how sure you are of that, a whole number from 0 to 100 (not in the first step)"
-        false = "true if you think that what you were last told or shown is false, else false (not in the first step)"
-        items.append(_Item("confidence", sure, "0 to 100", {"type": "integer"}))
-        items.append(_Item("report_false", false, "true or false", {"type": "boolean"}))
     one_of: dict[str, object] = {"type": "string", "enum": list(task.joints)}
     joint = _Item("joint", "the joint to attempt next", f"one of {json.dumps(list(task.joints))}", one_of)
     works = _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"})
@@ -281,8 +276,6 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
         claimed=values.claimed,
         hypothesis=values.hypothesis,
         replies=(text,),
-        confidence=values.confidence,
-        report_false=values.report_false,
         tidied=tidied,
     )
 

@@ -1,4 +1,4 @@
-"""Reads the values in a reply: joint, claim, confidence. Another spelling is accepted where it has one reading."""
+"""Reads the values in a reply: joint, claim, hypothesis. Another spelling is accepted where it has one reading."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ _JOINT = ("", "the", "joint", "thejoint")
 _MOVED = ("moved", "hasmoved", "didmove")
 _BLOCKED = ("didnotmove", "didntmove", "notmoved", "hasnotmoved", "hasntmoved")
 _NOTHING = ("", "none", "null", "nothing", "na", "n/a")
-_TRUTHS: Mapping[str, bool] = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
 class Values(NamedTuple):
@@ -32,8 +31,6 @@ class Values(NamedTuple):
     joint: str
     claimed: Outcome | None
     hypothesis: str
-    confidence: int | None
-    report_false: bool | None
     respelled: bool
 
 
@@ -53,8 +50,6 @@ def values_in(fields: Mapping[str, object], asked: Sequence[str], claims: Sequen
         "joint": lambda value: _joint(value, now.task.joints),
         "last_action": lambda value: _claim(value, claims, now.percept.joint),
         "hypothesis": _sentence,
-        "confidence": _confidence,
-        "report_false": _truth,
     }
     read: dict[str, object] = {}
     respelled = False
@@ -70,8 +65,6 @@ def values_in(fields: Mapping[str, object], asked: Sequence[str], claims: Sequen
         joint=str(read["joint"]),
         claimed=None if claim is None else CLAIMS[str(claim)],
         hypothesis=str(read.get("hypothesis", "")),
-        confidence=read.get("confidence"),  # type: ignore[arg-type]
-        report_false=read.get("report_false"),  # type: ignore[arg-type]
         respelled=respelled,
     )
 
@@ -113,26 +106,6 @@ def _sentence(value: object) -> str:
     if len(said) > LONGEST_HYPOTHESIS:
         raise ReplyFault(f"hypothesis: {len(said)} characters, at most {LONGEST_HYPOTHESIS}")
     return said
-
-
-def _confidence(value: object) -> int:
-    number = value
-    if isinstance(value, str):
-        plain = value.strip().removesuffix("%").rstrip()
-        number = int(plain) if plain.isascii() and plain.isdecimal() and len(plain) < 4 else None
-    if isinstance(number, float) and number.is_integer() and number > 1:
-        number = int(number)
-    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= 100:
-        raise ReplyFault(f"confidence: {_shown(value)} is no whole number from 0 to 100")
-    return number
-
-
-def _truth(value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, str | int) and (said := _TRUTHS.get(plain_form(str(value)))) is not None:
-        return said
-    raise ReplyFault(f"report_false: {_shown(value)} is neither true nor false")
 
 
 def _none_of(name: str, value: object, allowed: Sequence[str]) -> ReplyFault:

@@ -17,7 +17,6 @@ said to be perhaps false; or something is changed, nobody knows how, by an inter
 
 _KINDS: dict[str, Deception | None] = {
     "flip": "false",
-    "burst": "false",
     "yoked": "false",
     "phantom": "false",
     "correction": "false",
@@ -25,9 +24,9 @@ _KINDS: dict[str, Deception | None] = {
     "tremble": "another",
     "force": "another",
     "warn": "warned",
-    **dict.fromkeys(("drop", "reword", "nudge", "remark", "distract")),
+    **dict.fromkeys(("drop", "nudge", "remark", "distract")),
 }
-"""What an intervention does. None leaves something out, says the same in other words, or says something beside."""
+"""What an intervention does. None leaves something out, or says something beside."""
 
 
 def deceptions(conditions: Iterable[Condition]) -> tuple[Deception, ...]:

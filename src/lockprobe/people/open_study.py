@@ -48,7 +48,7 @@ _SETTINGS = (EXPERIMENT, TEXTS)
 _MADE = (*_SETTINGS, TOKENS, LOG)
 """Files that a start creates."""
 
-_ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "reword", "correction"})
+_ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "correction"})
 """Interventions whose words reach the page as they are."""
 
 _MAY_CHANGE = {"participants", "away_minutes", "language", "require_id", "joins_per_minute", *SECRET}

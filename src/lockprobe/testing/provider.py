@@ -279,7 +279,7 @@ def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple
     """
     turn, told = turns(request)
     last = "none" if turn == 0 else "did not move" if "did not move" in told else "moved"
-    all_said = {"last_action": last, "confidence": 80, "report_false": False, "hypothesis": hypothesis, "joint": joint}
+    all_said = {"last_action": last, "hypothesis": hypothesis, "joint": joint}
     asked = ["last_action", "hypothesis", "joint"]
     with contextlib.suppress(KeyError):
         asked = list(_form(request))

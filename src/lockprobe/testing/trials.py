@@ -26,7 +26,7 @@ __all__ = ["ScriptedAgent", "make_trial", "play_trials"]
 class ScriptedAgent:
     """An agent that repeats a list of joints, whatever the reports say.
 
-    It counts the exchanges that it remembers, so ``history`` and ``forget`` confuse it.
+    It counts the exchanges that it remembers, so ``history`` confuses it.
 
     Attributes:
         joints: Positions in the listing, from 0; without shuffling that is the panel order.

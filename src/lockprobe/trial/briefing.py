@@ -20,14 +20,12 @@ class Briefing:
         warning: A warning about the reports in the instruction; often empty.
         instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
         hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
-        confidence: Whether the agent is asked how sure it is of its claim, and whether the report is false.
     """
 
     remark: str = ""
     warning: str = ""
     instruction: str = ""
     hypothesis: Ask = "before"
-    confidence: bool = False
 
     def remarking(self, text: str) -> Briefing:
         """The briefing with one more remark."""
@@ -35,11 +33,11 @@ class Briefing:
 
     @property
     def beyond_words(self) -> bool:
-        """Whether it asks for more than a remark or a warning can say: another instruction, or more about the report.
+        """Whether it asks for more than a remark or a warning can say: another instruction.
 
         Who reads words alone is never asked how the box works.
         """
-        return bool(self.instruction) or self.confidence
+        return bool(self.instruction)
 
     def warning_of(self, text: str) -> Briefing:
         """The briefing with one more warning."""

@@ -40,11 +40,6 @@ def _why_out_of_range(decision: Decision) -> str | None:
     for number in numbers:
         if not (isinstance(number, (float, int)) and 0 <= number <= 1):
             return "a probability lies outside 0 to 1"
-    sure = decision.confidence
-    if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
-        return f"confidence {sure!r} is no whole number from 0 to 100"
-    if decision.report_false is not None and not isinstance(decision.report_false, bool):
-        return f"report_false {decision.report_false!r} is neither true nor false"
     return None
 
 

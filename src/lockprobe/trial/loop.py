@@ -358,7 +358,7 @@ class _Loop:
         situation = self._situation()
         with AGENT:
             decision = await self._decision(situation)
-        decision = self._usable(decision, situation.briefing)
+        decision = self._usable(decision)
         label = self._attempted(decision.joint)
         joint = self._names.index(label)
         with PLANT:
@@ -385,8 +385,8 @@ class _Loop:
             return _known(fork.recorded[now].decision)
         return self._agent.decide(situation, self._rng)
 
-    def _usable(self, decision: Decision, briefing: Briefing) -> Decision:
-        """The decision without API keys in its texts and without answers to what nobody asked.
+    def _usable(self, decision: Decision) -> Decision:
+        """The decision without API keys in its texts and without claims where nobody asked.
 
         Raises:
             ReplyFault: If it cannot be executed or recorded.
@@ -398,8 +398,6 @@ class _Loop:
             decision = replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
         if not self._task.assessment:
             decision = replace(decision, claimed=None, claim_probability=None)
-        if not briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
-            decision = replace(decision, confidence=None, report_false=None)
         return decision
 
     def _compare(self, step: Step, fork: Fork) -> None:

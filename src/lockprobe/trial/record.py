@@ -159,8 +159,6 @@ class Decision:
         replies: Raw replies in the order in which they came; all but the last were malformed.
         usage: The usage of the decision.
         served: The model that answered, as its provider names it.
-        confidence: Its confidence in ``claimed``, 0 to 100; None if it was not asked.
-        report_false: Whether it thinks that the last report is false; None if it was not asked.
         tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply_text.TIDIED`.
     """
 
@@ -172,8 +170,6 @@ class Decision:
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
     served: str = ""
-    confidence: int | None = None
-    report_false: bool | None = None
     tidied: tuple[str, ...] = ()
 
 

@@ -173,7 +173,5 @@ def check_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> None
         raise BadValue(f"{where}, probabilities", chances, f"{len(joints)} numbers from 0 to 1")
     if decision.claim_probability is not None:
         check_probability(f"{where}, claim probability", decision.claim_probability)
-    if decision.confidence is not None and not 0 <= decision.confidence <= 100:
-        raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")
     _check_pictures(where, step.pictures)
     _check_reading(where, step.sensed, len(joints))

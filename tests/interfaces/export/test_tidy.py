@@ -86,33 +86,6 @@ def test_where_a_camera_was_read_its_positions_come_after_the_verdict():
     assert [line.rpartition(",")[2] for line in lines[1:]] == ["b0001", "b0?01", ""]
 
 
-def asked_how_sure(trial, *answers):
-    """The trial with what its agent said in every step: how sure it is, and whether it thinks the report false."""
-    steps = [
-        replace(step, decision=replace(step.decision, confidence=sure, report_false=false))
-        for step, (sure, false) in zip(trial.steps, answers, strict=True)
-    ]
-    return replace(trial, steps=tuple(steps))
-
-
-def test_what_an_agent_said_of_its_assessment_comes_last_and_is_empty_where_nobody_asked():
-    sure = asked_how_sure(make_trial([3, 0, 2], budget=3), (None, None), (0, False), (100, True))
-    rows = list(tidy_rows([sure, make_trial([1])]))
-    assert all(tuple(row) == (*COLUMNS, "confidence", "report_false") for row in rows)
-    assert [row["confidence"] for row in rows] == ["", 0, 100, ""]
-    assert [row["report_false"] for row in rows] == ["", 0, 1, ""]
-    assert tuple(next(tidy_rows([make_trial([1])]))) == COLUMNS
-
-
-def test_parquet_has_no_value_where_nobody_asked(tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    asked = [asked_how_sure(make_trial([3, 0], budget=2), (None, None), (70, True))]
-    write_table(rows_of("steps", asked), tmp_path / "x.parquet", "parquet")
-    table = parquet.read_table(tmp_path / "x.parquet")
-    assert table.column("confidence").to_pylist() == [None, 70]
-    assert [str(table.schema.field(name).type) for name in ("confidence", "report_false")] == ["int64", "int64"]
-
-
 def test_parquet_keeps_types_and_leading_zeros(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]

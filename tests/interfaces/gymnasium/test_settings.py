@@ -162,7 +162,7 @@ def test_what_is_told_shapes_the_space():
     assert read_settings({"modality": "symbolic?tell=outcome"}).sizes == (4, 5, 3)
     assert read_settings({"condition": "drop?p=0.1"}).sizes == (4, 5, 3, 3, 3, 3, 3)
     assert read_settings({"condition": [Silent()]}).sizes == (4, 5, 3, 3, 3, 3, 3)
-    for tells in ("burst?p=0.1 + tremble", "correction?p=0.3 + reword?p=1", [Loud()]):
+    for tells in ("flip?p=0.1 + tremble", "correction?p=0.3", [Loud()]):
         assert read_settings({"condition": tells}).sizes == (4, 5, 3, 2, 2, 2, 2)
     assert read_settings({"p": 0.2, "flip": "outcome-only"}).sizes == (4, 5, 3)
 

@@ -120,10 +120,10 @@ def record_of(env, there, **options):
     "asked",
     [
         {"p": 0.3, "flip": "sticky"},
-        {"condition": "tremble?p=0.3 + burst?p=0.2", "layout": "shuffled"},
+        {"condition": "tremble?p=0.3 + flip?p=0.2", "layout": "shuffled"},
         {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9},
         {"condition": [Drop(p=0.3)], "modality": "symbolic?tell=state", "shuffle": "never", "box": "chain-6"},
-        {"condition": "yoked?p=0.4 + reword?p=0.5", "modality": "symbolic?form=json&places=yes"},
+        {"condition": "yoked?p=0.4 + correction?p=0.5", "modality": "symbolic?form=json&places=yes"},
     ],
 )
 @pytest.mark.parametrize("seed", [1, 5])

@@ -107,7 +107,7 @@ def test_the_record_is_that_of_the_study():
 FALSE = [
     {"modality": "rgb?p=0.4"},
     {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
-    {"observation": "rgb", "condition": "burst?p=0.4"},
+    {"observation": "rgb", "condition": "flip?p=0.4&keep=0.5"},
 ]
 SHOWN = [
     *FALSE,

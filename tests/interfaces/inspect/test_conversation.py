@@ -106,9 +106,9 @@ CURT = Path(__file__).parents[2] / "interventions" / "curt.txt"
 @pytest.mark.parametrize(
     "spec",
     [
-        "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after + confidence", "warn?rate=0.4",
-        "distract?p=1", "reword?p=1", "nudge + remark", "flip?p=0.3 + nudge + symbolic?tell=outcome",
-        f"prompt?file={CURT} + confidence + warn + drop?p=0.5",
+        "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after", "warn?rate=0.4",
+        "distract?p=1", "nudge + remark", "flip?p=0.3 + nudge + symbolic?tell=outcome",
+        f"prompt?file={CURT} + warn + drop?p=0.5",
     ],
 )  # fmt: skip
 def test_what_is_retold_is_what_was_said_on_the_wire(scripted_provider, spec):

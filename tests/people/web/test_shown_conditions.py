@@ -29,7 +29,7 @@ pytestmark = needs_a_browser
 @pytest.mark.parametrize("view", ["text", "panel"])
 def test_every_condition_is_shown_as_it_acts(view, tmp_path):
     """What agents read beside a report stands on the page; who plays at random plays as without it."""
-    specs = ("flip?p=0.4 + nudge", "reword?p=1", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")
+    specs = ("flip?p=0.4 + nudge", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")
     specs = specs if view == "text" else specs[:2]
     study = under(*specs, box=box("random-6-4"), max_steps=20, trials=5, seed=2)
     looks = run(_sees(tmp_path, study, "random", view=view))
@@ -44,7 +44,7 @@ def test_every_condition_is_shown_as_it_acts(view, tmp_path):
         assert [bool(look.warning) for look in seen] == ["warn" in trial.condition] * len(seen)
         told = [step.told for step in trial.steps[:-1]]
         shown = [look.report for look in seen[1:]]
-        if trial.condition in ("reword?p=1", "correction?p=1"):
+        if trial.condition == "correction?p=1":
             assert shown == told
             assert [line[: len(text)] for line, text in zip(seen[-1].history, told, strict=True)] == told
         if trial.condition == "drop?p=1":

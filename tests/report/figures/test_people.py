@@ -65,7 +65,7 @@ def beside_flips(tmp_path):
     return results_of(study_numbers(open_study(write_study(tmp_path / "study", planned, trials))))
 
 
-CONDITIONS = ("truth", "flip?p=0.4 + nudge", "reword?p=1")
+CONDITIONS = ("truth", "flip?p=0.4 + nudge", "drop?p=1")
 
 
 def test_beside_flips_agents_stand_below_people_in_the_group_of_their_condition(beside_flips):

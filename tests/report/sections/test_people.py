@@ -170,7 +170,7 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
 
 def test_people_stand_beside_agents_under_every_condition(tmp_path):
     """Effects, conditions, speed and loops have them, and so does the section on people."""
-    conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.3")
+    conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "drop?p=0.3", "tremble?p=0.3")
     study = under(*conditions, agents=("random", "participant"), trials=5)
     run_study(study, tmp_path)
     seated.take_part(tmp_path, study, seated.short(), people=5)

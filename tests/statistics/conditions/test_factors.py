@@ -29,7 +29,16 @@ def test_every_context_is_a_group_of_the_same_factor():
 
 
 def test_numbers_and_doses_are_no_levels():
-    assert found_in("nudge", "nudge?after=3", "burst?p=0.4&length=2", "burst?p=0.4&length=4", "tremble?p=0.1") == {}
+    assert (
+        found_in(
+            "nudge",
+            "nudge?after=3",
+            "flip?p=0.4&keep=0.5",
+            "flip?p=0.4&keep=0.6",
+            "tremble?p=0.1",
+        )
+        == {}
+    )
 
 
 def test_what_a_control_is_compared_with_already_is_left_out():

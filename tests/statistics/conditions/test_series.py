@@ -29,11 +29,11 @@ def test_flips_are_the_axis_of_the_paper():
 
 
 def test_an_intervention_with_two_doses_makes_a_series_over_each():
-    first = [f"burst?p={p}&length=2" for p in (0.1, 0.2)]
-    found = series_of(arms("truth", *first, "burst?p=0.2&length=4", "burst?p=0.2&length=8"))
+    first = [f"flip?p={p}&keep=0.5" for p in (0.1, 0.2)]
+    found = series_of(arms("truth", *first, "flip?p=0.2&keep=0.6", "flip?p=0.2&keep=0.7"))
     assert [(one.axis.name, one.axis.options, [*one.doses.values()]) for one in found] == [
-        ("burst p", "length=2", [0, 0.1, 0.2]),
-        ("burst length", "p=0.2", [2, 4, 8]),
+        ("flip rate", "keep=0.5", [0, 0.1, 0.2]),
+        ("flip keep", "p=0.2", [0.5, 0.6, 0.7]),
     ]
 
 
@@ -52,15 +52,15 @@ def test_other_options_and_other_interventions_make_another_series():
         arms(
             "truth",
             "nudge",
-            "burst?p=0.1&length=2",
-            "burst?p=0.2&length=2",
-            "burst?p=0.1&length=4",
+            "drop?p=0.1&luck=flip",
+            "drop?p=0.2&luck=flip",
+            "drop?p=0.1",
             "nudge + flip?p=0.2",
             "nudge + flip?p=0.4",
         )
     )
     assert [(one.axis.name, one.axis.rest, len(one.doses)) for one in found] == [
-        ("burst p", "", 3), ("flip rate", "nudge", 3),
+        ("drop p", "", 3), ("flip rate", "nudge", 3),
     ]  # fmt: skip
     assert found[1].doses["nudge"] == 0
 

@@ -103,17 +103,6 @@ COLUMN: Mapping[str, Column] = {
         0,
         kind="number",
     ),
-    "confidence": Column(
-        "The agent's stated confidence in claimed. Empty in the first step and if it was not asked.",
-        "%",
-        0,
-        100,
-        "integer",
-    ),
-    "report_false": _mark(
-        "whether the agent thinks that the report on the *previous* step is false. Empty in the first step and if it "
-        "was not asked."
-    ),
     "claimed_rt_ms": Column(
         f"Response time, from painting the scene to the claim, by {PAGE}. Empty if it was not asked.",
         "ms",

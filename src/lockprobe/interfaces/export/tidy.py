@@ -86,9 +86,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``camera``, the positions that a camera read after the step, in panel order
     with ``?`` for an unclear joint, where reports have a named source; ``rt_ms``, from when a step was shown to when
-    its joint was chosen, in milliseconds of the browser's monotonic clock, where people played; ``confidence``, how
-    sure the agent said that it is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that
-    the report before is false, where it was asked for both.
+    its joint was chosen, in milliseconds of the browser's monotonic clock, where people played.
 
     A step without a response time in ``times`` has an empty cell.
     """
@@ -103,8 +101,6 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "verdict": str(step.sensed.get(VERDICT, "")),
                 "camera": str(step.sensed.get(CAMERA, "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
-                "confidence": "" if step.decision.confidence is None else step.decision.confidence,
-                "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
             }
             row: dict[str, TidyCell] = {
                 **_which(trial),
@@ -154,8 +150,6 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
         "verdict": any(VERDICT in step.sensed for trial in trials for step in trial.steps),
         "camera": any(CAMERA in step.sensed for trial in trials for step in trial.steps),
         "rt_ms": bool(times),
-        "confidence": any(step.decision.confidence is not None for trial in trials for step in trial.steps),
-        "report_false": any(step.decision.report_false is not None for trial in trials for step in trial.steps),
     }
     return (*COLUMNS, *(name for name, something in says.items() if something))
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair, spoken
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.foundation.inputs import read_input
-from lockprobe.interventions.confidence import Confidence
 from lockprobe.interventions.hypothesis import Hypothesis
 from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.interventions.warn import Warn
@@ -134,7 +133,6 @@ _ASKED: Mapping[str, Callable[[Briefing, Mapping[str, Fact]], Briefing]] = {
     OwnPrompt.__name__: _own,
     Warn.__name__: _warned,
     Hypothesis.__name__: _hypothesis,
-    Confidence.__name__: lambda briefing, one: replace(briefing, confidence=True),
 }
 """The change of the briefing by each intervention on what is asked, by its class name in records."""
 

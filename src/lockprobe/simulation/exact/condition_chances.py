@@ -19,7 +19,6 @@ from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.force import Force
 from lockprobe.interventions.phantom import Phantom
-from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.studies.modality import shown
@@ -31,8 +30,8 @@ from lockprobe.trial.source import source_of
 __all__ = ["ConditionChances", "Report", "condition_chances", "told_by"]
 
 _KNOWN = (
-    "flip (but while=looping), phantom, correction, drop, tremble (but at), force (but joint), reword and what is "
-    "asked; sample others (lockprobe.run_trial)"
+    "flip (but while=looping), phantom, correction, drop, tremble (but at), force (but joint) and what is asked; "
+    "sample others (lockprobe.run_trial)"
 )
 
 
@@ -200,4 +199,4 @@ def told_by(modality: str | None, flip: FlipKind) -> Tell:
     return channel.tell
 
 
-_FOLLOWED = (OutcomeFlip, Phantom, Correction, Drop, Distract, Tremble, Force, Reword)
+_FOLLOWED = (OutcomeFlip, Phantom, Correction, Drop, Distract, Tremble, Force)

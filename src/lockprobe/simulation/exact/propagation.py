@@ -91,7 +91,7 @@ def propagate(
         p: Flip probability, [0, 1].
         flip: What a false report is.
         condition: Further interventions: ``flip`` with every option except ``while``, ``drop``, ``tremble``, ``force``,
-            ``reword``, ``correction``, ``phantom`` without flips, and everything asked, which few policies heed.
+            ``correction``, ``phantom`` without flips, and everything asked, which few policies heed.
             Several flips at different steps make a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
         modality: How the box is shown: ``symbolic?tell=state`` (positions only; policies compare them, as they do with
             pictures that they see well), ``symbolic`` (outcomes too) or ``symbolic?tell=outcome`` (no positions). The

@@ -137,7 +137,7 @@ def _head(plan: Plan) -> bytes:
     return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
 
 
-_SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, "report_false": False, "joint": "A"}
+_SAID: Mapping[str, object] = {"last_action": "did not move", "joint": "A"}
 """The values of a made-up reply by key, except its hypothesis."""
 
 

@@ -57,8 +57,8 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
     """Refuse conditions that cannot act on an agent outside of the loop.
 
     Raises:
-        BadValue: If a condition changes what is remembered, asks for what cannot be answered, rewords reports that are
-            pictures, or follows another trial of the same agent, because everybody plays a trial once.
+        BadValue: If a condition changes what is remembered, asks for what cannot be answered, acts on words where a
+            person sees pictures alone, or follows another trial of the same agent: everybody plays a trial once.
         UserMistake: If an intervention is not here.
     """
     for condition in conditions:
