@@ -118,8 +118,8 @@ def curve(agent, p):
 
 
 def test_two_curves_of_different_cause_rise():
-    (breaks, _, _), (broken, _, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
-    assert f"`world:loop-breaker` goes from {breaks} to {broken} of 300 trials solved" in text_of(PAGE)
+    (breaks, _, _), (broken, _, _) = (curve("cognitive:loop-breaker", p) for p in (0, 0.4))
+    assert f"`cognitive:loop-breaker` goes from {breaks} to {broken} of 300 trials solved" in text_of(PAGE)
     (believes, _, _), (believed, _, _) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
     assert f"`cognitive:perseverant` from {believes} to {believed}." in text_of(PAGE)
 
@@ -128,5 +128,5 @@ def test_loops_become_rarer_in_the_agent_that_lies_help_by_what_they_say():
     (_, before, long), (_, after, short) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
     assert f"`cognitive:perseverant` falls from {before} to {after} of 300 trials" in text_of(PAGE)
     assert f"from {long:.1f} to {short:.1f} steps on average" in text_of(PAGE)
-    (_, before, _), (_, after, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
+    (_, before, _), (_, after, _) = (curve("cognitive:loop-breaker", p) for p in (0, 0.4))
     assert f"{before} of 300 trials at a flip rate of 0 and {after} at 0.4" in text_of(PAGE)

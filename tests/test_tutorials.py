@@ -68,7 +68,7 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "tutorial-loops.md").read_text("utf-8"), re.MULTILINE))
     planned = study(
         "flips",
-        agent="world:loop-breaker",
+        agent="cognitive:loop-breaker",
         p=(0,),
         condition=[IN_ARM.get(arm, arm) for arm in rows],
         repetitions=1,
@@ -80,7 +80,7 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
 
 def test_one_lie_at_the_end_of_a_loop(tmp_path):
     record = tmp_path / "record"
-    lockprobe.run_study(study("flips", agent="world:loop-breaker", p=(0,), trials=20), record)
+    lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)
     asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth", "--act", "random"]
     printed = CliRunner().invoke(build(["branch"]), asked).output
     rows = re.findall(r"onset +(\S+) +(\d+) % +\+(\d+), 95 % interval (\S+ to \S+) .* (\d+)$", printed, re.MULTILINE)

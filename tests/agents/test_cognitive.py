@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe import population, propagate, run_trial
-from lockprobe.agents.cognitive import CHARACTERS, RandomMap, SoftmaxMemory
+from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.policy import Told, View
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_no_repeat_success, random_success
+from lockprobe.foundation.errors import BadValue
 
 FOUR = View(joints=4, target=2)
 REPORTS = st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=15)
@@ -134,3 +135,40 @@ def test_characters_are_helped_hurt_and_both():
 
 def test_a_character_takes_options():
     assert run_trial(agent="cognitive:careful?failure=9").facts["failure"] == 9
+
+
+BOX_OF_FOUR = View(joints=4, target=0)
+FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)
+
+
+def going_round(policy):
+    """A memory in which joint 1 was blocked, and comes next."""
+    memory = policy.begin(BOX_OF_FOUR)
+    for joint in (1, 2, 3):
+        memory = policy.remember(BOX_OF_FOUR, memory, Told(joint=joint, moved=False))
+    assert policy.probabilities(BOX_OF_FOUR, memory) == (0, 1, 0, 0)
+    return memory
+
+
+@pytest.mark.parametrize(
+    ("told", "free"),
+    [
+        (FALSE, 3), (Told(joint=1, moved=False, corrects=TRUE), 3), (Told(joint=1, moved=False, corrects=FALSE), 3),
+        (Told(joint=1, moved=True, corrects=TRUE), 3), (Told(joint=1, moved=False, remarked=True), 3), (TRUE, 0),
+    ],
+)  # fmt: skip
+def test_any_odd_report_frees_a_loop_breaker(told, free):
+    policy = LoopBreaker()
+    assert policy.remember(BOX_OF_FOUR, going_round(policy), told).free == free
+    assert policy.remember_silence(BOX_OF_FOUR, going_round(policy), 1).free == 3
+
+
+def test_once_free_a_loop_breaker_has_forgotten_and_draws_a_new_cycle():
+    policy = LoopBreaker()
+    memory = policy.remember(BOX_OF_FOUR, going_round(policy), FALSE)
+    for joint in (0, 1, 2):
+        assert policy.probabilities(BOX_OF_FOUR, memory)[memory.last] == 0
+        memory = policy.remember(BOX_OF_FOUR, memory, Told(joint=joint, moved=joint == 1))
+    assert memory == policy.begin(BOX_OF_FOUR)
+    with pytest.raises(BadValue, match="at least 3 joints"):
+        policy.begin(View(joints=2, target=0))

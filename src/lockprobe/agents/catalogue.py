@@ -28,7 +28,6 @@ from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.participant import check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
-from lockprobe.agents.worlds import WORLDS
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.garbage import spared
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
@@ -53,7 +52,8 @@ _VIEWED = "human-inspired:target-first"
 
 def _described(kind: type[Any]) -> str:
     """The first line of a class's docstring, and its fields as options."""
-    return f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(field.name for field in fields(kind))}."
+    options = f" Options: {', '.join(field.name for field in fields(kind))}." if fields(kind) else ""
+    return f"{(kind.__doc__ or '').splitlines()[0]}{options}"
 
 
 _OTHERS = {
@@ -62,7 +62,6 @@ _OTHERS = {
     "Options: prior, noise, plan, reading.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
-    "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
@@ -157,7 +156,7 @@ def _meant(spec: Spec) -> str | None:
     if "/" in spec.full_name:
         return f"llm:{spec}"
     full = {one: one for one in (*_STRATEGIES, "human-inspired", "ideal-observer", "viewer", PEOPLE)}
-    full |= {one: f"world:{one}" for one in WORLDS} | {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
+    full |= {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
     full |= {one: f"human-inspired:{one}" for one in PRESETS} | {"local": "llm:local", "gguf": "llm:gguf:PATH"}
     near = difflib.get_close_matches(spec.full_name, full, n=1)
     if not near or near[0] in _STRATEGIES:  # which have no options
@@ -187,20 +186,10 @@ def _ideal_observer(spec: Spec) -> Agent:
     return IdealObserver.from_options(spec.options)
 
 
-def _world(spec: Spec) -> Agent:
-    if spec.name not in WORLDS:
-        raise UnknownName("world", spec.name, WORLDS)
-    if spec.options:
-        raise BadValue("agent", str(spec), f"world:{spec.name} without options")
-    agent: Agent = WORLDS[spec.name]()
-    return agent
-
-
 _PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
     "human-inspired": _human_inspired,
     "cognitive": _cognitive,
     "ideal-observer": _ideal_observer,
-    "world": _world,
 }
 """The kinds of agents with parameters in their spec."""
 

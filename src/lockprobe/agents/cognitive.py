@@ -1,7 +1,7 @@
-"""Simple mechanisms that may explain an agent: a softmax over a fading memory, and a random map.
+"""Simple mechanisms that may explain an agent: a softmax over a fading memory, a random map, and a loop breaker.
 
 They are models in the statistical sense: each gives every choice a probability, so that it can be played, and fitted to
-the trials of anyone (``examples/fit_policy.py``). Both look at what is told, never at the truth.
+the trials of anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lockprobe.foundation.quick import quick
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
-__all__ = ["CHARACTERS", "MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
+__all__ = ["CHARACTERS", "MODELS", "Habits", "LoopBreaker", "RandomMap", "Round", "SoftmaxMemory", "Traces"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,9 +208,82 @@ class RandomMap(Policy[Habits]):
         return [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
 
 
-MODELS: Mapping[str, type[SoftmaxMemory | RandomMap]] = {
+_FREE = 3
+"""Random actions after a report that frees a loop breaker."""
+
+_CYCLE = 3
+"""Joints of its cycle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """The memory of a loop breaker.
+
+    Attributes:
+        told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
+        cycle: The joints of its cycle that are drawn so far, in order.
+        at: Which of them comes next.
+        free: How many random actions are left.
+        last: The joint attempted last while free; -1 else.
+    """
+
+    told: tuple[int, ...]
+    cycle: tuple[int, ...] = ()
+    at: int = 0
+    free: int = 0
+    last: int = -1
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopBreaker(Policy[Round]):
+    """It goes round a cycle of three joints that it draws at the start, until an odd report frees it.
+
+    A report is odd if it contradicts the last one of that joint, or if its form is odd: a correction, a remark, or no
+    report. Then it forgets what it was told, acts three times at random without repeats, and draws a new cycle. So lies
+    help it, and not through what they say.
+    """
+
+    heeds_remarks = True
+
+    def begin(self, view: View) -> Round:
+        """No joint of the cycle is drawn.
+
+        Raises:
+            BadValue: If the box has fewer joints than a cycle.
+        """
+        if view.joints < _CYCLE:
+            raise BadValue("box", f"{view.joints} joints", f"at least {_CYCLE} joints, for a cycle")
+        return Round((0,) * view.joints)
+
+    def remember(self, view: View, memory: Round, told: Told) -> Round:
+        """On along the cycle, or out of it."""
+        reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
+        odd = told.odd or memory.told[told.joint] not in (0, 1 + told.moved)
+        return self._after(memory, told.joint, reports, odd=odd)
+
+    def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
+        """A missing report is odd."""
+        return self._after(memory, joint, memory.told, odd=True)
+
+    def _after(self, memory: Round, joint: int, reports: tuple[int, ...], *, odd: bool) -> Round:
+        if memory.free or odd:
+            free = memory.free - 1 if memory.free else _FREE
+            return Round((0,) * len(reports), free=free, last=joint if free else -1)
+        cycle = memory.cycle if len(memory.cycle) == _CYCLE else (*memory.cycle, joint)
+        return Round(reports, cycle, (memory.at + 1) % _CYCLE)
+
+    def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
+        """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
+        if len(memory.cycle) == _CYCLE:
+            return evenly([memory.cycle[memory.at]], view)
+        barred = (memory.last,) if memory.free else memory.cycle
+        return evenly([joint for joint in range(view.joints) if joint not in barred], view)
+
+
+MODELS: Mapping[str, type[SoftmaxMemory | RandomMap | LoopBreaker]] = {
     "softmax-memory": SoftmaxMemory,
     "random-map": RandomMap,
+    "loop-breaker": LoopBreaker,
 }
 """The families by name, as in ``cognitive:softmax-memory?failure=5``."""
 

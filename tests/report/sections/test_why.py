@@ -17,7 +17,7 @@ from lockprobe.statistics.why.mechanism import CONTRASTS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import load
 
-AGENTS = ["cognitive:perseverant", "world:lost-half"]
+AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 
 
 def found_in(directory, name="why", **asked):

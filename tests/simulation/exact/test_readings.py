@@ -123,7 +123,7 @@ def test_under_outcome_noise_the_share_of_false_outcomes_is_p(exact):
 @pytest.mark.parametrize(
     "agent",
     [
-        *AGENTS, "random", "random-no-repeat", "round-robin", "human-inspired:per-configuration", "world:careful-believer",
+        *AGENTS, "random", "random-no-repeat", "round-robin", "human-inspired:per-configuration", "cognitive:loop-breaker",
         "ideal-observer?noise=naive", "cognitive:random-map?avoid=last",
     ],
 )  # fmt: skip

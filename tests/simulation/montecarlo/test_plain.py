@@ -65,8 +65,8 @@ def test_a_world_is_its_box():
 
 
 def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
-    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map", "world:sceptic",
-                "world:first-believer", "world:half-and-half", "cognitive:softmax-memory?closed=1")  # fmt: skip
+    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map",
+                "cognitive:loop-breaker", "cognitive:softmax-memory?closed=1")  # fmt: skip
     heeding = ("round-robin", "cognitive:softmax-memory?position=1")
     assert not any(heeds_order(policy_of(agent)) for agent in heedless)
     assert all(map(heeds_order, (*map(policy_of, heeding), Diary())))

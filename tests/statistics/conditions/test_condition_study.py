@@ -99,7 +99,7 @@ def test_effects_of_several_agents_are_one_family_and_baselines_another():
 
 def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_another():
     """Agents that play alike count too: that lies change their success by less than the margin is a conclusion."""
-    agents = ("world:perseverant", "human-inspired", "world:lost-half", "cognitive:careful")
+    agents = ("cognitive:perseverant", "human-inspired", "cognitive:softmax-memory", "cognitive:careful")
     planned = study("why", agent=list(agents), trials=4, repetitions=1)
     trials = play_study(planned)
 

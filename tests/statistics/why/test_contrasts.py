@@ -74,8 +74,8 @@ def test_where_no_effect_is_detected_no_arm_is_compared(perseverant):
 @pytest.mark.parametrize(
     ("world", "blocks", "expected", "claims"),
     [
-        ("world:loop-breaker", 90, "form", ("form",)),
-        ("world:lost-half", 40, "no change", ()),
+        ("cognitive:loop-breaker", 90, "form", ("form",)),
+        ("cognitive:softmax-memory", 40, "no change", ()),
     ],
 )
 def test_worlds_of_known_mechanism_are_told(world, blocks, expected, claims):

@@ -33,7 +33,7 @@ from lockprobe.trial.told_outcome import false_reports
 
 LOOPING, YOKED = "flip?p=0.8&while=looping", "yoked?p=0.8&how=looping"
 STUDY = study(
-    agent=["cognitive:perseverant", "world:loop-breaker"], condition=[YOKED, LOOPING], trials=8, repetitions=1
+    agent=["cognitive:perseverant", "cognitive:loop-breaker"], condition=[YOKED, LOOPING], trials=8, repetitions=1
 )
 
 

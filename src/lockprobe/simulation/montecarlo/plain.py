@@ -16,14 +16,11 @@ from typing import Any
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
-from lockprobe.agents.hearing import Hears, Jolted
+from lockprobe.agents.cognitive import LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
-from lockprobe.agents.loop_breakers import AnyFalsehood, FormByLength, LoopBreaker, Novelty, Sceptic
 from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
-from lockprobe.agents.worlds import Believer, Halves, LostHalf
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import find_box
 from lockprobe.foundation.errors import BadValue
@@ -211,17 +208,10 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
 
 def heeds_order(policy: Policy[Any]) -> bool:
     """Whether the order of the listing can matter to a policy; True for unknown policies."""
-    if isinstance(policy, Hears | Jolted):
-        return heeds_order(policy.policy)
-    if isinstance(policy, Halves):
-        return any(map(heeds_order, policy.policies))
     if type(policy) is SoftmaxMemory:
         return policy.position != 0
     return type(policy) not in _HEEDLESS
 
 
-_HEEDLESS = (
-    *(RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, Believer, LostHalf),
-    *(LoopBreaker, FormByLength, Novelty, Sceptic, AnyFalsehood),
-)
+_HEEDLESS = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
 """Policies to which the order of the listing does not matter."""
