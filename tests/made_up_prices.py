@@ -13,7 +13,7 @@ from lockprobe.trial.trial_name import TrialName
 PRICES = """
 [[model]]
 match = ["fake/dear*"]
-price = { input = 3, cached = 1, stored = 4, output = 10, batch = 0.5, date = "2026-01-02", source = "made up" }
+price = { input = 3, cached = 1, stored = 4, output = 10, date = "2026-01-02", source = "made up" }
 [[model]]
 match = ["fake/cheap"]
 price = { input = 0.5, cached = 0.5, output = 1, date = "2026-01-03", source = "made up" }

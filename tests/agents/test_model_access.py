@@ -18,8 +18,6 @@ from lockprobe.foundation.errors import BadValue
         ("retries", 101),
         ("pause", -0.1),
         ("pause", 61.0),
-        ("tick", 0.0),
-        ("tick", float("nan")),
     ],
 )
 def test_what_is_out_of_range_is_one_line(setting, value):

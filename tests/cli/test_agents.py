@@ -29,7 +29,7 @@ def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
     assert ["known", "context", "128000"] in lines
     assert ["known", "efforts", "none"] in lines
     (price,) = (value for _, what, value in lines[1:] if what == "price")
-    assert price.startswith("input 2.5, cached 1.25, output 10.0, batch 0.5, date 20")
+    assert price.startswith("input 2.5, cached 1.25, output 10.0, date 20")
 
 
 def test_of_an_unknown_model_it_says_that_nothing_is_known():

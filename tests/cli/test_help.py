@@ -112,7 +112,7 @@ def test_ctrl_c_while_modules_are_imported_is_one_line(lockprobe, monkeypatch):
 
 
 WITHOUT_DEFAULT = {
-    "--out", "--json", "--help", "--budget", "--batch", "--estimate", "--agent", "--models", "--record", "--sequences",
+    "--out", "--json", "--help", "--budget", "--estimate", "--agent", "--models", "--record", "--sequences",
 }  # fmt: skip
 """Options that are off, or ask for everything, where they are left out."""
 

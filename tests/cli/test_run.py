@@ -429,11 +429,6 @@ def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, c
     assert second.endswith("$1.20 spent")
 
 
-def test_batches_are_for_providers_that_have_them(tmp_path, provider):
-    with pytest.raises(BadValue, match="batch: got"):
-        play(tmp_path / "s", batch=True)
-
-
 def test_people_are_invited_and_not_run(tmp_path):
     arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
     mixed = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")

@@ -358,7 +358,6 @@ FOUND = {
     "another schema": (facts(schema="none"), "replies"),
     "another limit": (facts(max_tokens=77), "replies"),
     "other repairs": (facts(repairs=4), "agents"),
-    "a batch": (facts(batch=True), "replies"),
     "a fact of one trial": (a_fact_of_one_trial, "agents"),
     "another model answered": (another_served, "replies"),
     "another model answered in the calls": (another_served_in_the_calls, "replies"),

@@ -1,4 +1,4 @@
-"""Connection settings of hosted models: concurrency, retries, batches. They change no request."""
+"""Connection settings of hosted models: concurrency and retries. They change no request."""
 
 from __future__ import annotations
 
@@ -20,8 +20,6 @@ class Access:
         retries: How often an unanswered request is repeated before its trial ends as ``error``.
         pause: Seconds before the first retry, doubled for every further one up to a minute. A waiting time given by the
             provider takes precedence.
-        batch: Whether requests go through the provider's batch interface: cheaper, and hours instead of seconds.
-        tick: Seconds between checks of batches, and for which requests are collected.
 
     Raises:
         BadValue: If a number is out of range.
@@ -31,8 +29,6 @@ class Access:
     timeout: float = 120.0
     retries: int = 6
     pause: float = 0.5
-    batch: bool = False
-    tick: float = 15.0
 
     def __post_init__(self) -> None:
         check_whole("connections", self.connections, 1, 10_000)
@@ -41,5 +37,3 @@ class Access:
         check_whole("retries", self.retries, 0, 100)
         if not 0 <= self.pause <= 60:
             raise BadValue("pause", self.pause, "seconds from 0 to 60")
-        if not 0 < self.tick <= 3600:
-            raise BadValue("tick", self.tick, "seconds above 0, at most an hour")

@@ -42,7 +42,7 @@ class OutsideAgent:
         Raises:
             ChannelFault: If an intervention asks for what does not reach the agent.
         """
-        if self._words_alone and situation.briefing.beyond_words:
+        if self._words_alone and situation.briefing.instruction:
             raise ChannelFault("an intervention asks for more than a remark or a warning, which is all that is shown")
         self._asked.put_nowait(situation)
         return await self._said.get()

@@ -215,10 +215,8 @@ class LiveDisplay(Plain):
 
     _guesses = False  # the table says it, and renews it
 
-    def __init__(
-        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool = True
-    ) -> None:
-        super().__init__(batch=batch, budget=budget, report=report)
+    def __init__(self, console: Console, *, budget: Budget | None = None, report: bool = True) -> None:
+        super().__init__(budget=budget, report=report)
         self._console = console
         self._playing: dict[str, str] = {}
         self._live: Live | None = None
@@ -284,7 +282,6 @@ class Attended(Plain):
 def watch(
     *,
     json: bool,
-    batch: bool = False,
     budget: Budget | None = None,
     report: bool = True,
     attended: bool = False,
@@ -295,13 +292,13 @@ def watch(
     not see reports.
     """
     if json:
-        yield JsonLines(batch=batch, budget=budget, report=report)
+        yield JsonLines(budget=budget, report=report)
     elif attended:
-        yield Attended(batch=batch, budget=budget, report=report)
+        yield Attended(budget=budget, report=report)
     elif not sys.stdout.isatty():
-        yield Plain(batch=batch, budget=budget, report=report)
+        yield Plain(budget=budget, report=report)
     else:
-        display = LiveDisplay(Console(emoji=False), batch=batch, budget=budget, report=report)
+        display = LiveDisplay(Console(emoji=False), budget=budget, report=report)
         try:
             yield display
         finally:

@@ -161,10 +161,10 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
     }
 
 
-def print_estimates(study: Study, directory: Path, *, batch: bool, json: bool) -> None:
+def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     """Print the estimated cost of all trials that a study owes, without touching its directory."""
     done = {trial.key: trial for trial in load(directory)} if is_there(directory / RECORDS) else {}
-    found = estimates(study, done, read_calls(directory), batch=batch)
+    found = estimates(study, done, read_calls(directory))
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
     elif not hosted(study):

@@ -142,9 +142,9 @@ class Plain(Observer):
     _guesses = True
     """Whether the line that begins an agent says how long it may take."""
 
-    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool = True) -> None:
+    def __init__(self, *, budget: Budget | None = None, report: bool = True) -> None:
         self.tally = Tally()
-        self._batch, self._budget, self._report = batch, budget, report
+        self._budget, self._report = budget, report
         self._marks = ServerMarks()
         self._journal: Journal | None = None
         self._simulated = self._until = False
@@ -201,7 +201,7 @@ class Plain(Observer):
             self.say(f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here")
         if hosted(study):
             self._count_calls(study, journal)
-            self.estimated(estimates(study, journal.trials, read_calls(journal.directory), batch=self._batch))
+            self.estimated(estimates(study, journal.trials, read_calls(journal.directory)))
 
     def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
         """Say what is forked, where it goes, and what of it is done; ``owed`` forks are to be played."""

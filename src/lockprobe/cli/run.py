@@ -26,14 +26,12 @@ from lockprobe.studies.options.study_options import SHIPPED, STUDIES
 __all__ = ["run"]
 
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
-_BATCH = "Use the provider's batch interface: it is cheaper and takes hours instead of seconds."
 _CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
 Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER|webcam", help=_CAMERA)]
 ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
-Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
@@ -42,7 +40,7 @@ HEADINGS = {
     "The study": "repetitions strategy_trials most seed max_steps plant camera layout shuffle as_paper name",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
-    "Hosted models": "connections timeout retries batch",
+    "Hosted models": "connections timeout retries",
 }
 """Heading -> its options; first what most people need."""
 
@@ -60,7 +58,6 @@ def run(
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
-    batch: Batch = False,
     budget: options.Budget = None,
     again: Again = None,
     allow: options.Allow = None,
@@ -94,7 +91,7 @@ def run(
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.runner import Limits
 
-    access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
+    access = Access(connections=connections, timeout=timeout, retries=retries)
     with reached(None if estimate else cluster) as machines:
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
         part = None if shard is None else Shard.parse(shard)
@@ -107,7 +104,7 @@ def run(
 
             if not json:
                 print(settings_line(planned.settings_hash), file=sys.stderr)
-            print_estimates(planned, directory, batch=batch, json=json)
+            print_estimates(planned, directory, json=json)
             return
         from lockprobe.cli.format_cost import say_unlimited
         from lockprobe.cli.run_study import allowed_budget, play_study

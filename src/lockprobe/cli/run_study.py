@@ -67,9 +67,7 @@ def play_study(
     with (
         suppress(_NothingKept),
         Journal.open(directory, planned) as journal,
-        watch(
-            json=json, batch=limits.access.batch, budget=budget, report=report, attended=planned.attended
-        ) as observer,
+        watch(json=json, budget=budget, report=report, attended=planned.attended) as observer,
     ):
         if foreign := foreign_in_words(journal.left_out):
             print(printable(foreign), file=sys.stderr)

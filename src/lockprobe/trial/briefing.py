@@ -31,14 +31,6 @@ class Briefing:
         """The briefing with one more remark."""
         return replace(self, remark=f"{self.remark} {text}".lstrip())
 
-    @property
-    def beyond_words(self) -> bool:
-        """Whether it asks for more than a remark or a warning can say: another instruction.
-
-        Who reads words alone is never asked how the box works.
-        """
-        return bool(self.instruction)
-
     def warning_of(self, text: str) -> Briefing:
         """The briefing with one more warning."""
         return replace(self, warning=f"{self.warning} {text}".lstrip())

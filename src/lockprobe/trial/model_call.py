@@ -82,7 +82,6 @@ class Call:
             unreadable.
         reasoned: Whether reasoning came with the reply, apart from its text.
         error: The provider's error, without secrets; empty if a reply came.
-        batch: Whether it went through the provider's batch interface.
         most: The maximum usage of one attempt, if there are attempts of unknown usage.
         claimed: The provider's count, if it is far more than possible; ``usage`` is then the possible maximum. None if
             the count is plausible.
@@ -101,7 +100,6 @@ class Call:
     unanswered: Count = 0
     reasoned: bool = False
     error: str = ""
-    batch: bool = False
     most: Usage | None = None
     claimed: Usage | None = None
     agent: str = ""

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import gc
 import gzip
 import json
 import os
@@ -222,120 +221,6 @@ def test_attempts_that_may_have_been_charged_are_counted(monkeypatch):
         reached(monkeypatch, server.url)
         answer = asked(timeout=1)
     assert (answer.text, answer.retries, answer.unanswered) == ("a reply", 4, 3)
-
-
-class Batches:
-    """Just enough of OpenAI's files and batches: a batch is done the third time that somebody looks."""
-
-    def __init__(self):
-        self.files, self.looks, self.sizes = {}, {}, []
-
-    def __call__(self, method, path, body):
-        if (method, path) == ("POST", "/v1/files"):
-            name = f"file-{len(self.files)}"
-            lines_of = [line.strip() for line in body.split(b"\n") if line.startswith(b'{"custom_id"')]
-            self.files[name] = [json.loads(line) for line in lines_of]
-            self.sizes.append(len(lines_of))
-            made = {"id": name, "object": "file", "bytes": 1, "created_at": 1, "filename": "x", "purpose": "batch"}
-            return made | {"status": "processed"}
-        if (method, path) == ("POST", "/v1/batches"):
-            return self.batch(json.loads(body)["input_file_id"])
-        if path.startswith("/v1/batches/"):
-            return self.batch(path.removeprefix("/v1/batches/batch-"))
-        asked = self.files[path.split("/")[3].removeprefix("done-")]
-        done = (
-            {"custom_id": one["custom_id"], "response": {"status_code": 200, "body": self.reply(one)}} for one in asked
-        )
-        return "\n".join(json.dumps(one | {"error": None}) for one in done).encode()
-
-    def reply(self, one):
-        return completion(f"a reply to {one['body']['messages'][0]['content']}")[1]
-
-    def batch(self, file):
-        self.looks[file] = self.looks.get(file, 0) + 1
-        done = self.looks[file] >= 3
-        return {
-            "id": f"batch-{file}", "object": "batch", "endpoint": "/v1/chat/completions", "input_file_id": file,
-            "completion_window": "24h", "created_at": 1, "status": "completed" if done else "in_progress",
-            "output_file_id": f"done-{file}" if done else None,
-            "request_counts": {"total": 1, "completed": 1, "failed": 0},
-        }  # fmt: skip
-
-
-@contextlib.contextmanager
-def serving(answer):
-    """A server that answers any request by a function of method, path and body: status and content."""
-
-    class Handler(BaseHTTPRequestHandler):
-        def log_message(self, *args):
-            pass
-
-        def answer(self):
-            status, made = answer(self.command, self.path, self.rfile.read(int(self.headers.get("content-length", 0))))
-            content = made if isinstance(made, bytes) else json.dumps(made).encode()
-            self.send_response(status)
-            self.send_header("content-type", "application/json")
-            self.send_header("content-length", str(len(content)))
-            self.end_headers()
-            self.wfile.write(content)
-
-        def do_GET(self):
-            self.answer()
-
-        def do_POST(self):
-            self.answer()
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_port}/v1"
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
-        gc.collect()  # so that what Inspect AI leaves open is complained of here
-
-
-LEFT_OPEN = "ignore::pytest.PytestUnraisableExceptionWarning"
-
-
-@pytest.mark.filterwarnings(LEFT_OPEN)
-def test_a_batch_carries_the_requests_of_many_trials_and_every_one_gets_its_own_reply(monkeypatch, capfd):
-    batches = Batches()
-    with serving(lambda *request: (200, batches(*request))) as url:
-        reached(monkeypatch, url)
-        answers = asked("openai/gpt-4o", times=7, batch=True, tick=0.03, connections=2, timeout=0.01)
-    assert [answer.text for answer in answers] == [f"a reply to joints: A, B; trial {n}" for n in range(7)]
-    assert sum(batches.sizes) == 7
-    assert max(batches.sizes) > 2  # connections bound no batch
-    assert capfd.readouterr().out == ""
-
-
-@pytest.mark.filterwarnings(LEFT_OPEN)
-def test_a_batch_that_cannot_be_sent_breaks_its_requests_and_those_after_it_go_their_way(monkeypatch, caplog):
-    batches, refused = Batches(), []
-
-    def answer(method, path, body):
-        if not refused:
-            refused.append(path)
-            return 401, {"error": {"message": "not yet"}}
-        return 200, batches(method, path, body)
-
-    async def one_after_the_other():
-        line = lines.ModelClient("openai/gpt-4o", ModelSettings(), Access(batch=True, tick=0.03, retries=0))
-        try:
-            with pytest.raises(ModelFault, match="^the provider answered 401: not yet$"):
-                await line.ask([Message(role="user", text="first")], SCHEMA)
-            return await line.ask([Message(role="user", text="second")], SCHEMA)
-        finally:
-            await line.aclose()
-
-    with serving(answer) as url:
-        reached(monkeypatch, url)
-        assert asyncio.run(one_after_the_other()).text == "a reply to second"
-        gc.collect()
-    assert not [record for record in caplog.records if record.name == "asyncio"]
 
 
 class Raw(BaseHTTPRequestHandler):

@@ -69,24 +69,6 @@ def test_the_host_is_said_where_it_is_not_the_providers_own(monkeypatch, model, 
     assert opening.host_of(model) == host
 
 
-def test_batches_are_refused_where_there_are_none():
-    with pytest.raises(BadValue) as wrong:
-        opening.opened(MODEL, Access(batch=True), {})
-    assert str(wrong.value) == (
-        f"batch: got '{MODEL}', expected a model of a provider with a batch interface: "
-        "anthropic, google, grok, openai, together"
-    )
-
-
-def test_providers_with_batches_are_those_of_which_inspect_knows_them():
-    from importlib.util import find_spec
-    from pathlib import Path
-
-    there = Path(find_spec("inspect_ai.model._providers").submodule_search_locations[0])
-    known = {path.stem.removeprefix("_").removesuffix("_batch") for path in there.glob("_*_batch.py")}
-    assert known == set(opening.WITH_BATCHES)
-
-
 @pytest.mark.parametrize(
     "url",
     ["http://localhost:80a0/v1", "http://x:99999/v1", "localhost:8080/v1", "http://[::1/v1", "http://", "http://a b/v1",

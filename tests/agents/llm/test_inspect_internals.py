@@ -31,11 +31,6 @@ ADVICE = {
         "`inspect_ai.model._providers.openai_compatible` gives its client as transport. When there is none: delete "
         "connections.py, which costs processor time where connections are many, and nothing else."
     ),
-    "inspect_ai.model._providers.util.batch_log.set_batch_log_callback": (
-        "agents/llm/connect.py sends what Inspect AI says of its batches to `logging`; else it is printed between the "
-        "lines of a run, and breaks `lockprobe run --json`. When it moves: look what a batch of "
-        "`inspect_ai/model/_providers/util` prints with. When batches log by `logging`: delete the call."
-    ),
 }
 
 

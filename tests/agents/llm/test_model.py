@@ -371,13 +371,10 @@ def test_a_call_keeps_what_it_took_whether_it_failed_or_not(tmp_path, monkeypatc
     assert good.most.output_tokens == failed.most.output_tokens > 0
 
 
-def test_facts_say_the_host_and_whether_batches_were_used(monkeypatch):
+def test_facts_say_the_host(monkeypatch):
     monkeypatch.setenv("OPENAI_BASE_URL", "https://gateway.example/v1")
     monkeypatch.setenv("OPENAI_API_KEY", "sk-private-0123456789")
-    plain, batched = (resolve("llm:openai/gpt-4o", Access(batch=batch)).make().facts for batch in (False, True))
-    assert plain["host"] == "gateway.example"
-    assert batched == plain | {"batch": True}
-    assert "batch" not in plain
+    assert resolve("llm:openai/gpt-4o").make().facts["host"] == "gateway.example"
 
 
 def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_path, monkeypatch):

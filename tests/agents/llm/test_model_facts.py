@@ -76,13 +76,11 @@ def test_what_is_shipped_hangs_together():
 
 
 def test_a_price_counts_every_token_once():
-    price = Price(input=2, cached=0.5, output=8, stored=2.5, batch=0.5, date="2026-01-02", source="a list")
+    price = Price(input=2, cached=0.5, output=8, stored=2.5, date="2026-01-02", source="a list")
     usage = Usage(calls=1, input_tokens=1_000_000, output_tokens=250_000, cached_tokens=400_000, stored_tokens=100_000)
     assert price.of(usage) == pytest.approx(0.5 * 2 + 0.4 * 0.5 + 0.1 * 2.5 + 0.25 * 8)
-    assert price.of(usage, batch=True) == pytest.approx(price.of(usage) / 2)
     plain = Price(input=2, cached=0.5, output=8, date="2026-01-02", source="a list")
     assert plain.of(usage) == pytest.approx(0.6 * 2 + 0.4 * 0.5 + 0.25 * 8)
-    assert plain.of(usage, batch=True) == plain.of(usage)
 
 
 def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(tmp_path, monkeypatch):

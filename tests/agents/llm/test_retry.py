@@ -119,17 +119,6 @@ def test_a_run_that_is_being_ended_is_not_held_up(monkeypatch):
         asked(monkeypatch, [asyncio.CancelledError()])
 
 
-def test_a_batch_is_not_held_to_the_timeout(monkeypatch):
-    """Hours are no stall there."""
-
-    async def slow():
-        await asyncio.sleep(0.05)
-        return "yes"
-
-    access = Access(timeout=0.01, batch=True)
-    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", patience.Tries())
-
-
 class ConnectError(Exception):
     """Of a library that did not reach anybody."""
 

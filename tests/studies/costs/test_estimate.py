@@ -24,7 +24,7 @@ FACTS = """
 [[model]]
 match = ["openai-api/fake/model"]
 most_output = 4000
-price = { input = 2, cached = 1, output = 10, batch = 0.5, date = "2026-01-02", source = "made up" }
+price = { input = 2, cached = 1, output = 10, date = "2026-01-02", source = "made up" }
 [[model]]
 match = ["openai-api/fake/thinks"]
 reasons = true
@@ -191,11 +191,10 @@ def test_nothing_is_said_of_agents_that_ask_nobody_or_owe_nothing():
     assert estimates(plan, {broken.key: broken})[0].trials == 1
 
 
-def test_money_follows_cache_batch_and_what_is_known():
-    found, batched = estimates(planned(), {})[0], estimates(planned(), {}, batch=True)[0]
+def test_money_follows_cache_and_what_is_known():
+    found = estimates(planned(), {})[0]
     fresh, cached = (found.dollars(found.full, cached=hits) for hits in (False, True))
     assert 0 < cached < fresh < found.most_dollars
-    assert batched.dollars(batched.full, cached=False) == pytest.approx(fresh / 2)
     unknown = estimates(planned("llm:openai-api/other/model"), {})[0]
     assert unknown.dollars(unknown.full, cached=True) is unknown.most_dollars is unknown.price is None
 

@@ -27,16 +27,16 @@ def test_every_call_counts_with_what_its_provider_charges():
     ledger = Ledger(planned(DEAR, CHEAP, "random"))
     million = 1_000_000
     ledger.add(call(usage=usage(read=3 * million, wrote=million, cached=million, stored=million)))  # 3 + 1 + 4 + 10
-    ledger.add(call(step=2, usage=usage(read=million), batch=True))  # 1.5
+    ledger.add(call(step=2, usage=usage(read=million)))  # 3
     ledger.add(call(CHEAP, usage=usage(wrote=million), retries=2, served="cheap-1", seconds=2.0))
     ledger.add(call(CHEAP, reply=None, error="the provider answered 500"))
     dear, cheap = ledger.by_agent[DEAR], ledger.by_agent[CHEAP]
     assert list(ledger.by_agent) == [DEAR, CHEAP]
-    assert dear.dollars == pytest.approx(19.5)
+    assert dear.dollars == pytest.approx(21)
     assert (dear.usage.calls, dear.usage.input_tokens, dear.price.date) == (2, 4 * million, "2026-01-02")
     assert (cheap.usage.calls, cheap.failed, cheap.retries, cheap.served) == (1, 1, 2, (("cheap-1", 1),))
     assert cheap.dollars == pytest.approx(1)
-    assert ledger.total.dollars == pytest.approx(20.5)
+    assert ledger.total.dollars == pytest.approx(22)
     assert (ledger.total.usage.calls, ledger.total.failed, ledger.total.seconds) == (3, 1, 2.0)
 
 

@@ -358,22 +358,14 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
     assert told[0] == told[1]
 
 
-def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
-    with pytest.raises(BadValue, match="expected a model of a provider with a batch interface: anthropic, google"):
-        hosted(tmp_path, monkeypatch, truthful, trials=1, batch=True)
-    assert not list(tmp_path.iterdir())
-
-
 def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connections(monkeypatch):
     source = SimpleNamespace(engine="network")
     light, access = study(StudyOptions(agent=["llm:openai-api/fake/model"])), Access(connections=7)
     assert _lanes(light, source, access, 210) == (7, 14)
-    assert _lanes(light, source, Access(batch=True), 210) == (210, 0)
     heavy = study(
         StudyOptions(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin")
     )
-    assert _lanes(heavy, source, access, 10) == _lanes(heavy, source, Access(connections=7, batch=True), 10) == (7, 0)
+    assert _lanes(heavy, source, access, 10) == (7, 0)
     assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)
 
 

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import asyncio
 import base64
-import sys
 import time
 import warnings
-from collections.abc import Awaitable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -37,7 +36,6 @@ with needing("hosted models", "providers"):
         ContentImage,
         ContentText,
         GenerateConfig,
-        Model,
         ModelOutput,
         ResponseSchema,
         RetryDecision,
@@ -89,7 +87,6 @@ class ModelClient:
 
     Attributes:
         slots: Free slots for concurrent requests; each request holds one.
-        batch: Whether requests go through the provider's batch interface.
 
     Raises:
         UserMistake: As :func:`lockprobe.agents.llm.connect.opened`.
@@ -100,11 +97,9 @@ class ModelClient:
         self._name, self._settings, facts = name, settings, facts_of(name)
         self._form = settings.form(facts)
         self._access = access
-        self.batch = access.batch
-        self._open = partial(opened, name, access, settings.parameters(facts))
-        self._model, self._left = self._open(), list[Model]()
+        self._model = opened(name, access, settings.parameters(facts))
         self._config = config_of(self._model)
-        self.slots = asyncio.Semaphore(sys.maxsize if access.batch else access.connections)
+        self.slots = asyncio.Semaphore(access.connections)
 
     async def ask(
         self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
@@ -124,14 +119,7 @@ class ModelClient:
         conversation = [sent(message, self._settings, _NO_NAME) for message in messages]
         config = self._config.model_copy(update={"response_schema": form})
         began = time.perf_counter()
-        asked = self._model
-
-        def once() -> Awaitable[tuple[ModelOutput, str, str]]:
-            nonlocal asked
-            asked = self._model
-            return self._once(asked, conversation, config)
-
-        came, tries = await with_retries(once, lambda error: self._judge(asked, error), self._access, again)
+        came, tries = await with_retries(partial(self._once, conversation, config), self._judge, self._access, again)
         output, text, stop = came
         refuse_overflow(output, tries)
         usage = usage_of(output)
@@ -152,26 +140,21 @@ class ModelClient:
         """Parameters sent by default because Inspect AI knows that the provider requires them."""
         return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
 
-    def _judge(self, asked: Model, error: Exception) -> Judgement:
-        if self._access.batch and asked is self._model:  # Inspect AI sends no more batches after one that it could not
-            self._left.append(asked)
-            self._model = self._open()
+    def _judge(self, error: Exception) -> Judgement:
         if isinstance(error, Declined):
             return error
-        decision = asked.api.should_retry(error)
+        decision = self._model.api.should_retry(error)
         if isinstance(decision, RetryDecision) and decision.retry:
             return decision
-        return RetryDecision.transient() if asked.should_retry(error) else RetryDecision.no()
+        return RetryDecision.transient() if self._model.should_retry(error) else RetryDecision.no()
 
-    async def _once(
-        self, model: Model, conversation: list[ChatMessage], config: GenerateConfig
-    ) -> tuple[ModelOutput, str, str]:
+    async def _once(self, conversation: list[ChatMessage], config: GenerateConfig) -> tuple[ModelOutput, str, str]:
         """One request through the provider's interface, because ``Model.generate`` keeps a log in memory.
 
         The text of the reply and the reason for its end stand beside the output.
         """
         try:
-            came = await model.api.generate(conversation, tools=[], tool_choice="none", config=config)
+            came = await self._model.api.generate(conversation, tools=[], tool_choice="none", config=config)
         except PrerequisiteError as error:
             raise mistake(self._name, error) from None
         output, body = (came[0], came[1].response) if isinstance(came, tuple) else (came, None)
@@ -181,8 +164,7 @@ class ModelClient:
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
-        for model in (*self._left, self._model):
-            await model.api.aclose()
+        await self._model.api.aclose()
 
 
 def sent(message: Message, settings: ModelSettings, name: str | None = None) -> ChatMessage:

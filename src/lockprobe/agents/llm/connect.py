@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from importlib.util import find_spec
@@ -11,7 +10,7 @@ from urllib.parse import urlsplit
 
 from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.connections import spread_connections
-from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
+from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies, is_url
 from lockprobe.agents.llm.openai_answers import check_answers
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
@@ -19,14 +18,9 @@ from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BadValue, Missing, UserMistake, needing
 
 with needing("hosted models", "providers"):
-    from inspect_ai.model import BatchConfig, GenerateConfig, Model, get_model
+    from inspect_ai.model import GenerateConfig, Model, get_model
 
-__all__ = ["WITH_BATCHES", "config_of", "host_of", "mistake", "opened"]
-
-_log = logging.getLogger(__name__)
-
-WITH_BATCHES = ("anthropic", "google", "grok", "openai", "together")
-"""Providers whose batch interface Inspect AI supports."""
+__all__ = ["config_of", "host_of", "mistake", "opened"]
 
 _STARTED_HERE = {
     "vllm": ("VLLM_BASE_URL", "vllm"),
@@ -41,8 +35,8 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
     Raises:
         Missing: If a key, a server or a provider's package is missing, or no request can carry the key.
-        BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the environment names
-            an invalid server, proxy or file of certificates.
+        BadValue: If there is no such provider, or the environment names an invalid server, proxy or file of
+            certificates.
     """
     _check_addresses(name)
     provider = name.partition("/")[0]
@@ -52,13 +46,13 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
         raise Missing(f"llm:{name} needs a server", remedy)
     # vLLM's client comes with the first request otherwise, and would wait and ask again behind our back
     options: dict[str, Any] = {"lazy_init": False} if package == "vllm" and os.environ.get(variable) else {}
-    config = GenerateConfig(reasoning_summary="none", max_retries=access.retries, batch=_batch(name, access))
+    config = GenerateConfig(reasoning_summary="none", max_retries=access.retries)
     try:
         model = get_model(name, config=config.model_copy(update=parameters), memoize=False, **options)
     except (PrerequisiteError, ValueError) as error:
         raise mistake(name, error) from None
     client: Any = getattr(model.api, "client", None)
-    if not access.batch and hasattr(client, "max_retries"):
+    if hasattr(client, "max_retries"):
         client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
     spread_connections(client)
     use_fast_path(client)
@@ -76,16 +70,6 @@ def mistake(name: str, error: Exception) -> UserMistake:
         needed = package[1] or package[2]
         return Missing(f"llm:{name} needs the package {needed}", f"pip install {needed}")
     return BadValue("language model", name, f"PROVIDER/MODEL as Inspect AI names it ({said})")
-
-
-def _batch(name: str, access: Access) -> BatchConfig | None:
-    if not access.batch:
-        return None
-    if name.partition("/")[0] not in WITH_BATCHES:
-        raise BadValue("batch", name, f"a model of a provider with a batch interface: {', '.join(WITH_BATCHES)}")
-    set_batch_log_callback(_log.info)  # else it is printed, between our own lines
-    logging.getLogger("asyncio").addFilter(_is_news)
-    return BatchConfig(tick=access.tick, send_delay=access.tick)
 
 
 def host_of(name: str) -> str | None:
@@ -116,11 +100,6 @@ def _check_addresses(name: str) -> None:
     check_key(f"{_whose(name)}_API_KEY")
     check_proxies()
     check_certificates(name.partition("/")[0])
-
-
-def _is_news(record: logging.LogRecord) -> bool:
-    """Whether an unretrieved exception is new: those of a batch were already raised by its requests."""
-    return record.exc_info is None or "escaped from background task" not in str(record.exc_info[1])
 
 
 def config_of(model: Model) -> GenerateConfig:

@@ -67,11 +67,8 @@ def check(spec: str, access: Access | None = None) -> None:
     ModelClient(name, settings, access or Access())
 
 
-def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> dict[str, Fact]:
-    """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own.
-
-    ``batch`` says whether it is asked through the provider's batch interface; its price depends on that.
-    """
+def model_facts(name: str, settings: ModelSettings) -> dict[str, Fact]:
+    """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own."""
     host = host_of(name)
     return {
         "model": name,
@@ -80,7 +77,6 @@ def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> d
         "picture_prompt": f"chat {picture_fingerprint()}",
         **settings.sent(facts_of(name)),
         **({} if host is None else {"host": host}),
-        **({"batch": True} if batch else {}),
     }
 
 
@@ -100,7 +96,7 @@ class HostedModel:
         name, self._settings = read_settings(spec)
         self._line = ModelClient(name, self._settings, access or Access())
         self._known = facts_of(name)
-        own = model_facts(name, self._settings, batch=self._line.batch)
+        own = model_facts(name, self._settings)
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
         if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
             self._settings = replace(self._settings, max_tokens=self._line.filled_in["max_tokens"])
@@ -150,8 +146,7 @@ class _InOneTrial:
             worst = at_most(messages, self._settings, self._known)
             await self._book.turn(worst)
             async with self._line.slots:
-                batch = self._line.batch
-                asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=batch, most=worst)
+                asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
                 await self._book.reserve(asked)
                 return await made(asked, worst, messages, schema)
 

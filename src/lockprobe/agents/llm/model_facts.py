@@ -57,7 +57,6 @@ class Price:
         cached: For tokens read that the provider had in its cache.
         output: For tokens written, including reasoning.
         stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
-        batch: Factor on all prices in the batch interface; None if there is none, or it is not known.
         date: When these prices were looked up, ISO 8601.
         source: The source of the prices.
     """
@@ -66,16 +65,15 @@ class Price:
     cached: _Dollars
     output: _Dollars
     stored: _Dollars | None = None
-    batch: Annotated[float, Field(gt=0, le=1)] | None = None
     date: Annotated[str, BeforeValidator(_a_day)]
     source: Annotated[str, Field(min_length=1, max_length=300), AfterValidator(printable)]
 
-    def of(self, usage: Usage, *, batch: bool = False) -> float:
+    def of(self, usage: Usage) -> float:
         """The cost of calls, in US dollars."""
         stored = self.input if self.stored is None else self.stored
         fresh = max(0, usage.input_tokens - usage.cached_tokens - usage.stored_tokens)
         dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored
-        return (dollars + usage.output_tokens * self.output) * ((self.batch or 1.0) if batch else 1.0) / 1e6
+        return (dollars + usage.output_tokens * self.output) / 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

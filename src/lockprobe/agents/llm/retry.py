@@ -26,7 +26,6 @@ from lockprobe.foundation.redaction import without_secrets
 from lockprobe.trial.model_call import Usage
 
 __all__ = [
-    "LONGEST_BATCH",
     "LONGEST_OBEYED",
     "LONGEST_PAUSE",
     "Again",
@@ -41,9 +40,6 @@ __all__ = [
 
 LONGEST_PAUSE = 60.0
 """The longest wait in seconds, unless the provider asks for more."""
-
-LONGEST_BATCH = 26 * 3600.0
-"""Seconds after which a batch is given up; providers promise batches within a day."""
 
 LONGEST_OBEYED = 600.0
 """The longest wait in seconds at a provider's request; a run does not wait for hours."""
@@ -167,13 +163,12 @@ async def with_retries(
         ModelFault: If there is no answer; the message has the last error and the number of attempts.
     """
     patience = _Patience(judge, access)
-    limit = LONGEST_BATCH if access.batch else access.timeout
     known = 0
     while True:
         if again is not None and patience.unanswered > known:
             await again(known := patience.unanswered)
         try:
-            async with asyncio.timeout(limit):
+            async with asyncio.timeout(access.timeout):
                 answer = await attempt()
         except LockprobeError:  # the run is being ended
             raise
@@ -241,7 +236,7 @@ def fault(message: str, tries: Tries, usage: Usage = _NOTHING) -> ModelFault:
 def _said(error: Exception, access: Access) -> str:
     """The error in place of an answer, on one line. It never quotes the request."""
     if isinstance(error, TimeoutError):
-        return f"no reply within {LONGEST_BATCH if access.batch else access.timeout:g} s"
+        return f"no reply within {access.timeout:g} s"
     if (status := _status(error)) is not None:
         return f"the provider answered {status}: {_words(error)}"
     if isinstance(error, Declined | RefusedReply):

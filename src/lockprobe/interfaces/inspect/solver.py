@@ -23,7 +23,6 @@ import numpy as np
 
 from lockprobe.agents.llm.answer import reasoned_in, refuse_overflow, said_in, usage_of
 from lockprobe.agents.llm.client import ModelReply, sent
-from lockprobe.agents.llm.connect import WITH_BATCHES
 from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
@@ -126,7 +125,6 @@ class _ModelOfTheEval:
         self._model, self._state = model, state
         self._name, self._settings = read_settings(spec)
         self._known = facts_of(self._name)
-        self._batch = bool(config.batch) and self._name.partition("/")[0] in WITH_BATCHES
         self._others = {
             name: value
             for name, value in config.model_dump(mode="json", exclude_none=True).items()
@@ -142,7 +140,7 @@ class _ModelOfTheEval:
     def facts(self) -> Mapping[str, Fact]:
         """The facts of the model; other settings of the eval are under ``config``."""
         others = {"config": json.dumps(self._others, sort_keys=True)} if self._others else {}
-        return model_facts(self._name, self._settings, batch=self._batch) | others
+        return model_facts(self._name, self._settings) | others
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. Exceptions of Inspect pass, so that its limits and retries apply."""

@@ -82,7 +82,6 @@ def replies_check(
         *dict.fromkeys(f"{key}: a request in asked.jsonl has no call" for key in waiting),
         *_not_asked(evidence),
         *_marks(directory, evidence, on_record),
-        *_priced_otherwise(evidence, on_record),
     ]
     kept, logged = evidence.kept, sum(one.from_log for one in hosted)
     words = sum(one.unplayed and not one.from_log for one in hosted)
@@ -176,14 +175,6 @@ def _marks(directory: Path, evidence: CallEvidence, trials: Mapping[str, Trial])
                 f"{key}: owed anew {marks[key]} times in calls.jsonl, {again[key]} times in trials.jsonl, "
                 f"and its record counts {replays}"
             )
-
-
-def _priced_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial]) -> Iterator[str]:
-    """Trials whose record names another interface of their provider than their last call, at another price."""
-    last = {call.key: call for call in evidence.calls if call.reply is not None and call.key in trials}
-    for key, call in last.items():
-        if is_hosted(trials[key].agent) and bool(trials[key].facts.get("batch")) != call.batch:
-            yield f"{key}: its record and its calls disagree on whether it was a batch"
 
 
 def agent_check(trials: Iterable[Trial]) -> Check:

@@ -109,7 +109,7 @@ class Budget:
         self._reserved.pop(call.key, None)
         self._lost.pop(call.key, None)
         if (price := self._prices.get(call.agent)) is not None:
-            self.spent += price.of(call.usage, batch=call.batch)
+            self.spent += price.of(call.usage)
             self.spent += unknown_dollars(call, price)
             self._costs[call.agent].note(call)
 

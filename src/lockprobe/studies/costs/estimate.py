@@ -64,7 +64,6 @@ class Estimate:
         most: Upper bound of the usage, whatever the replies; retries of malformed replies are extra.
         repeated: Share of the input tokens that repeat the start of the request before.
         price: The provider's price; None if it is not known.
-        batch: Whether the provider's batch interface is used.
         called: What the study calls the agent.
         until: When the study stops, if that is before all trials are played; else empty.
         outlook: What is expected until then, under each assumption.
@@ -79,7 +78,6 @@ class Estimate:
     most: Usage
     repeated: float
     price: Price | None
-    batch: bool = False
     until: str = ""
     outlook: tuple[Expected, ...] = ()
 
@@ -88,7 +86,7 @@ class Estimate:
         if self.price is None:
             return None
         usage = usage if cached else replace(usage, cached_tokens=0, stored_tokens=0)
-        return self.price.of(usage, batch=self.batch)
+        return self.price.of(usage)
 
     @property
     def most_dollars(self) -> float | None:
@@ -96,23 +94,20 @@ class Estimate:
         return None if self.price is None else most_dollars(self.most, self.price)
 
 
-def estimates(
-    study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = (), *, batch: bool = False
-) -> list[Estimate]:
+def estimates(study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = ()) -> list[Estimate]:
     """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
 
     Args:
         study: The study.
         done: Its recorded trials, by key.
         calls: Its recorded calls.
-        batch: Whether providers' batch interfaces are used.
     """
     agents = [_AgentEstimator(study, agent, done) for agent in hosted(study)]
     owners = {key: agent for agent in agents for key in agent.keys}
     for call in calls if agents else ():
         if (agent := owners.get(call.key)) is not None:
             agent.note(call)
-    found = (agent.estimate(batch=batch) for agent in agents)
+    found = (agent.estimate() for agent in agents)
     return [estimate for estimate in found if estimate.trials]
 
 
@@ -171,7 +166,7 @@ class _AgentEstimator:
             self._input += call.usage.input_tokens
             self._taken += self._prompts[self._shown[call.key]].request(call.step).input
 
-    def estimate(self, *, batch: bool) -> Estimate:
+    def estimate(self) -> Estimate:
         """The estimate for the owed trials, by modality and by the step at which they resume."""
         owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in self._owed())
         whole = self._usage(owed)
@@ -185,7 +180,6 @@ class _AgentEstimator:
             most=sum((self._prompts[shown].most(begun + 1, n) for (shown, begun, _), n in owed.items()), Usage()),
             repeated=whole.repeated / whole.expected.input if whole.expected.input else 0.0,
             price=self._facts.price,
-            batch=batch,
             until=str(self._study.until or ""),
             outlook=tuple(self._expected(owed)) if owed else (),
         )

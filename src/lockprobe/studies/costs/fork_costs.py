@@ -66,7 +66,7 @@ def _dollars_by_step(asked: Branching, directory: Path | str, agent: str) -> lis
     trials: defaultdict[int, set[str]] = defaultdict(set)
     for call in read_calls(directory):
         if call.key in asked.trials and asked.trials[call.key].agent == agent and call.step:
-            spent[call.step] += price.of(call.usage, batch=call.batch)
+            spent[call.step] += price.of(call.usage)
             trials[call.step].add(call.key)
     if not spent:
         return None

@@ -169,10 +169,10 @@ class _AgentSpending:
             repeated_tokens=self._repeated(call) if replied else 0,
             retries=call.retries,
             seconds=call.seconds,
-            dollars=None if price is None else price.of(call.usage, batch=call.batch),
+            dollars=None if price is None else price.of(call.usage),
             dollars_unknown=None if price is None else unknown_dollars(call, price),
             claimed=call.claimed is not None,
-            claimed_dollars=None if price is None else price.of(call.claimed or Usage(), batch=call.batch),
+            claimed_dollars=None if price is None else price.of(call.claimed or Usage()),
             price=price,
         )
         self._sum = total([self._sum, spent])

@@ -57,10 +57,10 @@ class TrialCosts:
         if not call.usage.input_tokens or (plan := self._plans.get(call.key)) is None:
             return
         self._counted += 1
-        self._paid_out += self.price.of(Usage(output_tokens=call.usage.output_tokens), batch=call.batch)
+        self._paid_out += self.price.of(Usage(output_tokens=call.usage.output_tokens))
         if call.turn == 1 and call.step <= plan.budget:
             self._first += 1
-            self._paid_in += self.price.of(replace(call.usage, output_tokens=0), batch=call.batch)
+            self._paid_in += self.price.of(replace(call.usage, output_tokens=0))
             self._predicted += self._of(plan).tokens_in(call.step)
 
     def rest(self, key: str, calls: int = 0) -> float:

@@ -325,8 +325,6 @@ def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tupl
     """Concurrency: the number of open trials, and the number of last trials to open all at once if memory is cheap."""
     if source.engine != "network" or study.attended:
         return 1, 0
-    if access.batch and _light(study):
-        return owed, 0
     return access.connections, _AT_THE_END * access.connections if _light(study) else 0
 
 
