@@ -15,6 +15,8 @@ from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lockprobe.foundation.safe_path import safe_path
+
 if TYPE_CHECKING:
     from typer import Typer
 
@@ -158,7 +160,8 @@ def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
     try:
-        status = _run_command()
+        with safe_path():  # also what libraries start: glfw asks an interpreter of its own for its version
+            status = _run_command()
     except KeyboardInterrupt:  # while modules are imported, or where a command has nothing to say about it
         print("lockprobe: stopped by Ctrl-C", file=sys.stderr)
         status = 130

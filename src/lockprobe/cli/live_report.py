@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.foundation.safe_path import interpreter, safe_path
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.running.observer import Observer, PassedOn
@@ -120,9 +120,9 @@ class LiveReport(PassedOn):
             return
         if self._writing is not None and self._writing.poll() is None:
             return
-        command = [sys.executable, "-m", "lockprobe", "report", str(self._directory)]
+        command = interpreter("-m", "lockprobe", "report", str(self._directory))
         quiet = subprocess.DEVNULL
-        with contextlib.suppress(OSError):  # a machine that can start no process has its report at the end
+        with safe_path(), contextlib.suppress(OSError):  # a machine that can start no process has its report at the end
             self._writing = subprocess.Popen(  # noqa: S603 - ourselves
                 command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
             )

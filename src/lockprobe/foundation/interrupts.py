@@ -7,6 +7,8 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from lockprobe.foundation.safe_path import safe_path
+
 __all__ = ["end_at_interrupt", "held_back", "interruptible"]
 
 
@@ -25,14 +27,15 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Hold Ctrl-C back while processes start here.
+    """Hold Ctrl-C back while processes start here; they import nothing from the working directory.
 
     A terminal sends it to them too, and one that still imports modules would print a traceback. They hold it back from
     their first moment on, until they decide what it does to them.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with safe_path():
+            yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 

@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.interrupts import end_at_interrupt, held_back
+from lockprobe.foundation.safe_path import safe_path
 
 __all__ = ["THIS_PROCESS", "Each", "Pool", "Processes", "Spawned", "begin_helper", "end_with_parent"]
 
@@ -37,7 +38,8 @@ class Spawned(ProcessPoolExecutor):
     """Fresh processes of this machine. Ctrl-C is held back in each until its ``initializer`` says what it does."""
 
     def __init__(self, count: int, initializer: Callable[..., None], *initargs: Any) -> None:
-        super().__init__(count, mp_context=get_context("spawn"), initializer=initializer, initargs=initargs)
+        with safe_path():  # the first semaphore starts a process that keeps track of all
+            super().__init__(count, mp_context=get_context("spawn"), initializer=initializer, initargs=initargs)
 
     def submit(self, fn: Callable[..., _R], /, *args: Any, **kwargs: Any) -> Future[_R]:
         """Submit a job, for which a process may be started."""

@@ -156,7 +156,7 @@ class Plugin:
         self._check_permission()
         module, _, path = self.value.partition(":")
         if not self.package and (here := str(Path.cwd())) not in sys.path:
-            sys.path.insert(0, here)
+            sys.path.append(here)  # last: what lies beside the module hides nothing
         try:
             found = reduce(getattr, path.split("."), importlib.import_module(module))
         except (KeyboardInterrupt, GeneratorExit):

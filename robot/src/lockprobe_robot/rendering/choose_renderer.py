@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.safe_path import interpreter, safe_path
 from lockprobe_robot.twin_settings import RendererChoice
 
 if TYPE_CHECKING:
@@ -98,14 +99,15 @@ def probe_one(name: RendererName) -> Probed:
     if importlib.util.find_spec("mujoco") is None:
         return Probed(name=name, ok=False, detail="the package mujoco is not installed")
     try:
-        done = subprocess.run(  # noqa: S603 - this interpreter and the program above
-            [sys.executable, "-c", _PROBE, name, *sys.path],
-            capture_output=True,
-            text=True,
-            timeout=_TIMEOUT,
-            check=False,
-            env={name: value for name, value in os.environ.items() if name not in _PLATFORMS},
-        )
+        with safe_path():
+            done = subprocess.run(  # noqa: S603 - this interpreter and the program above
+                interpreter("-c", _PROBE, name, *sys.path),
+                capture_output=True,
+                text=True,
+                timeout=_TIMEOUT,
+                check=False,
+                env={name: value for name, value in os.environ.items() if name not in _PLATFORMS},
+            )
     except subprocess.TimeoutExpired:
         return Probed(name=name, ok=False, detail=f"it hung for {_TIMEOUT:.0f} s")
     if done.returncode == 0:

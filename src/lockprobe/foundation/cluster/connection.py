@@ -11,7 +11,7 @@ import os
 import socket
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from typing import Any
 
 from lockprobe.foundation.errors import BadValue, Missing
@@ -41,7 +41,8 @@ def connected(address: str) -> Iterator[Any]:
     except ImportError:
         raise Missing("--cluster needs the package ray", "pip install 'lockprobe[cluster]'") from None
     try:
-        with _standard_error() as said:
+        # workers get the working directory of this process as part of their import path: an empty one
+        with _standard_error() as said, tempfile.TemporaryDirectory() as empty, chdir(empty):
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         raise _unreachable(address, error, said[0]) from None

@@ -26,6 +26,7 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import PlantFault, TrialFault, UserMistake, kind_and_words
 from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.safe_path import interpreter, safe_path
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.protocols import Plant
@@ -121,9 +122,10 @@ class _Host:
     running: _Host | None = None
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen(  # noqa: S603 - this interpreter and the program above
-            [sys.executable, "-c", _PROGRAM, *sys.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
+        with safe_path():
+            self._process = subprocess.Popen(  # noqa: S603 - this interpreter and the program above
+                interpreter("-c", _PROGRAM, *sys.path), stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            )
         self.numbers = itertools.count()
         self._turn = threading.Lock()
 
