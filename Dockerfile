@@ -6,7 +6,7 @@
 # Debian keeps no old versions of its packages, so none is pinned.
 # hadolint global ignore=DL3008
 
-FROM python:3.13-slim-trixie AS system
+FROM python:3.13-slim-trixie
 
 # libgomp1 is for local models; EGL and Mesa draw the physical box without a screen and without a graphics card.
 RUN apt-get update \
@@ -16,18 +16,6 @@ RUN apt-get update \
 RUN pip install --no-cache-dir uv==0.13.9 \
     && useradd --create-home --uid 1000 lockprobe
 
-
-# For developers (.devcontainer): git, and a browser for the tests of the participants' page.
-FROM system AS developer
-
-RUN apt-get update \
-    && apt-get install --yes --no-install-recommends chromium git \
-    && rm -rf /var/lib/apt/lists/*
-
-USER 1000
-
-
-FROM system
 
 ENV UV_COMPILE_BYTECODE=1 \
     UV_LINK_MODE=copy \

@@ -6,8 +6,6 @@ import tomllib
 from inspect import signature
 from pathlib import Path
 
-import pytest
-
 from lockprobe.cli import COMMANDS
 from lockprobe.cli.serve import serve
 
@@ -29,7 +27,7 @@ def rest(instruction):
 
 
 def installed():
-    """Debian's packages in the image that is built without a target, which leaves out the stage for developers."""
+    """Debian's packages in the image."""
     (command,) = [step for step in rest("RUN") if "libegl1" in step]
     return {*re.search(r"--no-install-recommends (.*?) &&", command)[1].split()}
 
@@ -66,10 +64,9 @@ def test_the_packages_are_those_of_the_lock_file():
     assert len(synced) == 2
     assert all("--locked" in step and "--all-extras" in step for step in synced)
     assert {group for step in synced for group in re.findall(r"--group (\S+)", step)} <= {*PROJECT["dependency-groups"]}
-    (base, *stages) = rest("FROM")
-    version = re.fullmatch(r"python:(3\.\d+)-slim-\w+ AS system", base)[1]
+    (base,) = rest("FROM")
+    version = re.fullmatch(r"python:(3\.\d+)-slim-\w+", base)[1]
     assert f"Programming Language :: Python :: {version}" in PROJECT["project"]["classifiers"]
-    assert stages == ["system AS developer", "system"]
 
 
 def test_the_port_is_that_of_the_participants_page():
@@ -80,24 +77,9 @@ def test_the_port_is_that_of_the_participants_page():
 
 def test_commands_of_the_page_name_the_image_and_a_command():
     lines = re.findall(r"^docker run (.*)$", PAGE, re.MULTILINE)
-    assert len(lines) == 3
+    assert len(lines) == 2
     for line in lines:
         after = line.partition(" lockprobe")[2].split()
         assert not after or after[0] in COMMANDS
         assert '-v "$PWD:/studies"' in line
     assert rest("WORKDIR")[-1] == "/studies"
-
-
-@pytest.fixture(scope="module")
-def developer():
-    return json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text("utf-8"))
-
-
-def test_the_container_for_developers_is_a_stage_of_the_same_file(developer):
-    build = developer["build"]
-    folder = ROOT / ".devcontainer"
-    assert (folder / build["dockerfile"]).resolve() == ROOT / "Dockerfile"
-    assert (folder / build["context"]).resolve() == ROOT
-    assert f"system AS {build['target']}" in rest("FROM")
-    assert any(f"useradd --create-home --uid 1000 {developer['remoteUser']}" in step for step in rest("RUN"))
-    assert [str(port) for port in developer["forwardPorts"]] == rest("EXPOSE")

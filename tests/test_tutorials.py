@@ -15,8 +15,6 @@ from typer.testing import CliRunner
 import lockprobe
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
-from lockprobe.people.capacity import trials_for, what_each_plays
-from lockprobe.people.experiment import Experiment
 from lockprobe.studies.options.studyfile import study
 
 IN_ARM = {"lie": "flip?p=0.4"}
@@ -119,10 +117,3 @@ def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, m
         monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")
         assert in_process(*words, "--budget", "1", "--out", "again").exit_code == 0
     assert [len(lockprobe.load(tmp_path / name)) for name in ("own-pilot", "again")] == [4, 4]
-
-
-def test_forty_people_have_places():
-    planned = study("flips", agent="participant", p=(0, 0.4), repetitions=1, trials=trials_for(40, 2, 1, Experiment()))
-    (shown,) = [block for block in blocks("tutorial-people.md", "text") if "Places for" in block]
-    assert f"for people: {planned.size} trials, each played by one of them" in shown
-    assert what_each_plays(planned, Experiment())[0] in shown
