@@ -52,8 +52,6 @@ UNSEEN = (
 CHEAP = ["--no-sandbox", "--disable-gpu", f"--disable-features={','.join(UNSEEN)}"]
 """What Chromium is started with: most of its time would go into what nobody sees."""
 
-ADMIN_TOKEN = "for-the-admin-page-alone"
-
 DOUBLE_TAP = 100
 """Pixels between two taps within which a browser may take them for a double tap."""
 
@@ -424,7 +422,7 @@ def _end():
 async def served(directory, study, **settings):
     """The server in this process; its address."""
     experiment = Experiment(**{"practice": "", **settings})
-    door = ServerOptions(port=0, token=ADMIN_TOKEN)
+    door = ServerOptions(port=0)
     async with opened(directory, study, experiment, read_words(experiment.language), door) as where:
         yield where.url
 

@@ -12,13 +12,16 @@ from builders import study_of
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
+from lockprobe.people.assignment import conditions_of
 from lockprobe.people.diary import Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree, Answer, Answers, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, ComprehensionQuestions, Consent
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
+from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
@@ -51,6 +54,24 @@ def right_answers(scene: ComprehensionQuestions, words=WORDS, own=()) -> Answers
     """The right answers to questions on the instructions."""
     known = {one.question: one.right for one in (*words.comprehension.questions, *own)}
     return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
+
+
+def flow(reception: ServerState) -> Flow:
+    """Who has taken part."""
+    directory = reception._opened.directory
+    return flow_of(reception._opened.study, read_diaries(directory), withdrawn(directory))
+
+
+def free(reception: ServerState) -> list[int]:
+    """How many trials of each condition are left."""
+    study, taken = reception._opened.study, reception._roster._all_given().taken_of
+    return [study.repetitions * study.trials - taken[one] for one in conditions_of(study)]
+
+
+async def leaves(reception: ServerState, token: str) -> PageReply:
+    """Somebody loads the page and withdraws."""
+    shown = await reception.enter(token, {})
+    return await reception.withdraw(shown.token, shown.lease)
 
 
 class Clock:

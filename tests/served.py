@@ -34,10 +34,10 @@ def experiment(**changes):
 
 
 @asynccontextmanager
-async def served(directory, study=STUDY, people=EXPERIMENT, door=None, desk=None):
-    door = door or ServerOptions(port=0, token="a-token-for-tests")
+async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
+    door = door or ServerOptions(port=0)
     async with (
-        opened(directory, study, people, read_words("en"), door, desk) as where,
+        opened(directory, study, people, read_words("en"), door) as where,
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=20) as http,
     ):
         yield SimpleNamespace(url=where.url, http=http, directory=directory, study=study)

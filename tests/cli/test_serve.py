@@ -1,7 +1,6 @@
 """``lockprobe serve``, as typed."""
 
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -9,7 +8,6 @@ import sys
 import tomllib
 
 import forked
-import httpx
 import pytest
 from typed import typed
 from visitor import server
@@ -22,9 +20,9 @@ from lockprobe.people.texts import read_words
 from lockprobe.studies.options.settings import read_study
 
 
-def refused(*arguments, **environment):
+def refused(*arguments):
     """The one line that is said."""
-    done = typed("serve", *arguments, timeout=60, env={**os.environ, **environment})
+    done = typed("serve", *arguments, timeout=60)
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
     assert not done.stdout
@@ -35,22 +33,16 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     asked = ["serve", "flips", "--port", 0, "--out", tmp_path / "study"]
     process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(11)]
-        admin = said[5].split()[1]
+        said = [process.stdout.readline().rstrip() for _ in range(10)]
         assert said[0] == "flips on chain-4 for people: 24 trials, each played by one of them"
         assert said[1].startswith("Places for 6 people, each plays 4 boxes: each of the 4 conditions once")
         assert said[2] == "Orders of the conditions are balanced after every 4 people; 6 are 2 over."
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[4]
-        assert "/admin#token=" in admin
-        assert said[6].endswith(str(tmp_path / "study"))
-        assert "names nobody as responsible" in said[7]
-        assert "how long the study takes" in said[8]
-        assert "--require-id or --join-code" in said[9]
-        assert said[10].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
-        url, _, token = admin.partition("admin#token=")
-        with httpx.Client(trust_env=False, verify=False) as http:
-            asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})
-        assert asked.json()["joined"] == 0
+        assert said[5].endswith(str(tmp_path / "study"))
+        assert "names nobody as responsible" in said[6]
+        assert "how long the study takes" in said[7]
+        assert "--require-id or --join-code" in said[8]
+        assert said[9].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
     finally:
         process.send_signal(signal.SIGINT)
         rest, errors = process.communicate(timeout=20)
@@ -63,13 +55,8 @@ def test_people_join_a_study_that_others_have_played(tmp_path):
     done = typed("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
                      "--no-report", "--out", tmp_path)  # fmt: skip
     assert done.returncode == 0, done.stderr
-    token = "t" * 20
-    with server(tmp_path, "--port", 0, environment={**os.environ, "LOCKPROBE_ADMIN_TOKEN": token}) as where:
+    with server(tmp_path, "--port", 0) as where:
         assert where["directory"] == str(tmp_path)
-        assert where["admin_url"].endswith("/admin")  # whoever set it knows it
-        with httpx.Client(trust_env=False, verify=False) as http:
-            asked = http.get(f"{where['url']}api/admin/progress", headers={"authorization": f"Bearer {token}"})
-        assert [condition["slots"] for condition in asked.json()["conditions"]] == [2, 2]
     assert read_study(tmp_path).agents == ("random", "participant")
     assert "--trials" in refused(tmp_path, "--trials", 5)
 
@@ -166,9 +153,8 @@ def test_it_notes_the_ends_that_have_no_code_where_the_completion_has_one(settin
         (("flips", "--condition", "hypothesis"), "the page asks for a joint and what the last action did"),
         (("flips", "--sweep", "tremble?p=0,0.1,0.2", "--trials", "2", "--repetitions", "1"), "give --trials 3"),
         (("flips", "--condition", "nudge", "--texts", "de"), "texts: got 'de', expected English ones with nudge"),
-        (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),
-        (("flips", "--host", "192.0.2.1"), "export LOCKPROBE_ADMIN_TOKEN"),
-        (("flips", "--host", "no such"), "export LOCKPROBE_ADMIN_TOKEN"),
+        (("flips", "--host", "0.0.0.0"), "give --public-url"),
+        (("flips", "--host", "no such"), "host: got 'no such'"),
         (("flips", "--public-url", "ftp://a"), "public-url"),
         (("flips", "--allow-host", "a:1"), "allow-host"),
         (("flips", "--plant", "none"), "plant"),
@@ -178,7 +164,6 @@ def test_it_notes_the_ends_that_have_no_code_where_the_completion_has_one(settin
 )
 def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, arguments, said):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("LOCKPROBE_ADMIN_TOKEN", raising=False)
     with pytest.raises(UserMistake) as mistake:
         build(["serve"])(["serve", *arguments, "--port", "0"], standalone_mode=False)
     assert said in str(mistake.value)
@@ -212,12 +197,6 @@ def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch)
     )
     assert planned("mine.toml") == (["plain", "nudged"], 12, 1)
     assert planned("why")[0][0] == "truth"
-
-
-def test_a_public_address_needs_a_name_and_a_token_that_is_none_to_guess(tmp_path):
-    assert "16 or more" in refused("flips", "--out", tmp_path / "x", LOCKPROBE_ADMIN_TOKEN="short")
-    assert "--public-url" in refused("flips", "--host", "0.0.0.0", LOCKPROBE_ADMIN_TOKEN="t" * 16)
-    assert not (tmp_path / "x").exists()
 
 
 def test_a_port_in_use_and_another_study_are_said(tmp_path):

@@ -4,7 +4,7 @@ import asyncio
 from collections import Counter
 
 import pytest
-from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part, to_first
+from seated import Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part, to_first
 
 from lockprobe.people.diary import Joined, Released
 from lockprobe.people.journey import Journey
@@ -102,11 +102,11 @@ def test_who_comes_back_goes_on_however_late_as_long_as_nobody_needed_the_place(
             on = await go_on(reception, player, first, lambda shown: shown.scene.kind == "over")
             clock.now += 1000 * HOURS
             on = await reception.act(on.token, on.lease, on.turn, await player.act(on), {})  # in the same tab
-            return await go_on(reception, player, on), reception.progress()
+            return await go_on(reception, player, on), flow(reception)
 
     shown, progress = asyncio.run(comes_back())
     assert shown.scene.kind == "debrief"
-    assert (progress.late, progress.finished, len(load(tmp_path))) == (0, 2, 4)
+    assert (progress.finished, len(load(tmp_path))) == (2, 4)
 
 
 def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_with_more_time(tmp_path):
@@ -126,11 +126,10 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
             again = await reception.enter(left.token, {})
             assert tab.scene.why == again.scene.why == "late"
             assert again.may_withdraw
-            return reception.progress()
+            return free(reception)
 
     for experiment in (short(), short(away_minutes=100_000)):
-        progress = asyncio.run(comes_back(experiment))
-        assert (progress.late, [one.free for one in progress.conditions]) == (1, [0, 0])
+        assert asyncio.run(comes_back(experiment)) == [0, 0]
     assert len(load(tmp_path)) == 3  # what was finished stays
 
 
@@ -222,7 +221,7 @@ def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypa
             joining = asyncio.gather(*joins)
             await begun.wait()
             (other,) = {first.identity, second.identity} - set(slow)
-            await reception.withdraw_participant(other)
+            await reception._delete(reception._roster.called(other))
             shown = await joining
             monkeypatch.undo()
             return other, shown
@@ -286,7 +285,7 @@ def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeyp
                 )
                 assert shown.identity
             once = list(looked)
-            await reception.withdraw_participant(shown.identity)
+            await leaves(reception, shown.token)
             after = reception._roster.assigned()
             reception._roster._given = None
             assert reception._roster.assigned() == after

@@ -12,6 +12,8 @@ from seated import (
     Player,
     as_played,
     diary_of,
+    flow,
+    free,
     go_on,
     opened,
     people_study,
@@ -117,18 +119,17 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
     experiment = Experiment(comprehension={"rounds": 1}, screened_url="https://example.org/no", screened_code="S1")
 
     async def fails(reception, shown):
-        before = reception.progress()
+        before = free(reception)
         shown = await to_first(ComprehensionQuestions, reception, shown)
         shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
         assert (shown.scene.why, shown.scene.completion_code) == ("screened", "S1")
         assert (shown.progress, shown.may_withdraw) == (None, True)
         assert await refused(reception, shown, Next()) == "impossible"
-        return shown, before, reception.progress()
+        return shown, before, free(reception), flow(reception)
 
-    shown, before, after = sitting(tmp_path, STUDY, fails, experiment=experiment)
-    assert [one.under_way for one in before.conditions] == [1, 1]
-    assert [(one.under_way, one.free) for one in after.conditions] == [(0, 4), (0, 4)]
-    assert (after.screened, after.late, after.finished) == (1, 0, 0)
+    shown, before, after, progress = sitting(tmp_path, STUDY, fails, experiment=experiment)
+    assert (before, after) == ([3, 3], [4, 4])
+    assert (progress.screened, progress.left_open, progress.finished) == (1, 0, 0)
     assert load(tmp_path) == []
 
     async def comes_back():
@@ -395,8 +396,7 @@ def test_a_box_that_breaks_is_no_failure_and_the_next_one_comes(tmp_path, plant)
         player = Player(tmp_path, STUDY, "round-robin")
         shown = await go_on(reception, player, shown, lambda one: one.scene.kind == "over")
         assert (shown.scene.number, shown.scene.solved) == (1, None)
-        progress = reception.progress()
-        assert (progress.participants[0].broken, sum(one.free for one in progress.conditions)) == (1, 7)
+        assert sum(free(reception)) == 7
         return await go_on(reception, player, shown)
 
     shown = sitting(tmp_path, STUDY, breaks)

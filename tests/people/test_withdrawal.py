@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 from builders import make_trial
-from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part
+from seated import Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part
 
 from lockprobe.foundation.errors import BadFile
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box
@@ -41,15 +42,14 @@ def test_who_withdraws_leaves_no_trace_but_the_count(tmp_path):
             with pytest.raises(ActRefused) as refusal:
                 await reception.act(shown.token, shown.lease, 7, Next(), {})
             assert refusal.value.code == "stale"
-            return reception.progress()
+            return flow(reception), free(reception)
 
-    progress = asyncio.run(withdraws())
+    progress, places = asyncio.run(withdraws())
     assert traces(tmp_path, third.identity, token, "platformname") == []
     assert load(tmp_path) == kept
     assert {timing.key for timing in read_timings(tmp_path)} == {trial.key for trial in kept}
-    assert (progress.withdrawn, progress.joined, withdrawn(tmp_path)) == (1, 2, 1)
-    assert [one.free for one in progress.conditions] == [2, 2]
-    assert {person.identity for person in progress.participants} == {shown.identity for shown in last}
+    assert (progress.withdrawn, progress.consented, places) == (1, 3, [2, 2])
+    assert {diary.identity for diary in read_diaries(tmp_path)} == {shown.identity for shown in last}
 
 
 def in_the_second_box(shown):
@@ -61,16 +61,12 @@ def test_the_journal_goes_on_after_somebody_was_struck(tmp_path):
 
     async def withdraws():
         async with opened(tmp_path, STUDY, short(), clock=Clock()) as reception:
-            await reception.withdraw_participant(left.identity)
+            await leaves(reception, left.token)
             shown = await reception.enter(left.token, {})  # is a stranger now
             assert shown.scene.kind == "consent"
             shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
             assert shown.identity != left.identity
             await go_on(reception, Player(tmp_path, STUDY, "random"), shown)
-            for unknown in (left.identity, "nobody", ""):
-                with pytest.raises(ActRefused) as refusal:
-                    await reception.withdraw_participant(unknown)
-                assert refusal.value.code == "unknown"
 
     asyncio.run(withdraws())
     assert [trial.key for trial in load(tmp_path)] == [timing.key for timing in read_timings(tmp_path)]
@@ -107,11 +103,12 @@ def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, mon
 
     async def withdraws():
         async with opened(tmp_path, STUDY, short()) as reception:
+            shown = await reception.enter(left.token, {})
             with monkeypatch.context() as patched:
                 for name in ("replace", "unlink", "open"):
                     patched.setattr(Path, name, dying(getattr(Path, name)))
                 patched.setattr("os.fsync", dying(__import__("os").fsync))
-                await reception.withdraw_participant(left.identity)
+                await reception.withdraw(shown.token, shown.lease)
 
     try:
         asyncio.run(withdraws())
@@ -123,15 +120,15 @@ def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, mon
 
     async def opens():
         async with opened(tmp_path, STUDY, short()) as reception:
-            return reception.progress()
+            return flow(reception)
 
     progress = asyncio.run(opens())
-    assert progress.withdrawn == withdrawn(tmp_path)
+    assert progress.consented == 2
     if noted or progress.withdrawn:
         assert traces(tmp_path, left.identity) == []
-        assert (progress.withdrawn, progress.joined, len(load(tmp_path))) == (1, 1, 2)
+        assert (progress.withdrawn, len(load(tmp_path))) == (1, 2)
     else:
-        assert (progress.withdrawn, progress.joined, len(load(tmp_path))) == (0, 2, 4)
+        assert (progress.withdrawn, len(load(tmp_path))) == (0, 4)
     assert {trial.agent for trial in load(tmp_path)} >= {f"participant:{stays.identity}"}
 
 
@@ -143,7 +140,7 @@ def test_what_killed_writers_left_of_them_goes_too(tmp_path):
 
     async def withdraws():
         async with opened(tmp_path, STUDY, short()) as reception:
-            await reception.withdraw_participant(left.identity)
+            await leaves(reception, left.token)
 
     asyncio.run(withdraws())
     assert traces(tmp_path, left.identity) == []
@@ -183,19 +180,18 @@ def test_a_deletion_that_failed_is_finished_before_the_next_one(tmp_path, monkey
         async with opened(tmp_path, STUDY, short()) as reception:
             with monkeypatch.context() as patched:
                 patched.setattr("lockprobe.studies.records.journal.rewritten", cannot)
-                for identity in (fails.identity, other.identity):  # nothing is noted over what is not finished
+                for token in (fails.token, other.token):  # nothing is noted over what is not finished
                     with pytest.raises(BadFile):
-                        await reception.withdraw_participant(identity)
+                        await leaves(reception, token)
             shown = await reception.enter(fails.token, {})
-            assert (shown.scene.why, reception.progress().withdrawn) == ("withdrawn", 0)
+            assert (shown.scene.why, withdrawn(tmp_path)) == ("withdrawn", 0)
             if again:
                 await reception.withdraw(shown.token, shown.lease)
-            await reception.withdraw_participant(other.identity)
-            return reception.progress()
+            await leaves(reception, other.token)
+            return flow(reception), free(reception)
 
-    progress = asyncio.run(withdraw_both())
-    assert (progress.withdrawn, progress.joined, withdrawn(tmp_path)) == (2, 1, 2)
-    assert [one.free for one in progress.conditions] == [3, 3]
+    progress, places = asyncio.run(withdraw_both())
+    assert (progress.withdrawn, progress.consented, places) == (2, 3, [3, 3])
     assert traces(tmp_path, fails.identity, other.identity) == []
     assert {trial.agent for trial in load(tmp_path)} == {f"participant:{stays.identity}"}
 
@@ -240,10 +236,10 @@ def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
             clock.now += 7200
             shown = await reception.enter(None, {})
             joins = reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
-            return await asyncio.gather(joins, reception.withdraw(shown.token, shown.lease)), reception.progress()
+            return await asyncio.gather(joins, reception.withdraw(shown.token, shown.lease))
 
-    (_, shown), progress = asyncio.run(both())
-    assert (shown.scene.why, progress.withdrawn, progress.joined) == ("withdrawn", 1, 1)
+    _, shown = asyncio.run(both())
+    assert (shown.scene.why, withdrawn(tmp_path)) == ("withdrawn", 1)
     assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
 
 

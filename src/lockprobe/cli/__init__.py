@@ -33,6 +33,7 @@ COMMANDS = {
     "replay": ("replay", "replay", "Show a finished trial, step by step or as a film."),
     "branch": ("branch", "branch", "Measure the effect of one report: fork recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study in their browser."),
+    "withdraw": ("withdraw", "withdraw", "Delete all data of one participant."),
     "mcp": ("mcp", "mcp", "Let an agent with tools (MCP) play a study."),
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
     "chance": ("chance", "chance", "Compute the chance level of an action loop."),

@@ -20,7 +20,6 @@ from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.interfaces.export.downloads import downloads
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
@@ -70,10 +69,7 @@ JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code tha
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 View = Annotated[str | None, typer.Option(metavar="text|panel", help=options.with_brackets(options.VIEW, "panel"))]
 TrialsEach = Annotated[int | None, typer.Option(help=options.with_brackets(options.TRIALS_EACH, "each condition once"))]
-Host = Annotated[
-    str,
-    typer.Option(help=options.with_brackets(options.HOST, "any other than the default needs LOCKPROBE_ADMIN_TOKEN")),
-]
+Host = Annotated[str, typer.Option(help=options.HOST)]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
 Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
 WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write a file of texts to edit, and exit.")]
@@ -111,8 +107,8 @@ def serve(
     """Let people take part in a study, on a page in their browser. The same command resumes the study.
 
     Together they play the trials of the agent participant, each trial once; lockprobe run, report and export treat
-    these like any other agent's. Ctrl-C stops the server; no progress is lost. --json prints url, study_url, admin_url
-    and directory.
+    these like any other agent's. Ctrl-C stops the server; no progress is lost. --json prints url, study_url and
+    directory.
     """
     if write_texts or write_people:
         _write(write_texts, write_people, texts)
@@ -154,25 +150,17 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
-    from lockprobe.people.web.address import ADMIN_TOKEN
-    from lockprobe.people.web.admin import AdminPage
     from lockprobe.people.web.serving import ServerOptions
     from lockprobe.people.web.serving import serve as until_stopped
 
     words = words_to_read(directory, experiment)
-    token = os.environ.get(ADMIN_TOKEN) or None
     opening = until_stopped(
         directory,
         planned,
         experiment,
         words,
-        ServerOptions(token=token, **door),  # type: ignore[arg-type] # named as its fields are
+        ServerOptions(**door),  # type: ignore[arg-type] # named as its fields are
         announce=lambda where: _announce(where, planned, experiment, words, json=json),
-        page=AdminPage(
-            study_url=lambda url: _study_url(url, experiment),
-            reminders=_reminders(words, experiment),
-            files=downloads(directory),
-        ),
     )
     asyncio.run(opening)
     if not json:
@@ -182,10 +170,10 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
 def _announce(where: RunningServer, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
     if json:
         given = _study_url(where.url, experiment)
-        said = {"url": where.url, "study_url": given, "admin_url": where.admin_url, "directory": str(where.directory)}
+        said = {"url": where.url, "study_url": given, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    lines = _start_lines(planned, experiment, words, where.url, where.admin_url, where.directory)
+    lines = _start_lines(planned, experiment, words, where.url, where.directory)
     print("\n".join(lines), flush=True)
 
 
@@ -236,9 +224,7 @@ def _without_way_back(words: Words, experiment: Experiment) -> tuple[str, ...]:
     )
 
 
-def _start_lines(
-    study: Study, experiment: Experiment, words: Words, url: str, admin_url: str, directory: Path
-) -> tuple[str, ...]:
+def _start_lines(study: Study, experiment: Experiment, words: Words, url: str, directory: Path) -> tuple[str, ...]:
     """The lines printed when people can join."""
     size = study.size // len(study.agents)
     own, given = url.rstrip("/") + "/", _study_url(url, experiment)
@@ -247,7 +233,6 @@ def _start_lines(
         *what_each_plays(study, experiment),
         f"Participants  {own}",
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
-        f"Admin         {admin_url}",
         f"Kept in       {directory}",
         *(f"Note          {line}" for line in _reminders(words, experiment)),
         f"Ctrl-C stops; the same command resumes. Hash of the settings: {study.settings_hash}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -20,8 +20,8 @@ from lockprobe.cli.tally import in_boundaries
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.durations import Durations, durations_of
-from lockprobe.people.experiment import kept_experiment
+from lockprobe.people.progress import flow_of
+from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
@@ -73,8 +73,9 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
     facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
     facts |= _in_progress(directory, index)
-    durations = durations_of(read_diaries(directory), kept_experiment(directory))
-    facts["durations"] = None if durations is None else asdict(durations)
+    flow = flow_of(study, read_diaries(directory), withdrawn(directory))
+    counts = {} if flow is None else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn}
+    facts["participants"] = counts
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
         lines = [
@@ -220,9 +221,9 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         who = f" by {facts['people']}" if facts["people"] else ""
         played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
         yield "people", f"{played}{extra if not facts['trials'] else ''} (lockprobe serve {directory})"
-    if isinstance(took := facts["durations"], dict):
-        found = Durations(**took)
-        yield "", f"{count(found.people, 'person', 'people')} finished; for people.toml: {found.setting}"
+    if isinstance(counts := facts["participants"], dict) and counts:
+        joined = f"{count(counts['joined'], 'person', 'people')} joined"
+        yield "", f"{joined}, {counts['finished']} finished, {counts['withdrawn']} withdrew"
     if facts["forks"]:
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:

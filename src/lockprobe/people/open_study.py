@@ -25,7 +25,7 @@ from lockprobe.people.practice import examples_of, practice_plan
 from lockprobe.people.text_scenes import TextScenes
 from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_file
 from lockprobe.people.tokens import TOKENS
-from lockprobe.people.withdrawal import finish_withdrawal, put
+from lockprobe.people.withdrawal import delete_unnamed_pictures, finish_withdrawal, put, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.settings import read_study
@@ -149,6 +149,8 @@ async def open_study(
                 clock=clock,
                 page=page,
             )
+        if withdrawn(directory):
+            delete_unnamed_pictures(directory)
 
 
 @contextmanager

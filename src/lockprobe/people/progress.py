@@ -1,62 +1,17 @@
-"""Counts of participants and boxes, for the admin page and for reports."""
+"""Counts of participants and boxes, for the status of a study and its report."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
 
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Diary, Slot
+from lockprobe.people.diary import Diary
 from lockprobe.people.journey import Journey
 from lockprobe.studies.study import Study
 
-__all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "PeopleProgress", "flow_of", "progress_of"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ConditionProgress:
-    """Trials of one condition: ``slots`` in all, finished, assigned (``under_way``), and free."""
-
-    condition: str
-    slots: int
-    finished: int
-    under_way: int
-    free: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParticipantProgress:
-    """One participant. ``last_act`` is in seconds since 1970 (UTC).
-
-    ``late`` participants were away so long that others may play their unfinished trials. ``screened`` ones answered
-    questions on the instructions wrong too often.
-    """
-
-    identity: str
-    stage: Literal["under way", "finished", "late", "screened"]
-    boxes_done: int
-    boxes: int
-    broken: int
-    last_act: float
-    checks_right: int
-    checks_wrong: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PeopleProgress:
-    """A study as people play it; participants in the order in which they joined, without withdrawn ones."""
-
-    conditions: tuple[ConditionProgress, ...]
-    participants: tuple[ParticipantProgress, ...]
-    joined: int
-    finished: int
-    withdrawn: int
-    late: int
-    screened: int
-    checks_right: int
-    checks_wrong: int
+__all__ = ["BoxesAt", "Flow", "flow_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,42 +55,6 @@ class Flow:
     boxes: tuple[BoxesAt, ...]
 
 
-def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], gone: int) -> PeopleProgress:
-    """The progress of a study.
-
-    Args:
-        study: The study.
-        journeys: Of all participants who have not withdrawn.
-        finished: Recorded trials, whoever played them.
-        gone: Number of withdrawals.
-    """
-    done = Counter(slot.condition for slot in finished)
-    open_ones = {slot for journey in journeys for slot in journey.slots_kept} - set(finished)
-    under_way = Counter(slot.condition for slot in open_ones)
-    slots = study.repetitions * study.trials
-    people = tuple(map(_participant, journeys))
-    return PeopleProgress(
-        conditions=tuple(
-            ConditionProgress(
-                condition=one,
-                slots=slots,
-                finished=done[one],
-                under_way=under_way[one],
-                free=slots - done[one] - under_way[one],
-            )
-            for one in conditions_of(study)
-        ),
-        participants=people,
-        joined=len(people),
-        finished=sum(person.stage == "finished" for person in people),
-        withdrawn=gone,
-        late=sum(person.stage == "late" for person in people),
-        screened=sum(person.stage == "screened" for person in people),
-        checks_right=sum(person.checks_right for person in people),
-        checks_wrong=sum(person.checks_wrong for person in people),
-    )
-
-
 def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
     """How many participants reached the end; None where nobody has taken part. ``gone``: number of withdrawals."""
     journeys = [Journey.of(diary) for diary in diaries]
@@ -165,18 +84,4 @@ def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
         boxes=tuple(
             BoxesAt(condition=one, given=given[one], left_open=left[one]) for one in conditions_of(study) if given[one]
         ),
-    )
-
-
-def _participant(journey: Journey) -> ParticipantProgress:
-    right = sum(journey.checks)
-    return ParticipantProgress(
-        identity=journey.identity,
-        stage=journey.shut or ("finished" if journey.finished else "under way"),
-        boxes_done=len(journey.endings),
-        boxes=len(journey.joined.slots),
-        broken=sum(ending == "error" for ending in journey.endings.values()),
-        last_act=journey.at,
-        checks_right=right,
-        checks_wrong=len(journey.checks) - right,
     )

@@ -13,7 +13,6 @@ Code = Literal[
     "incomplete",  # the recruitment platform did not fill in a parameter of the URL
     "forged",  # the token was not given out here
     "wrong-code",  # the code to join is missing or wrong
-    "unknown",  # no participant has this ID
     "stale",  # the act is for another scene than the one shown; the page has to ask for that one
     "elsewhere",  # the study is open in a newer tab
     "impossible",  # the act has the right form, but this scene does not allow it

@@ -76,10 +76,6 @@ class Roster:
         """The session of the browser with a token."""
         return self._by_mark.get(mark)
 
-    def with_platform_id(self, value: str) -> list[str]:
-        """Participants whose URL held this value, in any of the parameters that are kept."""
-        return [session.journey.identity for session in self if value in session.journey.joined.platform.values()]
-
     def person(self, platform: Mapping[str, str]) -> str | None:
         """A person's ID on the recruitment platform."""
         names = self._opened.experiment.recruitment

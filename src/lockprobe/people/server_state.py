@@ -18,7 +18,6 @@ from pathlib import Path
 from lockprobe.people.consent import CODE, Admission
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
-from lockprobe.people.progress import PeopleProgress, progress_of
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
 from lockprobe.people.roster import Roster
@@ -26,7 +25,7 @@ from lockprobe.people.scenes import Scene
 from lockprobe.people.session import Session
 from lockprobe.people.texts import Words
 from lockprobe.people.tokens import TOKENS, Tokens
-from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
+from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
@@ -221,31 +220,6 @@ class ServerState:
                 self._check_lease(session, lease)
                 await self._delete(session)
         return _outside(token, lease, self._opened.texts.closed("withdrawn"))
-
-    async def withdraw_participant(self, identity: str) -> None:
-        """Delete all data of a participant, at the experimenter's request.
-
-        Raises:
-            ActRefused: As ``unknown``, if there is no such participant.
-            BadFile: If it cannot be written; the next opening of the study then finishes the deletion.
-        """
-        if (session := self._roster.called(identity)) is None:
-            raise ActRefused("unknown", "no such participant")
-        async with session.lock:
-            await self._delete(session)
-
-    def with_platform_id(self, value: str) -> list[str]:
-        """The participants with an ID of the recruitment platform."""
-        return self._roster.with_platform_id(value)
-
-    def progress(self) -> PeopleProgress:
-        """How far people have come, by condition."""
-        journeys = [session.journey for session in self._roster]
-        return progress_of(self.study, journeys, self._roster.finished(), withdrawn(self._opened.directory))
-
-    def withdrawals(self) -> tuple[int, str | None]:
-        """The number of withdrawals and the deletion under way; both change with every withdrawal."""
-        return withdrawn(self._opened.directory), withdrawing(self._opened.directory)
 
     async def _reply(self, token: str, lease: str, session: Session) -> PageReply:
         scene, journey = await session.show(), session.journey

@@ -12,10 +12,21 @@ from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private, writing
+from lockprobe.foundation.storage.jsonl import whole_lines
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.trial.pictures.picture import PICTURE_NAME
 
-__all__ = ["count_withdrawn", "finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
+__all__ = [
+    "count_withdrawn",
+    "delete_unnamed_pictures",
+    "finish_withdrawal",
+    "note_withdrawal",
+    "put",
+    "withdrawing",
+    "withdrawn",
+]
 
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
@@ -77,6 +88,24 @@ def finish_withdrawal(journal: Journal) -> str | None:
         remove_file(people / _UNDER_WAY)
         sync_directory(people)
     return str(note["participant"])
+
+
+def delete_unnamed_pictures(directory: Path) -> None:
+    """Delete the pictures that no record names any more. Nobody may be playing: unfinished trials are not recorded yet.
+
+    Raises:
+        BadFile: If a file cannot be read or deleted.
+    """
+    album = directory / ALBUM
+    if not album.is_dir():
+        return
+    named: set[str] = set()
+    for path in directory.rglob("*.jsonl*"):
+        for _, line in whole_lines(path):
+            named.update(PICTURE_NAME.findall(line.decode("utf-8", "replace")))
+    for picture in album.iterdir():
+        if PICTURE_NAME.fullmatch(picture.name) and picture.name not in named:
+            remove_file(picture)
 
 
 def count_withdrawn(directory: Path, number: int) -> None:

@@ -16,7 +16,7 @@ from lockprobe.people.web.serving import ServerOptions
 
 @asynccontextmanager
 async def place(directory, **limits):
-    door = ServerOptions(port=0, token="a-token-for-tests", limits=ConnectionLimits(**limits))
+    door = ServerOptions(port=0, limits=ConnectionLimits(**limits))
     async with served(directory, door=door) as found:
         found.port = int(found.url.rstrip("/").rpartition(":")[2])
         found.writers = []

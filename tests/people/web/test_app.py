@@ -496,14 +496,10 @@ def test_script_in_free_text_is_text(tmp_path):
     async def visit():
         async with served(tmp_path) as place, visiting(place, answers={"how": SCRIPT}) as one:
             await one.play()
-            bearer = {"authorization": "Bearer a-token-for-tests"}
-            progress = await place.http.get("/api/admin/progress", headers=bearer)
-            return one, progress
+            return one
 
-    one, progress = asyncio.run(visit())
+    one = asyncio.run(visit())
     assert json.dumps(SCRIPT)[1:-1] in (tmp_path / "people" / f"{one.identity}.jsonl").read_text("utf-8")
-    assert progress.headers["content-type"] == "application/json"
-    assert "alert" not in progress.text
     assert not any(b"alert" in reply for reply in replies_to(one))
 
 

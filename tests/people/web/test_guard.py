@@ -100,7 +100,7 @@ def test_other_pages_cannot_post(headers, method):
 def test_other_pages_may_link_to_it_and_cannot_read_it():
     foreign = {"sec-fetch-site": "cross-site"}
     assert ask("GET", "/", foreign, (b"",))[0] == 200
-    assert ask("GET", "/api/admin/progress", foreign, (b"",))[0] == 403
+    assert ask("GET", "/api/open", foreign, (b"",))[0] == 403
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import pytest
 from browser import (
-    ADMIN_TOKEN,
     assert_no_script_ran,
     attend,
     bare,
@@ -72,11 +71,6 @@ async def _sees(directory, study, strategy, **experiment):
         assert look.scene == "debrief"
         assert await tab.page.get_by_text("something was changed on purpose").count() == 1
         assert await violations(tab.page) == []
-        admin = await tab.page.context.new_page()
-        await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
-        await admin.wait_for_selector("#conditions tbody th")
-        named = await admin.locator("#conditions tbody th").all_inner_texts()
-        assert named == [one.label for one in study.conditions]
     return looks
 
 
@@ -115,11 +109,7 @@ async def _writes(directory, study):
         assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
         assert look.history == [f"{SCRIPT} {SCRIPT}"]
         await attend(tab, look, directory, study, "random", "w1", reader=kept[0], rng=kept[1])
-        admin = await tab.page.context.new_page()
-        await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
-        await admin.wait_for_selector("table")
-        for page in (tab.page, admin):
-            await assert_no_script_ran(page)
+        await assert_no_script_ran(tab.page)
 
 
 def _second_step(look):

@@ -8,12 +8,8 @@ from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from lockprobe.foundation.errors import BadValue, Missing
-from lockprobe.foundation.http_server.listening import SHORTEST_TOKEN, is_loopback
 
-__all__ = ["ADMIN_TOKEN", "Address", "check_exposure"]
-
-ADMIN_TOKEN = "LOCKPROBE_ADMIN_TOKEN"  # noqa: S105 - its name
-"""The variable of the environment that holds the token of the admin page."""
+__all__ = ["Address", "check_exposure"]
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Names under which a browser on the same machine asks, and a proxy that keeps to its own."""
@@ -102,16 +98,12 @@ def _plain_origin(url: str) -> str:
     return f"{parts.scheme}://{name}" + ("" if parts.port in (None, usual) else f":{parts.port}")
 
 
-def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[str]) -> None:
-    """Refuse access from other machines without a token of the admin page and a name of the server.
+def check_exposure(host: str, public: str, allowed: Sequence[str]) -> None:
+    """Refuse access from other machines without a name of the server.
 
     Raises:
-        Missing: If there is no token (None), or neither a public origin nor another name.
+        Missing: If the server listens everywhere, and there is neither a public origin nor another name.
     """
-    if is_loopback(host):
-        return
-    if token is None:
-        raise Missing(f"--host {host} lets other machines in", f"export {ADMIN_TOKEN}=… ({SHORTEST_TOKEN}+ characters)")
     if host in EVERYWHERE and not (public or allowed):
         remedy = "give --public-url https://NAME, or --allow-host NAME on a local network"
         raise Missing(f"--host {host}: which name will browsers use", remedy)

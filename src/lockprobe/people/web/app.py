@@ -28,7 +28,6 @@ from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.admin import AdminApi
 from lockprobe.people.web.files import Files
 from lockprobe.people.web.guard import Guard, body_of
 from lockprobe.people.web.log import LOGGED, ServerLog
@@ -64,27 +63,18 @@ class _Withdraw(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
 
 
-def application(state: ServerState, words: Words, address: Address, log: ServerLog, *, admin: AdminApi) -> ASGIApp:
-    """The application of both pages, with its guard."""
+def application(state: ServerState, words: Words, address: Address, log: ServerLog) -> ASGIApp:
+    """The application of the page, with its guard."""
     texts = _of_the_page(words)
     api = _ParticipantApi(state, texts, address)
     files = Files()
 
-    def page(name: str) -> Callable[[Request], Response]:
-        return lambda request: files.answer(name, request)
-
     routes = [
-        Route("/", _answering(page("index.html"))),
+        Route("/", _answering(lambda request: files.answer("index.html", request))),
         Route("/static/{name}", _answering(lambda request: files.answer(request.path_params["name"], request))),
         Route("/api/open", api.open, methods=["POST"]),
         Route("/api/act", api.act, methods=["POST"]),
         Route("/api/withdraw", api.withdraw, methods=["POST"]),
-        Route("/admin", _answering(page("admin.html"))),
-        Route("/api/admin/progress", admin.progress),
-        Route("/api/admin/find", admin.find, methods=["POST"]),
-        Route("/api/admin/data", admin.data),
-        Route("/api/admin/data/{name}", admin.data),
-        Route("/api/admin/withdraw", admin.withdraw, methods=["POST"]),
         Route("/healthz", _answering(lambda request: PlainTextResponse("ok"))),
         Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
         Route("/favicon.ico", _answering(lambda request: Response(status_code=HTTPStatus.NO_CONTENT))),
@@ -207,10 +197,7 @@ class _Refusals:
         more = {"words": self._words} if request.url.path == "/api/open" else {}  # the page has none yet
         answer = refused(error, **more)
         if error.code == "forged":
-            if request.url.path.startswith("/api/admin/"):
-                answer.headers["www-authenticate"] = "Bearer"
-            else:
-                _forget(answer)  # a cookie of another study; the page starts again
+            _forget(answer)  # a cookie of another study; the page starts again
         return answer
 
     async def no_route(self, request: Request, error: Exception) -> Response:

@@ -1,4 +1,4 @@
-"""The static files of the pages, read once and looked up by name: no request becomes a path."""
+"""The static files of the page, read once and looked up by name: no request becomes a path."""
 
 from __future__ import annotations
 

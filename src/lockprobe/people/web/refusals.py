@@ -14,7 +14,7 @@ __all__ = ["STATUS", "RequestRefused", "refusal", "refused"]
 STATUS: Mapping[str, int] = {
     "malformed": 400,
     "incomplete": 400,
-    "forged": 401,  # a token that was not given out here, or a wrong admin token
+    "forged": 401,  # a token that was not given out here
     "wrong-code": 403,
     "cross-site": 403,  # sent by a page of another site
     "unknown": 404,

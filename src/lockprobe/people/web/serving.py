@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import secrets
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from lockprobe.foundation.http_server.connections import ConnectionLimits, Connections, raise_file_limit
-from lockprobe.foundation.http_server.listening import check_token, listen
+from lockprobe.foundation.http_server.listening import listen
 from lockprobe.foundation.http_server.running import running, stop_signals
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
-from lockprobe.people.web.address import ADMIN_TOKEN, Address, check_exposure
-from lockprobe.people.web.admin import AdminApi, AdminPage
+from lockprobe.people.web.address import Address, check_exposure
 from lockprobe.people.web.app import application
 from lockprobe.people.web.files import page_version
 from lockprobe.people.web.log import ServerLog
@@ -42,25 +40,20 @@ class ServerOptions:
         port: The port; 0 for any free one.
         public: The origin that participants use through a proxy; empty without a proxy.
         allowed: More names of this machine.
-        token: The token of the admin page; None generates one.
         limits: Limits on connections.
 
     Raises:
-        Missing: If other machines can connect, and a token or a name is missing.
-        BadValue: If the token is too easy to guess.
+        Missing: If other machines can connect, and a name is missing.
     """
 
     host: str = "127.0.0.1"
     port: int = 8765
     public: str = ""
     allowed: tuple[str, ...] = ()
-    token: str | None = None
     limits: ConnectionLimits = field(default_factory=ConnectionLimits)
 
     def __post_init__(self) -> None:
-        check_exposure(self.host, self.token, self.public, self.allowed)
-        if self.token is not None:
-            check_token(ADMIN_TOKEN, self.token)
+        check_exposure(self.host, self.public, self.allowed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,29 +62,22 @@ class RunningServer:
 
     Attributes:
         url: The address for participants.
-        admin_url: The address for the experimenter; it holds the token if that was generated.
         directory: The directory of the study.
         check: Raises BadFile where another process has changed the records.
     """
 
     url: str
-    admin_url: str
     directory: Path
     check: Callable[[], None] = lambda: None
 
 
 @asynccontextmanager
 async def opened(
-    directory: Path,
-    study: Study,
-    experiment: Experiment,
-    words: Words,
-    options: ServerOptions,
-    page: AdminPage | None = None,
+    directory: Path, study: Study, experiment: Experiment, words: Words, options: ServerOptions
 ) -> AsyncIterator[RunningServer]:
     """A server that participants can use. On exit it finishes the requests under way.
 
-    ``words`` are the texts that participants read; ``page`` is what the admin page shows besides progress.
+    ``words`` are the texts that participants read.
 
     Raises:
         UserMistake: If the port or the directory cannot be used.
@@ -100,17 +86,14 @@ async def opened(
     with contextlib.closing(listening):
         port = listening.getsockname()[1]
         address = Address(host=options.host, port=port, public=options.public, allowed=options.allowed)
-        token = options.token or secrets.token_urlsafe(24)
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
             with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
-                app = application(state, words, address, log, admin=AdminApi(state, token, address.url, page))
+                app = application(state, words, address, log)
                 limits = options.limits.within(raise_file_limit())
                 connections = Connections(limits, log.say, proxied=bool(options.public))
                 async with running(app, listening, connections, lifespan="off", seconds_to_finish=SECONDS_TO_FINISH):
-                    fragment = "" if options.token else f"#token={token}"
-                    admin = f"{address.url}admin{fragment}"
                     state.invite()
-                    yield RunningServer(url=address.url, admin_url=admin, directory=directory, check=state.check)
+                    yield RunningServer(url=address.url, directory=directory, check=state.check)
 
 
 async def serve(
@@ -121,13 +104,12 @@ async def serve(
     options: ServerOptions,
     *,
     announce: Callable[[RunningServer], None],
-    page: AdminPage | None = None,
 ) -> None:
     """Run the server of :func:`opened` until Ctrl-C or SIGTERM, or until another process changes the records.
 
     Calls ``announce`` as soon as participants can come.
     """
-    async with opened(directory, study, experiment, words, options, page) as where:
+    async with opened(directory, study, experiment, words, options) as where:
         with stop_signals() as ended:
             announce(where)
             while not ended.is_set():

@@ -1,0 +1,44 @@
+"""``lockprobe withdraw``: deletes all data of one participant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.people.diary import read_diaries
+from lockprobe.people.withdrawal import delete_unnamed_pictures, finish_withdrawal, note_withdrawal
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import Journal
+
+__all__ = ["withdraw"]
+
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of the study.")]
+Participant = Annotated[
+    str, typer.Argument(metavar="PARTICIPANT", help="The participant: the ID in the study, or a platform's ID.")
+]
+
+
+def withdraw(directory: Directory, participant: Participant) -> None:
+    """Delete all data of a participant: diary, records, times and pictures. The number of withdrawals stays.
+
+    No server may be running on the directory. Reports and exports written before have to be written again.
+    """
+    study = read_study(directory)
+    with Journal.open(directory, study) as journal:
+        if finish_withdrawal(journal) != participant:  # one that was interrupted
+            note_withdrawal(journal, _identity(directory, participant))
+            finish_withdrawal(journal)
+        delete_unnamed_pictures(directory)
+    print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")
+
+
+def _identity(directory: Path, participant: str) -> str:
+    """The ID of the participant who has this ID, in the study or on the recruitment platform."""
+    joined = [diary.joined for diary in read_diaries(directory)]
+    found = [one.identity for one in joined if participant in (one.identity, *one.platform.values())]
+    if len(found) != 1:
+        raise BadValue("participant", participant, f"the ID of one participant ({len(found)} people have this one)")
+    return found[0]
