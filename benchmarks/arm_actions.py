@@ -35,10 +35,6 @@ CONDITIONS = {
     "tilt 45": {"tilt": 45.0},
     "tilt 60": {"tilt": 60.0},
     "tilt 75": {"tilt": 75.0},
-    "fingers 0.4": {"finger_stiffness": 0.4},
-    "fingers 0.3": {"finger_stiffness": 0.3},
-    "fingers 0.2": {"finger_stiffness": 0.2},
-    "fingers 0.1": {"finger_stiffness": 0.1},
 }
 STEPS, TOGETHER = 500, 10
 

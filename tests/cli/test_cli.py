@@ -119,7 +119,7 @@ def test_help_names_every_command():
 
 def test_lists():
     assert "human-inspired" in typed("agents").stdout
-    assert "finger_stiffness" in typed("plants").stdout
+    assert "force_noise" in typed("plants").stdout
     assert "smollm2-135m  Q4_1, 98 MB  llm:local" in typed("models").stdout
 
 

@@ -44,8 +44,8 @@ def fast_twin(spec: Spec) -> PlantSource:
 def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a soft hand and a force sensor.
 
-    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise,
-    finger_stiffness. Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
+    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise.
+    Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
     factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
     digest, arm, force, torque, renderer, width, height, depth_noise.
     """

@@ -63,7 +63,7 @@ class Twin(SimulatedLockbox):
         scene = build_scene(box, labels=labels, settings=settings, rng=rng)
         # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
         noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
-        add_hand(scene.spec, add_panda(scene.spec), stiffness=settings.finger_stiffness)
+        add_hand(scene.spec, add_panda(scene.spec))
         super().__init__(scene, settings, noise)
         self._box, self._settings, self._panel = box, settings, scene.panel
         self._arm = SimulatedArm(

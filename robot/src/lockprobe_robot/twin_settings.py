@@ -143,17 +143,14 @@ class TwinSettings(SceneSettings):
         pose_error: Standard deviation of the error in a handle's estimated position, along each axis of the panel's
             plane, metres; drawn for every attempt.
         force_noise: Standard deviation of each force reading, newtons.
-        finger_stiffness: As a multiple of the default. Soft fingers slip past a locked handle, and the robot then
-            believes that it moved.
     """
 
     pose_error: float = 0.0
     force_noise: float = 0.0
-    finger_stiffness: float = 1.0
 
     def __post_init__(self) -> None:
         SceneSettings.__post_init__(self)
-        _within(self, pose_error=(0, 0.05), force_noise=(0, 10), finger_stiffness=(0.01, 10))
+        _within(self, pose_error=(0, 0.05), force_noise=(0, 10))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ TRAVEL = 0.08
 PATH = HandlePath(points=np.linspace(TOP, TOP + np.array([0, TRAVEL, 0]), 9), axis=AXIS)
 
 
-def slider(*, held=False, stiffness=1.0):
+def slider(*, held=False):
     """A compiled scene with the arm over a knob that slides along y, or is held."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -32,7 +32,7 @@ def slider(*, held=False, stiffness=1.0):
         frictionloss=0.6,
     )
     bar.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, 0, 0, 0.05], size=[0.015, 0, 0], mass=0.1)
-    add_hand(spec, add_panda(spec), stiffness=stiffness)
+    add_hand(spec, add_panda(spec))
     return spec.compile()
 
 

@@ -48,9 +48,9 @@ class PlantChange:
     def parts(self) -> tuple[tuple[Spec, tuple[str, ...]], ...]:
         """Each option alone as analyses read it: a dose as its distance from the study's value, with its name.
 
-        >>> change = PlantChange(options={"finger_stiffness": "0.3"}, own={"finger_stiffness": 1.0})
+        >>> change = PlantChange(options={"friction": "0.3"}, own={"friction": 1.0})
         >>> [(dict(spec.options), doses) for spec, doses in change.parts]
-        [({'finger_stiffness below 1': '0.7'}, ('finger_stiffness below 1',))]
+        [({'friction below 1': '0.7'}, ('friction below 1',))]
         """
         return tuple(self._part(option, value) for option, value in self.options.items())
 

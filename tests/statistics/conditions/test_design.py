@@ -27,7 +27,7 @@ HANDS = [
     for options in (
         "pose_error=0.01",
         "pose_error=0.02",
-        "finger_stiffness=0.3",
+        "friction=0.3",
         "mechanism=ideal",
         "tilt=30&friction=2",
     )
@@ -153,17 +153,17 @@ def test_other_doses_and_options_of_agents_are_series(asked, axes):
 
 
 def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
-    stiffness = [read_condition(f"plant?finger_stiffness={value}", plant="twin") for value in (0.2, 0.3, 2)]
+    stiffness = [read_condition(f"plant?friction={value}", plant="twin") for value in (0.2, 0.3, 2)]
     found = designed([TRUTH, *HANDS[:2], *stiffness]).comparison(SHOWN)
     assert {one.axis.name: dict(one.doses) for one in found.axes} == {
         "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
-        "plant finger_stiffness below 1": {
+        "plant friction below 1": {
             "truth": 0,
-            "plant?finger_stiffness=0.3": 0.7,
-            "plant?finger_stiffness=0.2": 0.8,
+            "plant?friction=0.3": 0.7,
+            "plant?friction=0.2": 0.8,
         },
     }
-    assert (found.control, found.others) == ("truth", ("plant?finger_stiffness=2",))
+    assert (found.control, found.others) == ("truth", ("plant?friction=2",))
 
 
 def test_a_dose_of_the_plant_crosses_with_a_flip_rate():

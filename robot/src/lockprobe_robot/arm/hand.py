@@ -40,7 +40,7 @@ _DARK = (0.16, 0.17, 0.19, 1.0)
 _RUBBER = (0.93, 0.45, 0.13, 1.0)
 
 
-def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, *, stiffness: float = 1.0) -> None:
+def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     """Mount the hand on the flange.
 
     Sites: ``tool`` in the middle of the cage, z away from the arm, and ``wrench`` at the flange. Sensors: ``force`` and
@@ -50,7 +50,6 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, *, stiffness: float = 
     Args:
         spec: The scene; it is changed.
         flange: The body that carries the hand.
-        stiffness: Stiffness of the fingers, as a multiple of the default.
     """
     hand = flange.add_body(name="hand")
     for name, height in (("wrench", 0.0), ("tool", TOOL)):
@@ -72,10 +71,10 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, *, stiffness: float = 
     for kind, name in ((mujoco.mjtSensor.mjSENS_FORCE, "force"), (mujoco.mjtSensor.mjSENS_TORQUE, "torque")):
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrench")
     for number in range(FINGERS):
-        _add_finger(spec, hand, number, stiffness)
+        _add_finger(spec, hand, number)
 
 
-def _add_finger(spec: mujoco.MjSpec, hand: mujoco.MjsBody, number: int, stiffness: float) -> None:
+def _add_finger(spec: mujoco.MjSpec, hand: mujoco.MjsBody, number: int) -> None:
     angle = 2 * math.pi * number / FINGERS
     out = (math.cos(angle), math.sin(angle))
     finger = hand.add_body(name=f"finger-{number}", pos=[_ROOT_RING * out[0], _ROOT_RING * out[1], _ROOT])
@@ -85,7 +84,7 @@ def _add_finger(spec: mujoco.MjSpec, hand: mujoco.MjsBody, number: int, stiffnes
             name=f"finger-{number}-{name}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=axis,
-            stiffness=[_STIFFNESS * stiffness, 0, 0],
+            stiffness=[_STIFFNESS, 0, 0],
             damping=[_DAMPING, 0, 0],
             armature=_ARMATURE,
             range=[-stop, stop],
