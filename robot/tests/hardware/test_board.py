@@ -14,12 +14,12 @@ from hardware.fakes import CALIBRATION, CONNECTED
 from lockprobe_robot.calibration.calibration_file import Calibration, CalibrationErrors, write_calibration
 from lockprobe_robot.calibration.pose import rows_of
 from lockprobe_robot.handle_path import handle_path
-from lockprobe_robot.hardware.board import calibrated_board, typed_board
+from lockprobe_robot.hardware.board import Board, calibrated_board
 from lockprobe_robot.scene.panel import lay_out_panel
 from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.plugins import allow
 from lockprobe.studies.running.runner import run_study
 
@@ -55,13 +55,12 @@ def test_the_hand_follows_the_measured_board_and_the_record_names_the_calibratio
     assert played.error is None
     assert played.plant["calibration_held_out_mm"] == 1.25
     assert played.plant["calibration_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
-    measured, typed = calibrated_board(CHAIN, path), typed_board(CHAIN, POSE)
+    measured, known = calibrated_board(CHAIN, path), Board(panel=replace(lay_out_panel(CHAIN), pose=POSE))
     drawn = partial(handle_path, lay_out_panel(CHAIN))
     for joint in range(4):
-        assert measured.path(joint, True).points == pytest.approx(typed.path(joint, True).points)
+        assert measured.path(joint, True).points == pytest.approx(known.path(joint, True).points)
         assert measured.path(joint, True).length == pytest.approx(drawn(joint, True).length)
     assert measured.path(0, False).axis == pytest.approx([0, 0, -1])
-    assert typed.facts == {"board_pose": "typed"}
 
 
 REFUSALS = {
@@ -86,9 +85,3 @@ def test_a_study_does_not_start_on_a_calibration_that_cannot_be_relied_on(study,
     assert "\n" not in str(caught.value)
     assert CONNECTED == []
     assert not list(tmp_path.glob("out/trials.jsonl"))
-
-
-@pytest.mark.parametrize("pose", [np.eye(3), 2 * np.eye(4), np.full((4, 4), np.nan)])
-def test_a_typed_pose_must_be_rigid(pose):
-    with pytest.raises(BadValue, match="four rows of a rigid pose"):
-        typed_board(CHAIN, pose)

@@ -1,4 +1,4 @@
-"""The pose of a real board in front of a robot: from a calibration, or typed by hand."""
+"""The pose of a real board in front of a robot, from a calibration."""
 
 from __future__ import annotations
 
@@ -7,20 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.inputs import read_input
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.calibration.calibration_file import calibration_for
-from lockprobe_robot.calibration.pose import Pose, array_of, is_rigid, rows_of
+from lockprobe_robot.calibration.pose import array_of
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 
-__all__ = ["Board", "calibrated_board", "typed_board"]
+__all__ = ["Board", "calibrated_board"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,24 +63,7 @@ def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | N
         board_file=None if box_file is None else Path(box_file),
     )
     facts: dict[str, Fact] = {
-        "board_pose": "calibrated",
         "calibration_sha256": hashlib.sha256(read_input(Path(path))).hexdigest(),
         "calibration_held_out_mm": round(found.errors.held_out_mm, 3),
     }
     return Board(panel=replace(panel, pose=array_of(found.board_in_base)), facts=facts)
-
-
-def typed_board(box: Lockbox, pose: Pose) -> Board:
-    """A board at a pose that was measured by hand.
-
-    Args:
-        box: The box.
-        pose: Pose of the board in the frame of the arm's base, shape (4, 4), metres.
-
-    Raises:
-        BadValue: If it is not a rigid pose.
-    """
-    given = np.asarray(pose, dtype=np.float64)
-    if given.shape != (4, 4) or not is_rigid(given):
-        raise BadValue("board", given.tolist(), "four rows of a rigid pose, the last of them 0, 0, 0, 1")
-    return Board(panel=replace(lay_out_panel(box), pose=array_of(rows_of(given))), facts={"board_pose": "typed"})

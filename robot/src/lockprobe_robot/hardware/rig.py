@@ -101,7 +101,7 @@ class Rig:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Rung, source of the truth, limits, camera, source of the board's pose, stops and late commands so far."""
+        """Rung, source of the truth, limits, camera, the board's calibration, stops and late commands so far."""
         counted: dict[str, Fact] = {"stops": self._arm.stops, "late_commands": self._arm.late}
         return {
             "rung": self._rung,
