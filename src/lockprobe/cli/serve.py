@@ -199,11 +199,7 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
             "line for people.toml."
         )
     if not (experiment.join_code or experiment.require_id):
-        found.append(
-            f"Anyone with the link can join, up to {experiment.joins_per_minute} people per minute from one IP address "
-            "(joins_per_minute; enough for a class behind one router). "
-            "--require-id or --join-code CODE keep others out."
-        )
+        found.append("Anyone with the link can join. --require-id or --join-code CODE keep others out.")
     if ends := _without_way_back(words, experiment):
         known = f"{ends[0]}_code or {ends[0]}_url" + (", and so on" if len(ends) > 1 else "")
         found.append(

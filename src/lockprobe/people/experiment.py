@@ -160,7 +160,6 @@ class Experiment(SettingsPart):
         withdrawn_code: Their code.
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
-        joins_per_minute: The most joins per minute from one address.
         away_minutes: Minutes without an act after which a place may be given to somebody who finds no other.
         checks: Attention checks.
         questions: Questions at the end.
@@ -197,7 +196,6 @@ class Experiment(SettingsPart):
     withdrawn_code: Code = ""
     require_id: bool = False
     join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
-    joins_per_minute: Annotated[int, Field(ge=1, le=100_000)] = 30
     away_minutes: Annotated[float, Field(gt=0, le=60 * 24 * 365)] = 1440.0
     checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
     questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()

@@ -51,7 +51,7 @@ _MADE = (*_SETTINGS, TOKENS, LOG)
 _ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "correction"})
 """Interventions whose words reach the page as they are."""
 
-_MAY_CHANGE = {"participants", "away_minutes", "language", "require_id", "joins_per_minute", *SECRET}
+_MAY_CHANGE = {"participants", "away_minutes", "language", "require_id", *SECRET}
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
 
 

@@ -112,16 +112,6 @@ class ServerState:
                 for session in roster:
                     await session.let_go()
 
-    @property
-    def study(self) -> Study:
-        """The study, people among its agents."""
-        return self._opened.study
-
-    @property
-    def experiment(self) -> Experiment:
-        """How people take part."""
-        return self._opened.experiment
-
     def check(self) -> None:
         """Check that no other process has changed the records.
 

@@ -84,7 +84,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
 
 def test_very_many_take_part_at_once(tmp_path):
     people = tmp_path / "people.toml"
-    people.write_text('practice = ""\njoins_per_minute = 10000\n')
+    people.write_text('practice = ""\n')
     arguments = ("flips", "--p", "0,0.4", "--trials", SEVERAL, "--repetitions", 1, "--out", tmp_path / "study",
                  "--people", people, "--port", 0)  # fmt: skip
     with server(*arguments) as where:
@@ -101,7 +101,7 @@ def free_port():
 
 def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path):
     people = tmp_path / "people.toml"
-    people.write_text('practice = ""\njoins_per_minute = 10000\n')
+    people.write_text('practice = ""\n')
     directory, number, luck = tmp_path / "study", 16, random.Random(7)
     arguments = ("flips", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
                  "--people", people, "--port", free_port())  # fmt: skip

@@ -23,7 +23,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Act, Agree
+from lockprobe.people.responses import Act
 from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import Words, page_texts
@@ -31,7 +31,6 @@ from lockprobe.people.web.address import Address
 from lockprobe.people.web.files import Files
 from lockprobe.people.web.guard import Guard, body_of
 from lockprobe.people.web.log import LOGGED, ServerLog
-from lockprobe.people.web.rate_limit import JoinLimit, whence
 from lockprobe.people.web.refusals import STATUS, RequestRefused, refusal, refused
 
 __all__ = ["COOKIE", "application"]
@@ -119,8 +118,7 @@ class _ParticipantApi:
 
     def __init__(self, state: ServerState, words: Mapping[str, object], address: Address) -> None:
         self._state, self._words = state, words
-        self._secure, self._proxied = address.secure, bool(address.public)
-        self._joins = JoinLimit(state.experiment.joins_per_minute)
+        self._secure = address.secure
 
     async def open(self, request: Request) -> Response:
         """A page was loaded."""
@@ -131,26 +129,8 @@ class _ParticipantApi:
     async def act(self, request: Request) -> Response:
         """A participant acts in a scene."""
         asked = await body_of(request, _Done)
-        if isinstance(asked.act, Agree) and asked.act.agreed:
-            return self._answer(await self._join(request, asked))
         token = request.cookies.get(COOKIE)
         return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
-
-    async def _join(self, request: Request, asked: _Done) -> PageReply:
-        """A person agrees to take part. Joins and wrong codes count against the limit of their address."""
-        address, counted = whence(request, proxied=self._proxied), False
-        self._joins.reserve(address)
-        try:
-            token = request.cookies.get(COOKIE)
-            shown = await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform)
-            counted = shown.identity is not None
-        except ActRefused as error:
-            counted = error.code == "wrong-code"
-            raise
-        finally:
-            if not counted:
-                self._joins.give_back(address)
-        return shown
 
     async def withdraw(self, request: Request) -> Response:
         """A participant withdraws: all their data are deleted."""

@@ -2,8 +2,7 @@
 
 The Host header has to be a name of this server with its port. (Starlette's ``TrustedHostMiddleware`` ignores the port,
 accepts a second Host header, and neither logs nor answers in JSON.) A POST has to come from a page of this server, be
-JSON, and be small. Proxy headers are not trusted, since any client can set them; the one exception is in
-:mod:`lockprobe.people.web.rate_limit`.
+JSON, and be small. Proxy headers are not trusted, since any client can set them.
 """
 
 from __future__ import annotations
