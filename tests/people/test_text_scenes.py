@@ -1,7 +1,6 @@
 """What is read is filled in, and says what the experimenter wants said and no more."""
 
 import asyncio
-import re
 from dataclasses import replace
 
 import pytest
@@ -64,17 +63,6 @@ def test_whether_a_box_was_opened_is_said_where_the_experimenter_says_so(ended, 
     assert silent == at("budget", 1)
     assert said.solved is solved
     assert len(said.paragraphs) == len(silent.paragraphs) + (solved is not None)
-
-
-MINUTES = {"median": 12, "low": 9, "high": 17}
-
-
-def test_how_long_it_takes_is_said_at_consent_where_it_is_known():
-    silent, said = (TextScenes(WORDS, people_study(), Experiment(minutes=one)).consent(6) for one in (None, MINUTES))
-    (more,) = set(said.paragraphs) - set(silent.paragraphs)
-    assert more == said.paragraphs[1]
-    assert re.findall(r"\d+", more) == ["12", "9", "17"]
-    assert not any("minute" in text for text in silent.paragraphs)
 
 
 def asked(**settings):

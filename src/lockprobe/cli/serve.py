@@ -21,10 +21,8 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
-from lockprobe.people.assignment import conditions_of
-from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
+from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
 from lockprobe.people.consent import CODE
-from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import EARLY_ENDS, Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.journey import asks_comprehension
 from lockprobe.people.open_study import words_to_read
@@ -141,8 +139,6 @@ def _study_and_people(
         enough = _enough_trials(planned, asked, experiment, number)
         planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
-    if not read_diaries(directory):
-        check_capacity(planned, experiment)
     return planned, directory, experiment
 
 
@@ -190,13 +186,8 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
     found = []
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
         found.append(
-            "The shipped consent text names nobody as responsible. "
+            "The shipped consent text names nobody as responsible and does not say how long the study takes. "
             "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
-        )
-    if experiment.minutes is None:
-        found.append(
-            "The consent scene does not say how long the study takes. After a pilot, lockprobe status PILOT prints the "
-            "line for people.toml."
         )
     if not (experiment.join_code or experiment.require_id):
         found.append("Anyone with the link can join. --require-id or --join-code CODE keep others out.")
@@ -225,8 +216,7 @@ def _start_lines(study: Study, experiment: Experiment, words: Words, url: str, d
     size = study.size // len(study.agents)
     own, given = url.rstrip("/") + "/", _study_url(url, experiment)
     return (
-        f"{study.name} on {study.box.name} for people: {size} trials, each played by one of them",
-        *what_each_plays(study, experiment),
+        f"{study.name} on {study.box.name} for people: {size} trials, {boxes_each(study, experiment)} for each person",
         f"Participants  {own}",
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
         f"Kept in       {directory}",

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
 
-__all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
+__all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "trials_for", "williams"]
 
 Cell = str
 """Label of a condition."""
@@ -57,6 +58,21 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
     """
     asked = experiment.trials_each or (len(conditions_of(study)) if experiment.design == "within" else 1)
     return min(asked, study.repetitions * study.trials)
+
+
+def trials_for(people: int, conditions: int, repetitions: int, experiment: Experiment) -> int:
+    """Trials per condition and repetition that give this many people places.
+
+    >>> trials_for(40, 4, 1, Experiment()), trials_for(40, 4, 1, Experiment(design="between"))
+    (40, 10)
+    """
+    if experiment.design == "between":
+        boxes = experiment.trials_each or 1
+        luck = ceil(people / conditions) * boxes
+    else:
+        boxes = experiment.trials_each or conditions
+        luck = max(boxes, ceil(people * boxes / conditions))  # nobody meets the same luck twice
+    return ceil(luck / repetitions)
 
 
 @dataclass(slots=True)

@@ -38,7 +38,6 @@ __all__ = [
     "SECRET",
     "AttentionCheck",
     "Experiment",
-    "Minutes",
     "Question",
     "experiment_from",
     "experiment_with",
@@ -74,20 +73,6 @@ class AttentionCheck(OneRight):
     """
 
     after: Annotated[int, Field(ge=0, le=1000)]
-
-
-class Minutes(SettingsPart):
-    """How long the study takes, as a pilot took it: the median, the shortest and the longest time, in minutes."""
-
-    median: Annotated[int, Field(ge=1, le=10_000)]
-    low: Annotated[int, Field(ge=1, le=10_000)]
-    high: Annotated[int, Field(ge=1, le=10_000)]
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Self:
-        if not self.low <= self.median <= self.high:
-            raise ValueError("expected low <= median <= high")
-        return self
 
 
 class Question(SettingsPart):
@@ -140,7 +125,6 @@ class Experiment(SettingsPart):
         language: ``en``, another shipped language, or the path of a file with texts.
         recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
             person, who can take part only once. Empty for none.
-        minutes: How long it takes, which the consent scene says; None where no pilot was made.
         comprehension: The questions on the instructions.
         say_false: Whether the instructions say that reports can be wrong.
         completion_url: Where participants go at the end.
@@ -176,7 +160,6 @@ class Experiment(SettingsPart):
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
-    minutes: Minutes | None = None
     comprehension: Comprehension = Comprehension()
     say_false: bool = False
     completion_url: Url = ""

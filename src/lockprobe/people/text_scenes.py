@@ -52,10 +52,6 @@ class TextScenes:
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
         """The first scene; ``boxes`` is how many a participant would play."""
         title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
-        if minutes := self._experiment.minutes:
-            first, *others = (*paragraphs, "")
-            said = filled(self._words.consent.minutes, **minutes.model_dump())
-            paragraphs = tuple(filter(None, (first, said, *others)))
         return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
 
     def closed(self, why: Why) -> Closed:

@@ -71,7 +71,6 @@ class _Comprehension(Longer):
 
 
 class _Consent(Longer):
-    minutes: Text
     agree: Text
     decline: Text
 

@@ -12,7 +12,6 @@ from lockprobe.foundation.terminal_text import readable
 from lockprobe.interfaces.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.interfaces.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
-from lockprobe.people.durations import has_finished, seconds_of
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Answers, Attempt
@@ -232,10 +231,10 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "screened": int(journey.shut == "screened"),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
-        "seconds": round(seconds_of(kept), 3),
+        "seconds": round(max((act.at for act in kept.acts), default=joined.at) - joined.at, 3),
         "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
-        "finished": int(has_finished(kept, experiment)),
+        "finished": int(_has_finished(kept, journey, experiment)),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -243,6 +242,17 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         steps = len(kept.attempts(left))
         row |= {"left_in_box": left if left > 1 or steps else 0, "left_after_step": steps}
     return row
+
+
+def _has_finished(kept: Diary, journey: Journey, experiment: Experiment | None) -> bool:
+    """Whether a participant has reached the end: every box is over and, if the settings are stored, all was asked."""
+    asked: set[tuple[str, str]] = set()
+    if experiment is not None:
+        checks = enumerate(experiment.checks, 1)
+        asked |= {("check", str(number)) for number, check in checks if check.after <= len(kept.joined.slots)}
+        asked |= {("ask", question.name) for question in experiment.questions}
+    answered = {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
+    return journey.boxes_done and not journey.released and asked <= answered
 
 
 def _seconds(kept: Diary, box: int) -> str:
