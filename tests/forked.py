@@ -278,10 +278,9 @@ if __name__ == "__main__":
             import_module(f"lockprobe.{name}")
     for name in OF_REPORTS:
         import_module(name)
-    with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands,
-        import_module("lockprobe.statistics.loops.habit_baseline").SIMULATED = 2_000
+    with suppress(ImportError):  # how many trials are judged is no matter of commands
         import_module("lockprobe.report.sections").all_sections()
-        import_module("lockprobe.statistics.rationality").JUDGED = 8  # and neither is how many trials are judged
+        import_module("lockprobe.statistics.rationality").JUDGED = 8
     gc.freeze()
     stem = _stem_of(*(socket.socket(fileno=int(number)) for number in sys.argv[1:]))
     if stem and (found := _asked_of(stem)):

@@ -19,7 +19,6 @@ import strangers
 
 from lockprobe.report.results import results
 from lockprobe.report.rows import Curve, Estimate
-from lockprobe.statistics.loops import habit_baseline
 
 NET = Path(__file__).with_name("net")
 STUDIES = tuple(sorted(path.stem for path in NET.glob("*.zip")))
@@ -34,7 +33,6 @@ DIGITS = 1e-5
 def numbers(name: str, under: Path) -> dict[str, str]:
     """What each number of a study is of -> the number; the study is unpacked below this directory."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(habit_baseline, "SIMULATED", 2_000)
         if name == "of-a-package":
             strangers.install(
                 under, patch, points=strangers.POINTS | {"measures": {"untold": "untold", "hasty": "hasty"}}

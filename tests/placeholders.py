@@ -1,4 +1,4 @@
-"""Reports with placeholders for figures, a rough null of blind agents, and few judged trials, for tests of other things."""
+"""Reports with placeholders for figures, and few judged trials, for tests of other things."""
 
 from contextlib import contextmanager
 
@@ -7,7 +7,6 @@ import pytest
 from lockprobe.report import report_files
 from lockprobe.report.sections import all_sections
 from lockprobe.statistics import rationality
-from lockprobe.statistics.loops import habit_baseline
 
 __all__ = ["PLACEHOLDERS", "undrawn"]
 
@@ -34,6 +33,5 @@ def undrawn(but=lambda name: False, judged=8):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_files, "drawn_figure", instead)
-        patch.setattr(habit_baseline, "SIMULATED", 2_000)
         patch.setattr(rationality, "JUDGED", judged)
         yield

@@ -30,7 +30,7 @@ def trials_of(modality, waits, agent="viewer", **more):
 
 @pytest.fixture(scope="module", autouse=True)
 def placeholders():
-    """Reports here hold placeholders for pictures, which tests/figures looks at, and a rough null of blind agents."""
+    """Reports here hold placeholders for pictures, which tests/figures looks at."""
     with undrawn():
         yield
 

@@ -19,11 +19,9 @@ from lockprobe.report import parallel, report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.write import write_report
-from lockprobe.statistics.loops import habit_baseline
 from lockprobe.studies.options.studyfile import study
 
 LARGE = parallel.LARGE
-SIMULATED = habit_baseline.SIMULATED
 
 
 @pytest.fixture
@@ -174,7 +172,6 @@ def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
         report_files, "all_sections", lambda: [replace(one, figures=shown(one.figures)) for one in all_sections()]
     )
     with drawn():
-        monkeypatch.setattr(habit_baseline, "SIMULATED", SIMULATED)  # as in a process that starts afresh
         write_report(one, processes=1)
         write_report(two, processes=2)
     names = ["results.json", "report.html", *(f"figures/{path.name}" for path in (one / "figures").iterdir())]

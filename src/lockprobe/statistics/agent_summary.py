@@ -20,7 +20,6 @@ from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.battery import Inference, infer
 from lockprobe.statistics.inference.peak import Peak, peak
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
-from lockprobe.statistics.loops.habit_baseline import blind_twin
 from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.resample import resample
@@ -116,7 +115,7 @@ def agent_summary(
     Args:
         trials: Its trials.
         reference: Success of random agents and the shortest plan on the box.
-        box: The box, for the habit baseline.
+        box: The box, if it is known.
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.
         known: Results under conditions that were computed before, of the same trials.
@@ -131,7 +130,7 @@ def agent_summary(
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]
     looked_at = trials.at({condition.dose for condition in distinct})
-    inference = _tested(looked_at, box, conditions, trials.budget, agents)
+    inference = _tested(looked_at, trials.budget, agents)
     return AgentSummary(
         agent=trials.agent,
         spec=trials.spec,
@@ -151,26 +150,14 @@ def agent_summary(
     )
 
 
-def _tested(
-    trials: AxisTrials,
-    box: Lockbox | None,
-    conditions: Sequence[ConditionSummary],
-    budget: int,
-    agents: int,
-) -> Inference:
+def _tested(trials: AxisTrials, budget: int, agents: int) -> Inference:
     """The tests of one agent's trials; without a result if they cannot be made."""
-    twin = section(
-        "Blind agent with the same habits",
-        lambda: blind_twin(trials.trials, box, _stream(trials, "blind"), trials.doses),
-        lambda: None,
-    )
     return section(
         "Hypothesis tests",
         lambda: infer(
             trials.outcomes,
             _stream(trials, "permutation"),
             broken=trials.broken_off,
-            blind=twin,
             budget=budget,
             agents=agents,
         ),

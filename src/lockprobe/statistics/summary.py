@@ -89,7 +89,7 @@ def summarise(
 
     Args:
         trials: Trials of one box; those that ended as ``error`` are counted separately.
-        box: The box, for the reference curves and the habit baseline.
+        box: The box, for the reference curves.
         each: A map function over agents, sequential or parallel.
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.

@@ -16,7 +16,6 @@ from lockprobe.report.results import results_of
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics import rationality
-from lockprobe.statistics.loops import habit_baseline
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES
@@ -127,7 +126,6 @@ class Studies(dict):
         trials = STUDIES[name](lambda played: self._once(f"trials of {played.__name__}", played))
         all_sections()  # their captions say how many trials are judged, so they are imported before that changes
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis,
             patch.setattr(rationality, "JUDGED", 6)  # and not every trial of a condition judged
             return results_of_trials(trials)
 

@@ -9,13 +9,11 @@ from lockprobe.report.results import results_of
 from lockprobe.report.rows import Condition, Design, Estimate, Player, Results
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
-from lockprobe.statistics.loops import habit_baseline
 
 
 @pytest.fixture
-def results(tmp_path, monkeypatch):
-    """The results of trials; nobody asks for an exact null of blind agents."""
-    monkeypatch.setattr(habit_baseline, "SIMULATED", 200)
+def results(tmp_path):
+    """The results of trials."""
 
     def made(trials):
         agents, rates = (

@@ -24,7 +24,6 @@ from lockprobe.report.prose.first_screen import (
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.statistics import rationality
 from lockprobe.statistics.conditions.effects import Effects
-from lockprobe.statistics.loops import habit_baseline
 from lockprobe.statistics.proportions import proportion
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
@@ -35,9 +34,8 @@ SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
 
 @pytest.fixture(scope="module", autouse=True)
 def rough():
-    """No sentence here is of the null of blind agents or of optimal actions: of both a few trials are enough."""
+    """No sentence here is of optimal actions: a few trials are enough."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(habit_baseline, "SIMULATED", 2_000)
         patch.setattr(rationality, "JUDGED", 6)
         yield
 

@@ -59,7 +59,6 @@ def test_every_test_is_a_row(numbers, found):
             )
             assert (row.unit, row.note) == (unit_of_effect(test.name), limits_said(test))
             assert (course.value("test_direction", row.of) or 0) == test.direction
-            assert course.value("test_null", row.of) == test.baseline
 
 
 def test_each_question_has_one_test_to_conclude_from(found):

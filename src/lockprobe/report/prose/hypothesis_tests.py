@@ -48,11 +48,9 @@ def conclusions(agent: AgentSummary) -> list[str]:
         if test.p_value is None:
             continue
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
-        if test.baseline is not None:
-            interval += f", {test.baseline:.2g} for a blind agent with the same action habits"
         told = test.effect is not None and question != "shape"
         effect = f"{effect_said(test.name, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
-        fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
+        fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis)
         found = no if not test.rejects else more if test.direction > 0 else fewer
         said.append(f"{found} ({effect}{test.name}, {p_value(test.p_value)}).")
     return said
@@ -83,25 +81,17 @@ _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
 }
 """What a test concludes: less, more, and no difference detected."""
 
-_HARM_AGAINST_BLIND = (
-    "After a loop the odds of solving fall more for {agent} than for a blind agent with {its} action habits",
-    "After a loop the odds of solving fall less, or rise more, for {agent} than for a blind agent with {its} habits",
-    "No harm of loops to {agent} beyond that to a blind agent with {its} action habits was detected",
-)
-"""The same of harm where the odds ratio of a blind agent is known."""
 
-
-def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blind: bool = False) -> tuple[str, ...]:
+def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS) -> tuple[str, ...]:
     """The three possible conclusions of a test, without its numbers: less, more, no difference detected.
 
     Args:
         who: The subject of the sentences.
         question: What the test asks.
         axis: What conditions differ in.
-        blind: Whether harm is tested against a blind agent with the same action habits.
     """
     words = who.words | {"cause": cause(axis), "Cause": capital(cause(axis)), "dose": axis.name}
-    return tuple(one.format(**words) for one in (_HARM_AGAINST_BLIND if blind else _CONCLUDED[question]))
+    return tuple(one.format(**words) for one in _CONCLUDED[question])
 
 
 _EFFECTS: Mapping[str, tuple[str, str]] = {
@@ -129,7 +119,9 @@ _NOTES: Mapping[str, str] = {
         "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
         "on the length of trials."
     ),
-    "success after a loop, Mantel-Haenszel by dose and step": "{null}",
+    "success after a loop, Mantel-Haenszel by dose and step": (
+        "Tested against an odds ratio of 1, which need not be that of an agent that ignores reports."
+    ),
 }
 """What a reader should know about each test."""
 
@@ -139,7 +131,6 @@ _MISSING: Mapping[str, str] = {
     "no common trial": "No test: no trial was played at two {doses}.",
     "no trial at the lowest dose": "No test: no trial at a higher {dose} was also played at the lowest.",
     "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
-    "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     ONE_LOOK: "No test: it holds for one look, at a number of trials that was planned before and is played.",
@@ -185,19 +176,6 @@ def limits_said(test: TestResult, axis: Axis = FLIPS) -> str:
     return f"{why_missing(test.note, axis)}{broke * test.broken}".strip()
 
 
-def note_said(name: str, axis: Axis = FLIPS, baseline: float | None = None) -> str:
-    """How to interpret a test.
-
-    Args:
-        name: The test.
-        axis: What conditions differ in.
-        baseline: The effect for a blind agent, if that is the null hypothesis.
-    """
-    return _NOTES.get(name, "").format(dose=axis.name, doses=axis.plural, null=_null(baseline))
-
-
-def _null(baseline: float | None) -> str:
-    """Against which odds ratio the effect of a loop is tested."""
-    if baseline is None:
-        return "Tested against an odds ratio of 1; the odds ratio of a blind agent on this box is not known."
-    return f"Tested against {baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."
+def note_said(name: str, axis: Axis = FLIPS) -> str:
+    """How to interpret a test."""
+    return _NOTES.get(name, "").format(dose=axis.name, doses=axis.plural)

@@ -345,7 +345,5 @@ def _test(course: AgentCourse, test: TestResult) -> Iterator[Estimate]:
         note=limits_said(test, course.agent.axis),
         corrected_for=many.get(test.question, 1),
     )
-    if test.baseline is not None:
-        yield course.estimate("test_null", test.baseline, of=of, unit="odds ratio", test=test.name)
     if test.direction:
         yield course.estimate("test_direction", test.direction, of=of, unit="direction", test=test.name)

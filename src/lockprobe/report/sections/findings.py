@@ -35,7 +35,7 @@ _RESTS_ON = {
     "modalities": ("modality_effect", "hazard_ratio_of_modalities"),
     "finding": ("success", "clearest_success_difference"),
     "loops": ("loop_rate", "loop_rate_chance"),
-    "conclusion": ("test", "test_null"),
+    "conclusion": ("test",),
     "courses": ("success_difference", "success_two_lines"),
     "baselines": ("success",),
     "conditions": ("success_difference", "success_interaction", "changed_steps"),

@@ -70,16 +70,15 @@ def _note(course: Course, test: Estimate, axis: Axis) -> str:
     """Why the test is missing; else how to interpret it, and what limits it."""
     if test.note and test.p_value is None:
         return test.note
-    return f"{note_said(test.test, axis, course.value('test_null', test.of))} {test.note}".strip()
+    return f"{note_said(test.test, axis)} {test.note}".strip()
 
 
 def _estimate(course: Course, test: Estimate, axis: Axis) -> str:
-    """The effect with its interval, what it is, and what it is for a blind agent, where that is the null hypothesis."""
+    """The effect with its interval, and what it is."""
     if test.value is None:
         return ""
-    said, null = effect_said(test.test, axis), course.value("test_null", test.of)
-    blind = "" if null is None else f"; a blind agent with the same action habits: {null:.2f}"
-    return f"{value_cell(test)}{f' ({said})' * bool(said)}{blind}"
+    said = effect_said(test.test, axis)
+    return f"{value_cell(test)}{f' ({said})' * bool(said)}"
 
 
 def _conclusion(test: Estimate, rejected: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from lockprobe.report.rows import Curve, Estimate, Row
@@ -11,7 +10,6 @@ from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import Correlation
 from lockprobe.statistics.inference.hazard import LoopEffect
 from lockprobe.statistics.inference.logrank import LogRanks
-from lockprobe.statistics.proportions import Z
 
 __all__ = ["loops_over_doses"]
 
@@ -59,15 +57,11 @@ def _onset(course: AgentCourse, found: LogRanks) -> Iterator[Row]:
 
 
 def _after_a_loop(course: AgentCourse, found: LoopEffect, of: str) -> Iterator[Row]:
-    """The odds of solving after a loop over those before, and of a blind agent with the same habits."""
+    """The odds of solving after a loop over those before."""
     if found.odds_ratio is not None or found.p_value is not None:
         tested = {"p_value": found.p_value, "test": "Mantel-Haenszel"}
         yield course.estimate(_ODDS, found.odds_ratio, of=of, unit="ratio", low=found.low, high=found.high, **tested)
     yield from course.missing(f"{_ODDS}, {of}", found.note)
-    if (blind := found.blind) is not None:
-        ratio, spread = blind.odds_ratio, math.exp(Z * blind.error)
-        ends = {"low": ratio / spread, "high": ratio * spread, "n": blind.trials}
-        yield course.estimate(_ODDS, ratio, of=f"{of}, blind agent", unit="ratio", **ends)
     if found.strata:
         yield course.estimate("informative_strata", found.strata, of=of, unit="strata")
     counts = {"after": (found.looped_solved, found.looped), "before": (found.unlooped_solved, found.unlooped)}

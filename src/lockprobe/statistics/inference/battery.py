@@ -83,7 +83,6 @@ def infer(
     rng: np.random.Generator,
     *,
     broken: Outcomes | None = None,
-    blind: Outcomes | None = None,
     budget: int | None = None,
     agents: int = 1,
 ) -> Inference:
@@ -96,8 +95,6 @@ def infer(
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
         broken: Its trials that ended as error.
-        blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
-            the null hypothesis; without them it is 1.
         budget: Steps of a trial; by default those of the longest.
         agents: Number of agents whose courses of success are judged together. Differences, their intervals and the two
             lines are corrected for them; the tests of other questions are not.
@@ -108,11 +105,11 @@ def infer(
     if not (proper := np.isfinite(outcomes.dose)).all():
         raise BadValue("dose of the trials", outcomes.dose[~proper][0], "a finite number")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
-    found = _tested(outcomes, rng, blind, most, agents)
+    found = _tested(outcomes, rng, most, agents)
     if broken is None or not len(broken):
         return found
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng, blind, most, agents) for whole in completed(outcomes, broken)]
+    ends = [_tested(whole, rng, most, agents) for whole in completed(outcomes, broken)]
     difference = worst_case_difference(found.difference, *(end.difference for end in ends))
     lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
@@ -127,9 +124,7 @@ def infer(
     )
 
 
-def _tested(
-    outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, budget: int, agents: int
-) -> Inference:
+def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: int) -> Inference:
     conditions = points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng, agents=agents)
     none = outcomes.at(np.zeros(len(outcomes), dtype=np.bool_))
@@ -147,7 +142,7 @@ def _tested(
     if outcomes.order is not None:
         lines = TwoLines(note=ONE_LOOK)
     again = of("Two lines of loop onset", onset_lines)
-    hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
+    hazard = of("Success after a loop", loop_hazard)
     tests = (
         success_test(difference),
         speed_test(steps),

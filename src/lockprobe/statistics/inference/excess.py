@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from lockprobe.statistics.distributions import chi_squared_tail, student_tails
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["Excess", "excess", "grid", "odds_excess", "stratum_totals"]
+__all__ = ["Excess", "excess", "grid"]
 
 Array = NDArray[np.float64]
 
@@ -97,42 +97,6 @@ def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64]
     some = np.maximum(n, 1.0)
     score = running * (x - (member @ (x * running) / some)[:, stratum]) * (event - (member @ event / some)[stratum])
     return _summed(score, n[stratum], cluster)
-
-
-def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
-    """Excess of events with a feature over those expected under a given odds ratio.
-
-    The total is Mantel and Haenszel's ``sum (a d - odds b c) / n`` over tables of stratum and step, which is 0 at their
-    odds ratio. Each trial contributes its projection, so that at odds of 1 this is :func:`excess`.
-
-    Args:
-        cells: 0 or 1, shape (4, trials, steps): feature and event, feature alone, event alone, neither; all 0 where a
-            trial no longer runs.
-        odds: The odds ratio of the null hypothesis.
-        stratum: Stratum from 0, shape (trials,).
-        cluster: Cluster from 0, shape (trials,).
-    """
-    member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
-    tables = stratum_totals(member, cells)
-    n = tables.sum(axis=0)
-    off = (tables[0] * tables[3] - odds * tables[1] * tables[2]) / np.maximum(n, 1.0)
-    score, off = np.zeros(cells.shape[1:]), off[stratum]
-    for cell, facing, weight in zip(
-        cells, tables[::-1], (1.0, -odds, -odds, 1.0), strict=True
-    ):  # all at once: gigabytes
-        score += ((facing * weight)[stratum] - off) * cell
-    score /= np.maximum(n, 1.0)[stratum]
-    return _summed(score[None], n[stratum], cluster)
-
-
-def stratum_totals(member: Array, cells: Array) -> Array:
-    """Sums over the trials of each stratum, shape (cells, strata, steps).
-
-    Args:
-        member: 1 where a trial is in a stratum, shape (strata, trials).
-        cells: Shape (cells, trials, steps).
-    """
-    return np.stack([member @ one for one in cells])
 
 
 def _summed(score: Array, n: Array, cluster: NDArray[np.int64]) -> Excess:

@@ -51,8 +51,6 @@ class TestResult:
         p_value: [0, 1]; None if it cannot be computed.
         effect: The effect size; None without an estimate.
         low, high: Ends of its 95 % interval, if there is one.
-        baseline: The simulated effect of a blind agent with the same action habits, if that is the null hypothesis;
-            None if the null hypothesis is no effect.
         direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
         note: Why there is no P value, as a short code; empty if there is one.
         broken: Whether the P value is the largest over the possible endings of broken trials.
@@ -66,7 +64,6 @@ class TestResult:
     effect: float | None = None
     low: float | None = None
     high: float | None = None
-    baseline: float | None = None
     direction: int = 0
     note: str = ""
     broken: bool = False
@@ -98,7 +95,7 @@ def at_every_look(tests: Sequence[TestResult]) -> tuple[TestResult, ...]:
     unsaid: dict[str, Any] = {"p_value": None, "effect": None, "low": None, "high": None}
     return (
         replace(first, name="greatest difference from the lowest dose, e-process"),
-        *(replace(one, **unsaid, baseline=None, direction=0, note=ONE_LOOK) for one in others),
+        *(replace(one, **unsaid, direction=0, note=ONE_LOOK) for one in others),
     )
 
 
@@ -150,7 +147,6 @@ def harm_test(found: LoopEffect) -> TestResult:
         effect=found.odds_ratio,
         low=found.low,
         high=found.high,
-        baseline=found.blind.odds_ratio if found.blind else None,
         direction=found.direction,
         note=found.note,
     )
