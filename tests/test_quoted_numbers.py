@@ -232,10 +232,6 @@ QUOTED = [
      lambda: [course(f"ideal-observer?plan=information&noise={noise}").steps for noise in ("naive", "aware")]),
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
-    ("benchmarks/README.md", "97 is {:.0f} to {:.0f}, 100 is {:.0f} to {:.0f}, 88 is {:.0f} to {:.0f}",
-     lambda: [100 * bound for count in (97, 100, 88) for bound in both(count, 100)]),
-    ("benchmarks/README.md", "78 is {:.0f} to {:.0f}, 29 is {:.0f} to {:.0f})",
-     lambda: [100 * bound for count in (78, 29) for bound in both(count, 100)]),
     ("benchmarks/README.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
     ("robot/docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
      lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]

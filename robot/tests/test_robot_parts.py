@@ -46,6 +46,5 @@ def test_the_board_has_the_dimensions_of_the_twin():
 def test_every_extra_is_in_the_table_and_versions_are_those_of_the_project():
     row = r"\| `(\w+)` \| [^|]+ \| \d+ \| \d+ \| `"
     assert set(re.findall(row, PAGE)) == {"twin", *EXTRAS}
-    assert set(re.findall(row, (ROOT / "benchmarks" / "README.md").read_text("utf-8"))) == {**EXTRAS, **OURS}.keys()
     pinned = next(needed for needed in EXTRAS["fr3"] if needed.startswith("franky-control"))
     assert f"| franky-control | {pinned.partition('==')[2]} | `fr3` |" in PAGE

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from benchmarked import benchmark
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom, binomtest
@@ -208,9 +207,3 @@ def test_the_bootstrap_is_too_short_with_three_clusters_and_about_right_with_thi
         held[k].append(found.low <= 0.5 <= found.high)
     assert np.mean(held[3]) < 0.9
     assert np.mean(held[30]) > 0.88
-
-
-def test_over_repetitions_loops_that_do_nothing_correlate_with_success():
-    measured = benchmark("repetitions")
-    assert np.median([measured.correlation(number) for number in range(40)]) == pytest.approx(-0.73, abs=0.05)
-    assert 0.5 < measured.coverage(3, 0.5, 0.2, 60) < 0.95
