@@ -116,7 +116,7 @@ def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_righ
 
 
 def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_path):
-    experiment = Experiment(comprehension={"rounds": 1}, screened_url="https://example.org/no", screened_code="S1")
+    experiment = Experiment(comprehension={"rounds": 1}, left_url="https://example.org/no", left_code="S1")
 
     async def fails(reception, shown):
         before = free(reception)
@@ -140,7 +140,7 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
 
 
 IDS = {"PROLIFIC_PID": "5f1"}
-CODES = {"completion_code": "C1", "failed_code": "F1", "screened_code": "S1"}
+CODES = {"completion_code": "C1", "left_code": "S1"}
 CHECK = {"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "blue"}
 
 
@@ -148,7 +148,7 @@ CHECK = {"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "
     ("to", "settings", "scene"),
     [
         (Debrief, {}, ("finished", "C1")),
-        (Debrief, {"checks": [CHECK]}, ("finished", "F1")),
+        (Debrief, {"checks": [CHECK]}, ("finished", "C1")),
         (Closed, {"comprehension": {"rounds": 1}}, ("screened", "S1")),
         (TrialOver, {}, ("taken", "")),
     ],

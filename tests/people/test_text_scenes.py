@@ -138,29 +138,13 @@ def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():
     assert (end.kind, end.completion_url, end.completion_code) == ("debrief", "https://example.org/x", "C1")
 
 
-@pytest.mark.parametrize(("right", "from_how_many", "code"), [(True, 1, "C1"), (False, 1, "F1"), (False, 2, "C1")])
-def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many, code):
-    settings = {**QUESTIONS, "questions": [], "failed_code": "F1", "failed_from": from_how_many}
-    over = done("over", 3, box=2)
-    answered = Did(at=13.0, turn=4, scene="check", act=Next(), item="1", right=right)
-    end = at("solved", 2, over, answered, **settings)
-    assert (end.kind, end.completion_code) == ("debrief", code)
-    assert end.completion_url == ("" if code == "F1" else "https://example.org/x")
-
-
 def test_who_declines_withdraws_or_has_no_place_any_more_has_a_way_back():
-    ends = {
-        "declined_url": "https://example.org/no",
-        "full_code": "FULL",
-        "withdrawn_code": "GONE",
-        "late_code": "LATE",
-    }
+    ends = {"left_url": "https://example.org/no", "left_code": "LEFT", "completion_code": "C1"}
     texts = TextScenes(WORDS, people_study(), Experiment(**ends))
-    declined, full, late, gone = (texts.closed(why) for why in ("declined", "full", "late", "withdrawn"))
-    assert (gone.completion_url, gone.completion_code) == ("", "GONE")
-    assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
-    assert (full.completion_url, full.completion_code) == ("", "FULL")
-    assert (late.completion_url, late.completion_code) == ("", "LATE")
+    for why in ("declined", "full", "late", "screened", "withdrawn"):
+        closed = texts.closed(why)
+        assert (closed.completion_url, closed.completion_code) == ("https://example.org/no", "LEFT")
+    assert texts.closed("taken").completion_code == ""
 
 
 @pytest.mark.parametrize("asks", [True, False])

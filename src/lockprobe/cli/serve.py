@@ -23,8 +23,7 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
 from lockprobe.people.consent import CODE
-from lockprobe.people.experiment import EARLY_ENDS, Experiment, experiment_with, kept_experiment, read_experiment
-from lockprobe.people.journey import asks_comprehension
+from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.studies.options.settings import read_study
@@ -191,24 +190,9 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
         )
     if not (experiment.join_code or experiment.require_id):
         found.append("Anyone with the link can join. --require-id or --join-code CODE keep others out.")
-    if ends := _without_way_back(words, experiment):
-        known = f"{ends[0]}_code or {ends[0]}_url" + (", and so on" if len(ends) > 1 else "")
-        found.append(
-            f"completion_code is set, but no code and no address for these ends: {', '.join(ends)}. In people.toml set "
-            f"{known}."
-        )
+    if experiment.completion_code and not (experiment.left_code or experiment.left_url):
+        found.append("completion_code is set, but nothing for those who do not finish. In people.toml set left_code.")
     return tuple(found)
-
-
-def _without_way_back(words: Words, experiment: Experiment) -> tuple[str, ...]:
-    """The early ends that people can reach and that have neither code nor address, where the completion has a code."""
-    if not experiment.completion_code:
-        return ()
-    screens = experiment.comprehension.rounds is not None and asks_comprehension(experiment, words)
-    reached = (end for end in EARLY_ENDS if end != "screened" or screens)
-    return tuple(
-        end for end in reached if not (getattr(experiment, f"{end}_code") or getattr(experiment, f"{end}_url"))
-    )
 
 
 def _start_lines(study: Study, experiment: Experiment, words: Words, url: str, directory: Path) -> tuple[str, ...]:

@@ -33,7 +33,6 @@ from lockprobe.people.right_answers import Comprehension, OneRight, Options, Set
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 
 __all__ = [
-    "EARLY_ENDS",
     "EXPERIMENT",
     "SECRET",
     "AttentionCheck",
@@ -48,16 +47,7 @@ __all__ = [
 EXPERIMENT = "experiment.json"
 """The file of these settings, next to the diaries."""
 
-EARLY_ENDS = ("declined", "full", "late", "screened", "withdrawn")
-"""Early ends that have an address and a code."""
-
-_ENDS = ("completion", "failed", *EARLY_ENDS)
-"""All ends that have them."""
-
-SECRET = (
-    *(f"{end}_{what}" for end in _ENDS for what in ("url", "code")),
-    "join_code",
-)
+SECRET = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
 """Settings that are not shared with data."""
 
 
@@ -129,19 +119,8 @@ class Experiment(SettingsPart):
         say_false: Whether the instructions say that reports can be wrong.
         completion_url: Where participants go at the end.
         completion_code: The code that they enter there.
-        declined_url: Where people go who do not agree to take part.
-        declined_code: Their code.
-        full_url: Where people go when no place is left.
-        full_code: Their code.
-        failed_url: In place of ``completion_url`` after too many wrong answers to attention checks.
-        failed_code: In place of ``completion_code``, likewise.
-        failed_from: The number of wrong answers from which this applies.
-        screened_url: Where people go whose session the limit of ``comprehension`` ended.
-        screened_code: Their code.
-        late_url: Where people go whose place was given away while they were away.
-        late_code: Their code.
-        withdrawn_url: Where people go who withdraw.
-        withdrawn_code: Their code.
+        left_url: Where all others go: who do not agree, find no place, are too late or screened out, or withdraw.
+        left_code: Their code.
         require_id: Whether the URL has to hold the first parameter of ``recruitment``.
         join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
         away_minutes: Minutes without an act after which a place may be given to somebody who finds no other.
@@ -164,19 +143,8 @@ class Experiment(SettingsPart):
     say_false: bool = False
     completion_url: Url = ""
     completion_code: Code = ""
-    declined_url: Url = ""
-    declined_code: Code = ""
-    full_url: Url = ""
-    full_code: Code = ""
-    failed_url: Url = ""
-    failed_code: Code = ""
-    failed_from: Annotated[int, Field(ge=1, le=1000)] = 1
-    screened_url: Url = ""
-    screened_code: Code = ""
-    late_url: Url = ""
-    late_code: Code = ""
-    withdrawn_url: Url = ""
-    withdrawn_code: Code = ""
+    left_url: Url = ""
+    left_code: Code = ""
     require_id: bool = False
     join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
     away_minutes: Annotated[float, Field(gt=0, le=60 * 24 * 365)] = 1440.0

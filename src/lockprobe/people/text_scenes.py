@@ -9,7 +9,7 @@ from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.deceptions import deceptions
 from lockprobe.people.diary import Joined
-from lockprobe.people.experiment import EARLY_ENDS, Experiment
+from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station, asks_comprehension
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.right_answers import ComprehensionQuestion, missed
@@ -59,7 +59,7 @@ class TextScenes:
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        url, code = self._back(why) if why in EARLY_ENDS else ("", "")
+        url, code = ("", "") if why == "taken" else (self._experiment.left_url, self._experiment.left_code)
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def elsewhere(self, journey: Journey) -> Closed:
@@ -67,17 +67,8 @@ class TextScenes:
         if journey.shut or not journey.finished:
             return self.closed(journey.shut or "taken")
         title, paragraphs = self._filled(self._words.closed.finished, {})
-        url, code = self._completion(journey)
+        url, code = self._experiment.completion_url, self._experiment.completion_code
         return Closed(why="finished", title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
-
-    def _completion(self, journey: Journey) -> tuple[str, str]:
-        """URL and code of a participant who has reached the end."""
-        failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
-        return self._back("failed" if failed else "completion")
-
-    def _back(self, end: str) -> tuple[str, str]:
-        """URL and code of the recruitment platform for one way to end."""
-        return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
     def at(self, journey: Journey) -> InstructionPage | ComprehensionQuestions | TrialOver | Check | Ask | Debrief:
         """The scene of a participant outside a box."""
@@ -121,7 +112,7 @@ class TextScenes:
             return Ask(**question.model_dump())
         debrief = self._words.debrief
         title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
-        url, code = self._completion(journey)
+        url, code = self._experiment.completion_url, self._experiment.completion_code
         return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def comprehension(self, joined: Joined) -> tuple[ComprehensionQuestion, ...]:

@@ -333,7 +333,7 @@ def test_withdrawing_deletes_and_says_so(tmp_path):
 
 
 async def _withdraws(directory, study):
-    async with browser() as chromium, served(directory, study, withdrawn_code="GONE") as url:
+    async with browser() as chromium, served(directory, study, left_code="GONE") as url:
         tab = await new_tab(chromium)
         look = await tab.open(f"{url}?PROLIFIC_PID=w1")
         assert not await tab.page.locator("[data-act=withdraw]").count()  # nothing is kept before the consent

@@ -10,7 +10,7 @@ from lockprobe.people.web.refusals import STATUS, RequestRefused, refused
 def test_every_code_has_its_status():
     assert set(get_args(Code)) <= set(STATUS)
     assert {code: STATUS[code] for code in get_args(Code)} == {
-        "malformed": 400, "incomplete": 400, "forged": 401, "wrong-code": 403, "unknown": 404, "stale": 409,
+        "malformed": 400, "incomplete": 400, "forged": 401, "wrong-code": 403, "stale": 409,
         "elsewhere": 409, "impossible": 422,
     }  # fmt: skip
 
