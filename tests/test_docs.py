@@ -237,3 +237,25 @@ def test_the_agents_of_the_table_are_those_that_are_listed():
     listed = set(known_specs())
     assert {name for name in named if name not in listed and name != "cognitive:MODEL"} == set()
     assert {name for name in listed if not name.startswith("cognitive:")} <= named
+
+
+def test_the_page_on_citing_says_what_the_citation_file_says():
+    """Title by title and name by name; the file is not parsed as YAML, which nothing else here needs."""
+    cited = (ROOT / "CITATION.cff").read_text("utf-8")
+    page = (ROOT / "docs" / "cite.md").read_text("utf-8")
+    titles = re.findall(r'title: "(.*)"', cited)
+    assert re.findall(r"title +. \{(.*)\}", page.replace("{LLMs}", "LLMs")) == titles
+    people = re.findall(r"family-names: (\S+)\s+given-names: (\S+)", cited)
+    assert f"author = {{{' and '.join(', '.join(one) for one in people)}}}" in page
+    (license_,) = re.findall(r"^license: (.*)$", cited, re.MULTILINE)
+    assert f"{{Version VERSION, {license_}}}" in page
+    assert not re.search(r"^version:", cited, re.MULTILINE)  # a checkout has no number that a file could hold
+
+
+def test_the_page_on_citing_has_the_entries_that_a_study_writes():
+    template = (ROOT / "src/lockprobe/report/templates/references.bib").read_text("utf-8")
+    (shown,) = re.findall(
+        r"^```bibtex\n(.*?)^```$", (ROOT / "docs" / "cite.md").read_text("utf-8"), re.DOTALL | re.MULTILINE
+    )
+    assert shown == template[: len(shown)]
+    assert re.findall(r"^@\w+\{(.*),$", shown, re.MULTILINE) == ["lockprobe", "zenkri-brock"]
