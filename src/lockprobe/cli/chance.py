@@ -10,9 +10,8 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict
-from lockprobe.statistics.loops.chance import chance_level
-from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
+from lockprobe.foundation.errors import BadFile, Conflict
+from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate
 
 __all__ = ["chance"]
 
@@ -20,9 +19,7 @@ __all__ = ["chance"]
 def chance(
     length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
     actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help=options.ACTIONS)] = 4,
-    null: Annotated[
-        TrialNull, typer.Option(help="The null model; markov and permutation need --sequences.")
-    ] = "uniform",
+    null: Annotated[Null, typer.Option(help="Any action, or any except the one before.")] = "uniform",
     overlap: options.Overlap = False,
     min_length: options.MinLength = 3,
     sequences: Annotated[
@@ -34,22 +31,18 @@ def chance(
     json: options.AsJson = False,
 ) -> None:
     """Compute the probability of an action loop in a trial of random choices of this length."""
-    match null, sequences:
-        case _, str(file):
-            if length is not None:
-                raise Conflict("--length", "--sequences", "the sequences have their own lengths")
-            if not (trials := read_sequences(file)):
-                raise BadFile(file, "holds no action sequence")
-            if null in {"uniform", "no-repeat"}:
-                check_actions(file, "all lines", len(set(chain.from_iterable(trials))), actions)
-            level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
-            setting = f"{null}, the lengths of {len(trials)} trials"
-        case "uniform" | "no-repeat", None:
-            length = 20 if length is None else length
-            level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
-            setting = f"{null}, {length} steps, {actions} joints"
-        case _:
-            raise BadValue("--sequences", None, f"a file of action sequences, or -: --null {null} needs it")
+    if sequences is not None:
+        if length is not None:
+            raise Conflict("--length", "--sequences", "the sequences have their own lengths")
+        if not (trials := read_sequences(sequences)):
+            raise BadFile(sequences, "holds no action sequence")
+        check_actions(sequences, "all lines", len(set(chain.from_iterable(trials))), actions)
+        level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
+        setting = f"{null}, the lengths of {len(trials)} trials"
+    else:
+        length = 20 if length is None else length
+        level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
+        setting = f"{null}, {length} steps, {actions} joints"
     if json:
         print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))
     else:

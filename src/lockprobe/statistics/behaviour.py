@@ -11,8 +11,7 @@ from typing import get_args
 
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.loops import cover
-from lockprobe.statistics.loops.chance import Chance
-from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
+from lockprobe.statistics.loops.chance import Chance, Null, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, numbered, onset, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.record import Trial
@@ -46,7 +45,7 @@ class Behaviour:
     """
 
     loops: Proportion
-    chance: Mapping[TrialNull, Chance]
+    chance: Mapping[Null, Chance]
     coverage: float | None
     redundant_share: float | None
     entropy: float | None
@@ -62,17 +61,7 @@ class Behaviour:
         """The share expected of random actions without immediate repeats, [0, 1]."""
         return self._chance("no-repeat")
 
-    @property
-    def chance_markov(self) -> float | None:
-        """The share expected of actions that follow each other as often as in these trials, [0, 1]."""
-        return self._chance("markov")
-
-    @property
-    def chance_permutation(self) -> float | None:
-        """The share expected of each trial's own actions in any order, [0, 1]."""
-        return self._chance("permutation")
-
-    def _chance(self, null: TrialNull) -> float | None:
+    def _chance(self, null: Null) -> float | None:
         return self.chance[null].probability if self.chance else None
 
 
@@ -82,7 +71,7 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
     entropies = [bits for trial in counted for bits in policy_entropy(trial)]
     return Behaviour(
         loops=share_of(found.looped, found.player, found.luck),
-        chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
+        chance={null: _chance(counted, null) for null in get_args(Null)} if counted else {},
         coverage=fmean(map(loop_coverage, counted)) if counted else None,
         redundant_share=fmean(map(redundant_share, counted)) if counted else None,
         entropy=fmean(entropies) if entropies else None,
@@ -149,6 +138,6 @@ def _share(actions: tuple[int, ...]) -> float:
     return cover(actions).share
 
 
-def _chance(trials: Sequence[Trial], null: TrialNull) -> Chance:
+def _chance(trials: Sequence[Trial], null: Null) -> Chance:
     """The share of looping trials expected under a null."""
     return expected_loop_rate([trial.actions for trial in trials], null, actions=len(trials[0].joints))

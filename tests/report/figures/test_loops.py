@@ -19,17 +19,15 @@ def title(axes):
     return " ".join(axes.get_title(loc="left").split())
 
 
-def test_loop_rates_stand_beside_four_levels_of_chance(typical, model):
+def test_loop_rates_stand_beside_two_levels_of_chance(typical, model):
     axes, _ = loops_with_chance(typical).axes
     rates = [cell.get("loop_rate") for cell in model.cells]
     assert np.allclose(bars(axes), [(c.p, r.value, r.low, r.high) for c, r in zip(model.cells, rates, strict=True)])
-    chance = {of: shares(model, "loop_rate_chance", of) for of in ("uniform", "no-repeat", "markov", "permutation")}
+    chance = {of: shares(model, "loop_rate_chance", of) for of in ("uniform", "no-repeat")}
     (band,) = shades(axes)
     for of, dash in (("uniform", ":"), ("no-repeat", "--")):
         assert band >= set(zip([cell.p for cell in model.cells], chance[of], strict=True))
         assert [list(line.get_ydata()) for line in axes.lines if line.get_linestyle() == dash] == [chance[of]]
-    marked = {line.get_marker(): list(line.get_ydata()) for line in axes.lines}
-    assert (marked["x"], marked["+"]) == (chance["markov"], chance["permutation"])
     assert [text.get_text() for text in axes.texts] == ["random", "no-repeat"]
 
 

@@ -32,12 +32,12 @@ def caption(found, figure="fig5b"):
     return one.caption(found).shown
 
 
-def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
+def test_every_loop_rate_stands_beside_two_levels_of_chance(found):
     for cell in found.cells:
         levels = {
             row.of: row.value for row in found.where("loop_rate_chance", condition=cell.condition, agent=cell.agent)
         }
-        assert list(levels) == ["uniform", "no-repeat", "markov", "permutation"]
+        assert list(levels) == ["uniform", "no-repeat"]
         assert levels["uniform"] <= levels["no-repeat"]
         assert all(cell.value("loop_rate_chance_error", of) is not None for of in levels)
         rate = cell.get("loop_rate")
@@ -45,7 +45,7 @@ def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
         assert rate.value == pytest.approx(sum(one.value * one.n for _, one in cell.points) / rate.n)
     rows = table(found, "loops")
     assert [row["flip rate"] for row in rows] == ["every flip rate", "0", "0.3", "0.6"]  # a blind agent once
-    assert list(rows[0])[3:7] == ["uniform", "without repeats", "own transitions", "own actions shuffled"]
+    assert list(rows[0])[3:] == ["uniform", "without repeats"]
 
 
 def test_an_action_loop_is_defined_where_it_is_first_named(found):

@@ -16,7 +16,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.loops import any_loop, any_loop_batch, chance, onset_batch
-from lockprobe.statistics.loops.chance import Null, chance_level, first_loops
+from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate, first_loops
 
 ROOT = Path(__file__).parents[3]
 LENGTHS = (6, 8, 9, 10, 11, 12, 14, 15, 16, 18, 20)
@@ -202,3 +202,18 @@ def test_words_beyond_the_floats_are_no_obstacle() -> None:
     assert chance.decisive_length(64, 1000) == chance.decisive_length(64, 900) + 200 > 10**100
     level = chance_level(2100, 64, min_length=1000)
     assert (level.probability, level.method) == (0.0, "simulation")
+
+
+def test_the_level_of_trials_is_the_mean_over_their_lengths() -> None:
+    level = expected_loop_rate(["ABCD" * 5, "ABCD" * 2, "ABCD" * 5, ""], "uniform", actions=4)
+    by_hand = (2 * chance_level(20).probability + chance_level(8).probability) / 4
+    assert level.probability == pytest.approx(by_hand, abs=1e-12)
+    assert (level.method, level.error) == ("exact", 0.0)
+    level = expected_loop_rate([range(6), range(19), [*range(6)] * 4], "no-repeat", actions=19)
+    parts = [chance_level(length, 19, null="no-repeat") for length in (6, 19, 24)]
+    assert level.probability == pytest.approx(np.mean([part.probability for part in parts]))
+    assert level.error == pytest.approx(sum(part.error for part in parts) / 3)
+    with pytest.raises(BadValue, match="trials"):
+        expected_loop_rate([], "uniform", actions=4)
+    with pytest.raises(BadValue, match="at least the 3"):
+        expected_loop_rate(["ABC"], "uniform", actions=2)

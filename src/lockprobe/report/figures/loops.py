@@ -132,17 +132,12 @@ def _with_chance(axes: Axes, course: Course) -> None:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     by_dose(axes, course.played, "loop_rate", of_agent(course, _OWN))
     dose_axes(axes, course, "share of trials with a loop")
-    low, high = axes.get_xlim()
-    x = [cell.dose or 0.0 for cell in course.played]
-    _blind_agents(axes, x, course)
-    for side, marker, of in ((-1, "x", "markov"), (1, "+", "permutation")):
-        beside = [p + side * 0.028 * (high - low) for p in x]
-        axes.plot(beside, _chance(course, of), marker, color=INK, markersize=4.2, markeredgewidth=0.9, zorder=3)
+    _blind_agents(axes, [cell.dose or 0.0 for cell in course.played], course)
     return title(
         axes,
         heading(course),
         f"{counts(course.played)} per {course.name}; bars: 95 % intervals",
-        "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
+        "chance: grey",
     )
 
 

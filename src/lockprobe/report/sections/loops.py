@@ -26,8 +26,6 @@ __all__ = ["SECTIONS"]
 _NULLS = {
     "uniform": "uniform",
     "no-repeat": "without repeats",
-    "markov": "own transitions",
-    "permutation": "own actions shuffled",
 }
 """The models of chance, and their columns."""
 
@@ -56,7 +54,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
 
 
 def _loop_table(found: Results) -> TextTable:
-    """Loop rates and their chance levels under four null models."""
+    """Loop rates and their chance levels under two null models."""
     head = ["agent", varied(found.cells), "trials with a loop", *_NULLS.values()]
     return [head] + [
         [
@@ -108,8 +106,7 @@ def _fig5b_corrected_caption(found: Results) -> Caption:
     )
     return Caption(
         f"Loop rates with their chance levels in trials of the same lengths{share}. Grey: from random actions (dotted) "
-        "to those without repeats (dashed); crosses: the agent's own transition probabilities; plus signs: its own "
-        "actions in random order.",
+        "to those without repeats (dashed).",
         f"{wilson}{by_step * onset}",
     )
 
@@ -164,8 +161,8 @@ def _blocks(found: Results) -> Iterator[Block]:
     if _over_p(found):
         yield Detail("The paper's Figs. 5a and 5b", [_FIG5B, _FIG5A])
     note = Note(
-        "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, actions "
-        "without immediate repeats, the agent's own first-order transitions, or its actions in random order.",
+        "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, or "
+        "actions without immediate repeats.",
     )
     yield Detail("Loops and chance levels under every condition", [_LOOPS, note])
 

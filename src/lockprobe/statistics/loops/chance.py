@@ -11,6 +11,8 @@ Most levels are exact. ``chance_table.json``, made by ``scripts/make_chance_tabl
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -24,7 +26,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.loops import any_loop_batch, onset_batch
 
-__all__ = ["Chance", "Null", "chance_level", "decisive_length", "first_loops", "simulated_chance"]
+__all__ = ["Chance", "Null", "chance_level", "decisive_length", "expected_loop_rate", "first_loops", "simulated_chance"]
 
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
@@ -102,6 +104,35 @@ def chance_level(
         sequences = _every(length, actions, null)
         return _exact(int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum()), total)
     return _simulated(length, actions, null, min_length, overlap=overlap)
+
+
+def expected_loop_rate(
+    sequences: Sequence[Sequence[Hashable]],
+    null: Null,
+    *,
+    actions: int,
+    overlap: bool = False,
+    min_length: int = 3,
+) -> Chance:
+    """The loop rate of a blind agent in trials of exactly these lengths (at least one trial).
+
+    Returns:
+        The mean over trials. Its error is an upper bound where levels of several lengths were simulated together.
+    """
+    if not sequences:
+        raise BadValue("trials", 0, "at least 1")
+    if actions < (seen := len({action for sequence in sequences for action in sequence})):
+        raise BadValue("actions", actions, f"at least the {seen} that the trials hold")
+    levels = [
+        (count / len(sequences), chance_level(length, actions, null=null, overlap=overlap, min_length=min_length))
+        for length, count in Counter(map(len, sequences)).items()
+    ]
+    error = sum(share * level.error for share, level in levels)
+    return Chance(
+        probability=sum(share * level.probability for share, level in levels),
+        method="simulation" if error else "exact",
+        error=error,
+    )
 
 
 def _check(length: int, actions: int, null: Null, min_length: int) -> None:
