@@ -68,13 +68,6 @@ def test_misses_are_counted_by_condition_with_success_of_trials_without_one(stud
             assert (without.count, without.n) == (cell.get("success").count, cell.get("success").n)
 
 
-def test_actions_after_a_broken_rule_are_counted_as_not_judged(studies):
-    missing, clumsy, kept = studies
-    assert {row.condition for row in missing.where("actions_not_judged")} == {"plant?misses=3;4;5;6;7;8"}
-    assert kept.where("actions_not_judged") == []
-    assert all(0 < row.value < row.n for row in clumsy.where("actions_not_judged"))
-
-
 @pytest.mark.parametrize("plant", [CLUMSY, "symbolic"])
 def test_compared_studies_say_how_many_attempts_broke_the_rules(tmp_path, plant):
     allow(plant)

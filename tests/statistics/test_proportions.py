@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom, binomtest
 from statsmodels.stats.proportion import confint_proportions_2indep
 
-from lockprobe.statistics.clustered import cluster_bootstrap, clustered_proportion
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.proportions import difference, paired, proportion, ratio, wilson
 
 BASE, BEST = proportion(7, 30), proportion(20, 30)
@@ -188,22 +188,3 @@ def test_clusters_at_the_edge():
     assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
     assert none.high > proportion(0, 5).high
     assert math.isnan(clustered_proportion([], []).value)
-
-
-def test_the_bootstrap_draws_whole_clusters():
-    """Three clusters of equal trials: a mean of three draws from 0, 1/2, 1, whose 27 outcomes are known."""
-    values, labels = np.repeat([0.0, 0.5, 1.0], 20), np.repeat(["a", "b", "c"], 20)
-    found = cluster_bootstrap(values, labels, np.random.default_rng(1))
-    assert (found.value, found.low, found.high, found.clusters) == (0.5, 0.0, 1.0, 3)
-    alone = cluster_bootstrap(values, np.zeros(60), np.random.default_rng(1))
-    assert (alone.value, alone.low, alone.high) == (0.5, None, None)
-
-
-def test_the_bootstrap_is_too_short_with_three_clusters_and_about_right_with_thirty():
-    rng, held = np.random.default_rng(4), {3: [], 30: []}
-    for k, _ in itertools.product(held, range(200)):
-        values = np.repeat(clusters(rng, k, 0.5, 0.2) / 10, 10)
-        found = cluster_bootstrap(values, np.repeat(np.arange(k), 10), rng, resamples=400)
-        held[k].append(found.low <= 0.5 <= found.high)
-    assert np.mean(held[3]) < 0.9
-    assert np.mean(held[30]) > 0.88

@@ -13,10 +13,8 @@ from lockprobe.statistics.proportions import LEVEL, Proportion, proportion, wils
 
 __all__ = [
     "ClusteredDifference",
-    "ClusteredMean",
     "ClusteredProportion",
     "alike_weights",
-    "cluster_bootstrap",
     "clustered_difference",
     "clustered_proportion",
     "crossed_proportion",
@@ -65,22 +63,6 @@ class ClusteredDifference:
     low: float
     high: float
     interval_p: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClusteredMean:
-    """A mean with its 95 % bootstrap interval.
-
-    Attributes:
-        value: The mean; NaN without trials.
-        low, high: 2.5th and 97.5th percentile over resamples; None with fewer than two clusters.
-        clusters: Number of clusters.
-    """
-
-    value: float
-    low: float | None
-    high: float | None
-    clusters: int
 
 
 def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
@@ -275,29 +257,3 @@ def _effective(
     low, high = wilson(share, n, student_quantile((1 + LEVEL) / 2, k - 1), design_effect=effect)
     low, high = low if count else 0.0, high if count < n else 1.0  # a share may be 1 but for rounding
     return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=effect, low=low, high=high)
-
-
-def cluster_bootstrap(
-    values: ArrayLike, clusters: ArrayLike, rng: np.random.Generator, resamples: int = RESAMPLES
-) -> ClusteredMean:
-    """The mean of all trials with a percentile interval; whole clusters are drawn with replacement.
-
-    With few clusters, such as the paper's three repetitions, the interval is too short. Its coverage for shares of 0.1
-    to 0.5, 10 trials per cluster and correlations of 0 to 0.5: 59-94 % with 3 clusters, 78-92 % with 10, 92-95 % with
-    30 (``benchmarks/repetitions.py``).
-
-    Args:
-        values: One number per trial, shape (trials,).
-        clusters: The cluster of each trial, for example its repetition, of the same shape.
-        rng: The stream of the bootstrap.
-        resamples: Number of resamples.
-    """
-    numbers, place = np.asarray(values, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)[1]
-    k = int(place.max()) + 1 if len(place) else 0
-    value = float(numbers.mean()) if k else math.nan
-    if k < 2:
-        return ClusteredMean(value=value, low=None, high=None, clusters=k)
-    times = rng.multinomial(k, np.full(k, 1 / k), size=resamples)
-    means = (times @ np.bincount(place, weights=numbers)) / (times @ np.bincount(place))
-    low, high = np.percentile(means, [2.5, 97.5]).tolist()
-    return ClusteredMean(value=value, low=low, high=high, clusters=k)

@@ -1,153 +1,59 @@
-"""Rationality of actions: each step judged by an ideal observer who was told the same as the agent.
+"""Optimal actions: each action judged by an ideal observer who was told the same as the agent and believes it.
 
-Two observers judge, both under a stated prior (:mod:`lockprobe.boxes.beliefs.structures`):
-
-* ``naive`` believes every report. Its expected steps are exact. At p = 0 it is right.
-* ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's, which
-  assume full knowledge after the next attempt: lower bounds that give no credit for information.
+An action is *optimal* if no other costs fewer expected steps under a stated prior
+(:mod:`lockprobe.boxes.beliefs.structures`). At p = 0 the observer is right to believe reports.
 
 Pictures are judged as if read without error: a picture counts as a report of positions (``symbolic?tell=state``), and
 a misreading counts against the agent.
 
 No interlock explains an attempt that broke the rules of the box: a hand that missed, or forced a locked joint. What the
-agent is told of it misleads every observer. So of each trial the actions before the first such attempt are judged, and
-how many are left out is counted.
-
-An action is *optimal* if no other costs fewer expected steps; its *regret* is its extra cost, in steps that the
-observer expects under its prior, not on the box that was played. Each share is compared with that of a uniformly
-random choice in the same situations, which is often optimal where several joints are equally good.
+agent is told of it misleads every observer. So of each trial the actions before the first such attempt are judged.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
-from statistics import fmean
+from functools import cached_property
+from itertools import accumulate
 
-import numpy as np
-
-from lockprobe.boxes.beliefs.posterior import KnownReading, ReportedAttempt, begin, noise_model
+from lockprobe.boxes.beliefs.planning import all_expected_steps, least
+from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
-from lockprobe.statistics.judged_moments import JudgedMoment, moment, weigh
+from lockprobe.foundation.grouping import grouped
+from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.rules import unbroken
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "ACTIONS",
-    "JUDGED",
-    "OBSERVERS",
-    "JudgedStep",
-    "JudgedTrial",
-    "Rationality",
-    "judge",
-    "prior_for",
-    "rationality",
-]
-
-OBSERVERS = ("naive", "aware")
-"""The noise models of the judging observers."""
+__all__ = ["ACTIONS", "JUDGED", "OptimalActions", "optimal_actions", "prior_for"]
 
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
 further trial is judged."""
 
+_MANY = 1 << 14
+"""Moments that are cached; each takes a few kilobytes."""
+
+_TOGETHER = 64
+"""Moments at which attempts are weighed at once."""
+
 Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and its report; None if the box opened."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JudgedStep:
-    """One judged action, compared with a uniformly random choice in the same situation.
+@dataclass(frozen=True, slots=True)
+class OptimalActions:
+    """The actions of one condition, as the observer judges them.
 
     Attributes:
-        step: From 1.
-        entropy: The observer's entropy over interlocks before the step, in bits.
-        gained: Bits by which the step reduced it; below 0 if the report confused the observer.
-        expected: Expected information of the action, bits.
-        best: Expected information of the most informative action, bits.
-        optimal: Whether no other action costs fewer expected steps.
-        regret: Expected steps more than those of the best action, >= 0.
-        uninformative: Whether it could neither give information nor open the box.
-        by_chance: Means of ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice.
+        share: Share of optimal actions; the trial is a cluster.
+        contradicted: Whether reports were impossible under the prior, so that the observer began again.
     """
 
-    step: int
-    entropy: float
-    gained: float
-    expected: float
-    best: float
-    optimal: bool
-    regret: float
-    uninformative: bool
-    by_chance: Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JudgedTrial:
-    """The judged actions of one trial.
-
-    Attributes:
-        key: Its readable name.
-        prior: Name of the prior.
-        noise: Noise model of the observer.
-        steps: The actions.
-        entropy_left: The observer's entropy over interlocks after the last report, bits.
-        restarts: Reports that were impossible to the observer, so that it began again.
-    """
-
-    key: str
-    prior: str
-    noise: str
-    steps: tuple[JudgedStep, ...]
-    entropy_left: float
-    restarts: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rationality:
-    """The rationality of one condition's actions, judged by one observer. Shares and means are over all actions.
-
-    Intervals take the trial as a cluster. Error trials are left out.
-
-    Attributes:
-        prior: Name of the prior.
-        interlocks: Number of its interlocks.
-        noise: Noise model of the observer.
-        trials: Trials judged.
-        steps: Actions judged.
-        not_judged: Trials that ended but lie beyond :data:`JUDGED` or :data:`ACTIONS`.
-        left_out: Actions of these trials that are not judged: attempts that broke the rules of the box, and all later
-            ones.
-        optimal: Share of optimal actions.
-        regret: Mean regret in expected steps.
-        uninformative: Share of actions that could neither give information nor open the box.
-        gained, expected, best: Means of these fields of :class:`JudgedStep`, bits.
-        by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice.
-        entropy_left: Mean entropy after the last judged action of a trial, bits.
-        restarts: Mean restarts per trial.
-    """
-
-    prior: str
-    interlocks: int
-    noise: str
-    trials: int
-    steps: int
-    not_judged: int
-    left_out: int
-    optimal: ClusteredProportion
-    regret: ClusteredMean
-    uninformative: ClusteredProportion
-    gained: float
-    expected: float
-    best: float
-    by_chance: Mapping[str, float]
-    entropy_left: float
-    restarts: float
+    share: ClusteredProportion
+    contradicted: bool
 
 
 def prior_for(joints: int) -> str | None:
@@ -155,12 +61,12 @@ def prior_for(joints: int) -> str | None:
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def rationality(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[Rationality, ...]:
+def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> OptimalActions | None:
     """Judge the trials of one condition.
 
-    Empty if none has ended with an action that can be judged, if the box is too large for a prior, or if in some of
-    them an action was not the choice or a report was missing: the others are those in which that did not happen, which
-    is no fair sample.
+    None if none has ended with an action that can be judged, if the box is too large for a prior, or if in some of them
+    an action was not the choice or a report was missing: the others are those in which that did not happen, which is no
+    fair sample.
 
     Args:
         trials: The trials.
@@ -168,46 +74,16 @@ def rationality(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[Ra
     """
     counted = [trial for trial in ended(trials) if trial.steps]
     if not all(trial.ordinary for trial in counted):
-        return ()
-    prior, first = prior_for(len(counted[0].joints)) if counted else None, _first(counted)
-    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in first]
-    if prior is None or not any(reports for _, reports in told):
-        return ()
-    return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS)
-
-
-def _condition(
-    trials: Sequence[Trial], told: Sequence[tuple[Trial, Sequence[Told]]], prior: str, noise: str
-) -> Rationality:
-    found = [_seen(trial, reports, prior, noise) for trial, reports in told if reports]
-    weigh(now for one in found for now in one.moments[:-1])
-    sizes = [len(one.joints) for one in found]
-    first, cluster = trials[0], np.repeat(np.arange(len(found)), sizes)
-    acting = " + ".join(first.specs)
-    rng = generator(first.seed, "analysis", first.spec, first.modality, acting, "rationality", noise)
-    worths = [(now.worth, joint) for one in found for now, joint in one.choices]
-
-    def share(chosen: Iterable[bool]) -> ClusteredProportion:
-        return clustered_proportion(np.bincount(cluster, np.fromiter(chosen, dtype=np.float64)), sizes)
-
-    return Rationality(
-        prior=prior,
-        interlocks=len(interlocks(prior, len(first.joints))),
-        noise=noise,
-        trials=len(found),
-        steps=len(worths),
-        not_judged=len(trials) - len(told),
-        left_out=sum(len(trial.steps) - len(reports) for trial, reports in told),
-        optimal=share(worth.optimal[joint] for worth, joint in worths),
-        regret=cluster_bootstrap([worth.regret[joint] for worth, joint in worths], cluster, rng),
-        uninformative=share(worth.uninformative[joint] for worth, joint in worths),
-        gained=fmean([bits for one in found for bits in one.gained]),
-        expected=fmean([worth.bits[joint] for worth, joint in worths]),
-        best=fmean([worth.best for worth, _ in worths]),
-        by_chance={name: fmean([worth.by_chance[name] for worth, _ in worths]) for name in worths[0][0].by_chance},
-        entropy_left=fmean([one.moments[-1].entropy for one in found]),
-        restarts=fmean([one.restarts for one in found]),
-    )
+        return None
+    prior = prior_for(len(counted[0].joints)) if counted else None
+    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in _first(counted)]
+    judged = [_choices(trial, reports, prior) for trial, reports in told if reports] if prior else []
+    if not judged:
+        return None
+    _weigh(now for choices, _ in judged for now, _ in choices)
+    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]
+    share = clustered_proportion(counts, [len(choices) for choices, _ in judged])
+    return OptimalActions(share, any(contradicted for _, contradicted in judged))
 
 
 def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
@@ -216,78 +92,69 @@ def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
     return [trial for trial, actions in zip(trials[:JUDGED], before, strict=False) if actions < ACTIONS]
 
 
-def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
-    """Judge every action of a trial, of any agent, by an ideal observer who was told the same.
+class _Moment:
+    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs."""
 
-    Args:
-        trial: With at least one step.
-        prior: Name of the prior.
-        noise: ``naive``, ``aware`` or a flip probability.
+    def __init__(self, belief: Belief) -> None:
+        self.belief = belief
+        self._after: dict[ReportedAttempt, tuple[_Moment, bool]] = {}
 
-    Raises:
-        UnknownName: If there is no such prior.
-        BadValue: If there is no such noise model, or the prior has too many interlocks over this number of joints.
+    @cached_property
+    def optimal(self) -> Sequence[bool]:
+        """Whether no other attempt costs fewer expected steps than that at each joint."""
+        return _optimal([self.belief])[0]
+
+    def after(self, report: ReportedAttempt) -> tuple[_Moment, bool]:
+        """The moment after a report, and whether the report was impossible."""
+        found = self._after.get(report)
+        if found is None:
+            belief = update(self.belief, report)
+            again = belief.restarts > self.belief.restarts
+            # Scaled weights of equal beliefs differ in their last digits.
+            scaled = again and report.joint == 0
+            found = self._after[report] = (_Moment if scaled else _moment)(belief), again
+        return found
+
+
+_known: dict[Hashable, _Moment] = {}
+
+
+def _moment(belief: Belief) -> _Moment:
+    """The moment of a belief, the same object for equal beliefs; all are forgotten where they become too many."""
+    if len(_known) >= _MANY:
+        _known.clear()
+    return _known.setdefault(belief.key, _Moment(belief))
+
+
+def _weigh(moments: Iterable[_Moment]) -> None:
+    """Find the optimal attempts at all these moments, where they are not known: together it takes less time."""
+    new = [one for one in dict.fromkeys(moments) if "optimal" not in vars(one)]
+    for alike in grouped(new, lambda one: (one.belief.interlocks, one.belief.noise)).values():
+        for i in range(0, len(alike), _TOGETHER):
+            some = alike[i : i + _TOGETHER]
+            for one, optimal in zip(some, _optimal([one.belief for one in some]), strict=True):
+                one.optimal = optimal
+
+
+def _optimal(beliefs: Sequence[Belief]) -> list[list[bool]]:
+    """The optimal attempts under beliefs of one prior and one model of reports."""
+    found: list[list[bool]] = least(all_expected_steps(beliefs)).tolist()
+    return found
+
+
+def _choices(trial: Trial, told: Sequence[Told], prior: str) -> tuple[list[tuple[_Moment, int]], bool]:
+    """Every action that was told, by the moment before it and the number of its joint; whether a report was impossible.
+
+    These may be the first actions alone.
     """
-    seen = _seen(trial, _told(trial), prior, noise)
-    weigh(seen.moments[:-1])
-    steps = [
-        JudgedStep(
-            step=step.step,
-            entropy=now.entropy,
-            gained=gained,
-            expected=now.worth.bits[joint],
-            best=now.worth.best,
-            optimal=now.worth.optimal[joint],
-            regret=now.worth.regret[joint],
-            uninformative=now.worth.uninformative[joint],
-            by_chance=now.worth.by_chance,
-        )
-        for step, (now, joint), gained in zip(trial.steps, seen.choices, seen.gained, strict=True)
-    ]
-    return JudgedTrial(
-        key=trial.key,
-        prior=prior,
-        noise=noise,
-        steps=tuple(steps),
-        entropy_left=seen.moments[-1].entropy,
-        restarts=seen.restarts,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _SeenTrial:
-    """A trial as an observer saw it.
-
-    Attributes:
-        joints: The number of the joint of every action.
-        moments: The moment before every action, and that after the last one.
-        restarts: Reports that were impossible to the observer.
-    """
-
-    joints: tuple[int, ...]
-    moments: tuple[JudgedMoment, ...]
-    restarts: int
-
-    @property
-    def choices(self) -> Iterator[tuple[JudgedMoment, int]]:
-        """Every action, with the moment before it."""
-        return zip(self.moments, self.joints, strict=False)
-
-    @property
-    def gained(self) -> list[float]:
-        """Bits by which every action reduced the entropy."""
-        return [before.entropy - after.entropy for before, after in pairwise(self.moments)]
-
-
-def _seen(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> _SeenTrial:
-    """The actions of a trial that were told, which may be the first ones alone."""
-    now = moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial))))
-    moments, restarts = [now], 0
-    for _, report in told:
-        now, again = now.after(report)
-        moments.append(now)
-        restarts += again
-    return _SeenTrial(joints=tuple(joint for joint, _ in told), moments=tuple(moments), restarts=restarts)
+    now = _moment(begin(interlocks(prior, len(trial.joints)), noise_model("naive", _reading(trial))))
+    found, contradicted = [], False
+    for joint, report in told:
+        found.append((now, joint))
+        if report is not None:
+            now, again = now.after(report)
+            contradicted |= again
+    return found, contradicted
 
 
 def _reading(trial: Trial) -> KnownReading:

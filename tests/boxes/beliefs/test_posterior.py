@@ -8,7 +8,7 @@ from boxes.beliefs.enumeration import as_box, histories, told
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.errors import BadValue
 
@@ -82,10 +82,9 @@ def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints,
     assert belief.restarts == 0
 
 
-@given(st.lists(REPORTS, max_size=8), st.sampled_from(["naive", "0.3", "1", "aware"]), st.booleans())
-def test_whatever_is_told_leaves_a_belief(reports, name, box_opens):
+@given(st.lists(REPORTS, max_size=8), st.sampled_from(["naive", "0.3", "1", "aware"]))
+def test_whatever_is_told_leaves_a_belief(reports, name):
     belief = after(SMALL, noise_model(name), reports)
-    belief = opened(belief) if box_opens else belief
     assert belief.weights.sum() == pytest.approx(1)
     assert (belief.weights > 0).tolist() == belief.possible.any(axis=0).tolist()
     assert 0 <= entropy(belief) <= np.log2(len(SMALL)) + 1e-12
@@ -163,14 +162,6 @@ def test_equal_beliefs_are_equal():
         assert one == two
         assert hash(one) == hash(two)
         assert (one == after(SMALL, noise_model("aware"), [other])) == (other == ReportedAttempt(1, True, 2))
-
-
-def test_the_box_that_opens_tells_as_well():
-    belief = opened(begin(SMALL, noise_model("aware")))
-    assert {SMALL.needs[s][0] for s in range(len(SMALL)) if belief.weights[s]} == {None}
-    assert belief.restarts == 0
-    surprised = opened(after(interlocks("chains", 3), noise_model("naive"), [ReportedAttempt(1, False, 0)]))
-    assert surprised.restarts == 1
 
 
 @pytest.mark.parametrize("name", ["1.5", "-0.1", "nan", "often", ""])

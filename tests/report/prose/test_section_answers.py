@@ -33,9 +33,9 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     )
     assert found["loops"].endswith(" %) cognitive:insistent.")
     assert found["speed"].startswith("Area under the success curve when told the truth (random agent 0")
-    judged = first.rationality[0]
-    shares = f"{100 * judged.optimal.value:.0f} % ({100 * judged.by_chance['optimal']:.0f} %)"
-    assert found["optimal_actions"].endswith(f"(random choice): {shares} cognitive:insistent.")
+    assert found["optimal_actions"] == (
+        f"When told the truth: {100 * first.optimal.share.value:.0f} % cognitive:insistent."
+    )
 
 
 def test_tests_are_counted_for_each_agent():

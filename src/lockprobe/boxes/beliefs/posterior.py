@@ -53,7 +53,6 @@ __all__ = [
     "compared",
     "entropy",
     "noise_model",
-    "opened",
     "update",
 ]
 
@@ -308,22 +307,14 @@ def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belie
     now = before ^ (report.moved << report.joint) & ~1
     fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    return _condition_on_opening(fresh, opens=False) or fresh if report.joint == 0 else fresh
+    return _still_shut(fresh) or fresh if report.joint == 0 else fresh
 
 
-def opened(belief: Belief) -> Belief:
-    """The posterior once the box has opened: the target was attempted and moved."""
-    again = _restart(belief, belief.likeliest)
-    return replace(
-        _condition_on_opening(belief, opens=True) or _condition_on_opening(again, opens=True) or again, moved=1.0
-    )
-
-
-def _condition_on_opening(belief: Belief, *, opens: bool) -> Belief | None:
-    """The belief, given whether an attempt moves the target; None if that is impossible."""
-    moves = belief.interlocks.moves(belief.configuration, 0)
-    possible = belief.possible & (moves == opens)
-    weights = belief.weights * (moves == opens)
+def _still_shut(belief: Belief) -> Belief | None:
+    """The belief, given that an attempt does not move the target; None if that is impossible."""
+    blocked = ~belief.interlocks.moves(belief.configuration, 0)
+    possible = belief.possible & blocked
+    weights = belief.weights * blocked
     total = float(weights.sum())
     return replace(belief, possible=possible, weights=weights / total) if total else None
 

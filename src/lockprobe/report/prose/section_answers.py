@@ -30,7 +30,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
         "success": courses_said(summary, brief=True),
         "speed": _said(agents, f"Area under the success curve {where} (random agent 0, shortest plan 1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
-        "optimal_actions": _said(agents, f"{capital(where)} (random choice)", _optimal),
+        "optimal_actions": _said(agents, capital(where), _optimal),
         "hypothesis_tests": _tests(agents),
         "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
     }
@@ -60,10 +60,7 @@ def _loops(condition: ConditionSummary) -> str:
 
 
 def _optimal(condition: ConditionSummary) -> str:
-    if not condition.rationality:
-        return ""
-    found = condition.rationality[0]
-    return f"{percent(found.optimal.value)} ({percent(found.by_chance['optimal'])})"
+    return percent(condition.optimal.share.value) if condition.optimal else ""
 
 
 def _misread(condition: ConditionSummary) -> str:

@@ -19,7 +19,7 @@ from lockprobe.statistics.inference.difference import AnyDifference, DifferenceA
 from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.statistics.outcomes import Outcomes, Point, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
-from lockprobe.statistics.rationality import Rationality, rationality
+from lockprobe.statistics.rationality import OptimalActions, optimal_actions
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.statistics.sequential.order import BlockOrder
@@ -45,7 +45,7 @@ class ConditionSummary:
         relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         behaviour: Loops, redundancy, entropy.
         claims: Misinterpretations.
-        rationality: Actions judged by two ideal observers; empty if the box is too large for a prior.
+        optimal: Actions judged by an ideal observer; None if they cannot be judged.
         points: One point per repetition.
         distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
             plays one for each order of labels, however many trials there are.
@@ -66,7 +66,7 @@ class ConditionSummary:
     relative: Relative | None
     behaviour: Behaviour
     claims: Misinterpretations
-    rationality: tuple[Rationality, ...]
+    optimal: OptimalActions | None
     points: tuple[Point, ...]
     distinct_sequences: int
     steps: int = 0
@@ -144,7 +144,7 @@ def condition_summary(
         ),
         behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
         claims=claims,
-        rationality=section("Rationality", lambda: rationality(trials, box), tuple),
+        optimal=section("Optimal actions", lambda: optimal_actions(trials, box), lambda: None),
         points=tuple(replace(one, dose=dose) for one in points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),
