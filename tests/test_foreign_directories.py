@@ -44,7 +44,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["export", "DIR"],
         ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
         ["export", "DIR", "--format", "eval", "--out", "log.eval"],
-        ["export", "DIR", "--format", "psych-ds", "--out", "dataset"],
+        ["export", "DIR", "--table", "calls"],
     ],
     "import": [
         ["import", "mine", "DIR"],

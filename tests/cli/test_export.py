@@ -1,11 +1,13 @@
 """``lockprobe export``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
 
+import json
 import os
 import stat
 
 import pytest
 from builders import small_study, write_study
 
+from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interfaces.export import table_files
 
 STUDY = small_study(trials=1, repetitions=1)
@@ -87,3 +89,24 @@ def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, n
     (tmp_path / "link.csv").symlink_to(played / name)
     status, _, said = lockprobe("export", played, "--out", tmp_path / "link.csv")
     assert (status, said) == (2, f"lockprobe: {tmp_path}/link.csv: belongs to the study; choose another file\n")
+
+
+def test_a_call_is_a_row_and_a_table_of_people_needs_people(lockprobe, played):
+    call = {
+        "key": "k",
+        "step": 1,
+        "turn": 2,
+        "request": "r",
+        "reply": "{}",
+        "usage": {"input_tokens": 5},
+        "seconds": 1.5,
+    }
+    owed = {**call, "reply": None, "error": "owed anew"}
+    lines = [with_checksum(json.dumps(one).encode()) + b"\n" for one in (call, owed)]
+    (played / "calls.jsonl").write_bytes(b"".join(lines))
+    header, row = lockprobe("export", played, "--table", "calls")[1].splitlines()
+    assert header == "key,agent,step,call,input_tokens,output_tokens,call_seconds"
+    assert row == "k,,1,2,5,0,1.5"
+    status, _, said = lockprobe("export", played, "--table", "answers")
+    assert (status, said.count("\n")) == (2, 1)
+    assert "nobody took part in this study" in said

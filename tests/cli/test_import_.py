@@ -54,7 +54,7 @@ def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, mo
     assert (status, said) == (2, "lockprobe: Parquet needs the package pyarrow: pip install 'lockprobe[parquet]'\n")
 
 
-@pytest.mark.parametrize("format_", ["parquet", "eval", "psych-ds"])
+@pytest.mark.parametrize("format_", ["parquet", "eval"])
 def test_what_is_no_text_needs_a_file(lockprobe, played, format_):
     status, _, said = lockprobe("export", played, "--format", format_)
     assert status == 2
@@ -76,22 +76,15 @@ def people(tmp_path):
     return tmp_path / "people"
 
 
-@pytest.mark.parametrize("by", ["directory", "dataset"])
-def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_path, played, people, by):
-    source = people
-    if by == "dataset":
-        source = tmp_path / "dataset"
-        status, said, _ = lockprobe("export", people, "--format", "psych-ds", "--out", source)
-        assert (status, len(said.splitlines())) == (0, 6)
-    status, said, _ = lockprobe("import", played, source)
+def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, played, people):
+    status, said, _ = lockprobe("import", played, people)
     assert status == 0
     assert "2 trials imported, 0 already there, 0 unfinished. New agents: participant. 2 participants." in said
-    again = json.loads(lockprobe("import", played, source, "--json")[1])
+    again = json.loads(lockprobe("import", played, people, "--json")[1])
     assert (again["taken"], again["there"], again["participants"]) == (0, 2, 0)
     rows = [json.loads(line) for line in lockprobe("export", played, "--format", "jsonl")[1].splitlines()]
     times = {(row["agent"], row["step"]): row["rt_ms"] for row in rows}
     assert (times["participant:aaaa01", 1], times["random", 1]) == (1001.5, "")
-    assert list(rows[0])[-1] == "rt_ms"
 
 
 def test_it_is_said_how_many_boxes_of_people_here_are_gone(lockprobe, tmp_path, people):
@@ -100,31 +93,6 @@ def test_it_is_said_how_many_boxes_of_people_here_are_gone(lockprobe, tmp_path, 
     said = lockprobe("import", tmp_path / "here", people)[1]
     assert "1 boxes assigned to participants here" in said
     assert json.loads(lockprobe("import", tmp_path / "here", people, "--json")[1])["places_lost"] == 1
-
-
-def test_a_dataset_names_the_platform_only_if_it_is_told_to(lockprobe, tmp_path, people):
-    for name, *options in (("without",), ("with", "--with-platform-ids")):
-        lockprobe("export", people, "--format", "psych-ds", "--out", tmp_path / name, *options)
-        files = [path.read_text("utf-8") for path in (tmp_path / name).rglob("*") if path.is_file()]
-        assert any("5f00ab" in text for text in files) == bool(options)
-
-
-def test_what_is_only_for_datasets_is_refused_elsewhere(lockprobe, people):
-    for option in ("--all", "--with-platform-ids"):
-        status, _, said = lockprobe("export", people, option)
-        assert (status, said.count("\n")) == (2, 1)
-        assert "psych-ds" in said
-
-
-def test_a_dataset_that_disagrees_with_itself_is_one_line(lockprobe, tmp_path, played, people):
-    lockprobe("export", people, "--format", "psych-ds", "--out", tmp_path / "dataset")
-    (steps,) = (tmp_path / "dataset" / "data").glob("*steps*")
-    steps.write_text(steps.read_text("utf-8").replace("1001.5", "1.5", 1), "utf-8")
-    before = (played / "trials.jsonl").read_bytes()
-    status, _, said = lockprobe("import", played, tmp_path / "dataset")
-    assert (status, said.count("\n")) == (2, 1)
-    assert "rt_ms is '1.5', and '1001.5' in the records" in said
-    assert (played / "trials.jsonl").read_bytes() == before
 
 
 def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):

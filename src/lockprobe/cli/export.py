@@ -11,22 +11,18 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue, Conflict
-from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, write_rows, write_table
-from lockprobe.interfaces.export.write_dataset import write_dataset
-from lockprobe.people.diary import read_diaries
-from lockprobe.people.step_times import seconds_of_trials, times_of_steps
+from lockprobe.interfaces.export.table_files import write_rows, write_table
+from lockprobe.interfaces.export.tables import TableName, table_of
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 
 __all__ = ["export"]
 
-Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds"]
+Format = Literal["csv", "jsonl", "parquet", "eval"]
 
 _OUT = options.with_brackets(
-    options.OUT,
-    "standard output, also with -; eval: a file for all agents, or a directory for one log of each; psych-ds: a new "
-    "directory",
+    options.OUT, "standard output, also with -; eval: a file for all agents, or a directory for one log of each"
 )
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
@@ -35,51 +31,36 @@ Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of
 def export(
     directory: Directory,
     format: Annotated[  # noqa: A002
-        Format,
-        typer.Option(help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people."),
+        Format, typer.Option(help="csv, jsonl, parquet: a table; eval: a log for Inspect AI.")
     ] = "csv",
-    table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: one row per step, or per trial.")] = "steps",
+    table: Annotated[
+        TableName,
+        typer.Option(help="A row per step, trial or call of a model; of people also others."),
+    ] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
-    everybody: Annotated[
-        bool, typer.Option("--all", help="psych-ds: include trials of strategies and models.")
-    ] = False,
     platform_ids: Annotated[
         bool,
-        typer.Option("--with-platform-ids", help="psych-ds: include IDs of the platform; they are personal data."),
+        typer.Option("--with-platform-ids", help="Include people's IDs of the platform; they are personal data."),
     ] = False,
 ) -> None:
-    """Export a study: tables of steps or trials, logs for Inspect AI's viewer, or a Psych-DS dataset.
+    """Export a study: a table of its steps, trials or calls, or logs for Inspect AI's viewer.
 
     A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column.
     """
-    if format != "psych-ds" and (everybody or platform_ids):
-        raise BadValue("--format", format, "psych-ds with --all or --with-platform-ids")
-    if format in ("eval", "psych-ds") and table != "steps":
+    if format == "eval" and table != "steps":
         raise Conflict(f"--table {table}", f"--format {format}", "only csv, jsonl and parquet are single tables")
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
             raise BadValue("--out", None, f"a file or a directory to write, because {format} is not text")
-        write_rows(_rows(table, directory), sys.stdout, format)
+        write_rows(table_of(directory, table, platform_ids=platform_ids), sys.stdout, format)
         return
     refuse_study_file(out)
-    if format == "psych-ds":
-        written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
-    elif format == "eval":
+    if format == "eval":
         written = _write_logs(directory, out)
     else:
-        written = write_table(_rows(table, directory), out, format)
+        written = write_table(table_of(directory, table, platform_ids=platform_ids), out, format)
     for path in written:
         print(path)
-
-
-def _rows(table: TableName, directory: Path) -> Rows:
-    """A table of the trials in a directory, with the response times and durations of its participants."""
-    trials, diaries = load(directory), read_diaries(directory)
-    if not diaries:
-        return rows_of(table, trials)
-    study = read_study(directory)
-    times = times_of_steps(study, trials, diaries, directory)
-    return rows_of(table, trials, times, seconds_of_trials(study, diaries))
 
 
 def _write_logs(directory: Path, out: Path) -> list[Path]:

@@ -12,7 +12,6 @@ import typer
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.interfaces.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
@@ -21,7 +20,7 @@ __all__ = ["take"]
 
 _LOGS = (".eval", ".json")
 
-_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directory of another study, or a dataset."
+_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, or the directory of another study."
 
 
 def take(
@@ -29,7 +28,7 @@ def take(
     sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
     json: options.AsJson = False,
 ) -> None:
-    """Import trials that DIR does not have from Inspect logs, other study directories and people's datasets.
+    """Import trials that DIR does not have from Inspect logs and other study directories.
 
     They must be of the same study: all settings except the agents must be equal.
     """
@@ -71,12 +70,10 @@ def _sources(path: Path, directory: Path) -> list[MergeSource]:
         raise BadFile(path, "no such file or directory")
     if (path / SETTINGS).is_file():
         return [source_of_directory(path)]
-    if is_dataset(path):
-        return [source_of_dataset(path)]
     if path.is_file() and path.suffix not in _LOGS:
         raise BadFile(path, f"not an Inspect log, whose name ends in {' or '.join(_LOGS)}, and not a directory")
     from lockprobe.interfaces.inspect.read_log import log_files, read_log
 
     if not (files := log_files(path)):
-        raise BadFile(path, "not a study directory, a directory of Inspect logs or a dataset of people's trials")
+        raise BadFile(path, "not a study directory or a directory of Inspect logs")
     return [read_log(file) for file in files]

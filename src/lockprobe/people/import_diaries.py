@@ -23,7 +23,7 @@ class DiaryImport:
     """An import of diaries into the directory of a study. Nothing is written before :meth:`take`.
 
     Tokens are not imported, so participants who began elsewhere cannot resume here. Of participants who began here, the
-    import takes only later lines and converts their times to the clock of this directory.
+    import takes only later lines.
 
     Args:
         directory: The directory of the study.
@@ -50,7 +50,7 @@ class DiaryImport:
                     joined = diary.joined.model_copy(update={"token": ""})  # so that no browser can resume it
                     self._coming[identity] = Diary(joined, diary.lines)
                 elif len(diary.lines) > len(there.lines):
-                    self._coming[identity] = _extended(there, diary)
+                    self._coming[identity] = Diary(there.joined, diary.lines)
 
     def take(self, trials: Mapping[str, Trial]) -> int:
         """Write new and longer diaries and return their number. No other process may be writing there.
@@ -84,16 +84,7 @@ class DiaryImport:
         return lost
 
 
-def _extended(beginning: Diary, diary: Diary) -> Diary:
-    """A diary with the later lines of another copy; times are converted to the clock of the first."""
-    start, elsewhere = beginning.joined.at, diary.joined.at
-    came = (line.model_copy(update={"at": max(0.0, start + line.at - elsewhere)}) for line in diary.lines)
-    return Diary(beginning.joined, (*beginning.lines, *tuple(came)[len(beginning.lines) :]))
-
-
 def _continues(beginning: Diary, diary: Diary) -> bool:
-    """Whether the second diary equals or continues the first; their clocks may differ."""
+    """Whether the second diary equals or continues the first."""
     same = (beginning.joined.slots, beginning.joined.words) == (diary.joined.slots, diary.joined.words)
-    lines = zip(beginning.lines, diary.lines, strict=False)
-    further = len(beginning.lines) <= len(diary.lines)
-    return same and further and all(a.model_copy(update={"at": b.at}) == b for a, b in lines)
+    return same and diary.lines[: len(beginning.lines)] == beginning.lines

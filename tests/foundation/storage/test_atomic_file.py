@@ -12,7 +12,6 @@ import pytest
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import (
     Replacement,
-    atomic_directory,
     atomic_file,
     remove_file,
     sync_directory,
@@ -133,20 +132,6 @@ def test_a_draft_has_the_permissions_of_its_file_from_the_first_byte(tmp_path):
 def test_a_path_that_cannot_be_is_one_line(tmp_path, name):
     with pytest.raises(BadFile, match="cannot be written"):
         write_file(tmp_path / name, "content")
-
-
-def test_a_directory_is_there_whole_or_not_at_all(tmp_path):
-    with pytest.raises(BadFile, match="is a directory"), atomic_directory(tmp_path / "new") as draft:
-        write_files({draft / "a": "a", draft: ""})
-    assert names(tmp_path) == []
-    (tmp_path / "new").mkdir()
-    with atomic_directory(tmp_path / "new") as draft:
-        (draft / "a").write_text("a")
-        assert names(tmp_path / "new") == []
-    assert names(tmp_path / "new") == ["a"]
-    with pytest.raises(BadFile, match="cannot be written"), atomic_directory(tmp_path / "new") as draft:
-        (draft / "b").write_text("b")
-    assert names(tmp_path / "new") == ["a"]
 
 
 def killed(path):

@@ -24,5 +24,5 @@ def test_a_column_of_the_platform_says_which_parameter_it_is():
 
 def test_the_docs_say_of_every_column_what_the_dictionary_says():
     text = (Path(__file__).parents[3] / "docs" / "export.md").read_text("utf-8")
-    for name in {*COLUMNS, *TRIAL_COLUMNS, "condition", "chosen", "panel", "verdict", "rt_ms"}:
+    for name in {*COLUMNS, *TRIAL_COLUMNS, "condition", "chosen", "panel", "verdict"}:
         assert f"| `{name}` | {COLUMN[name].kind} | {COLUMN[name].meaning} |" in text

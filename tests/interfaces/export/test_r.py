@@ -11,9 +11,8 @@ from builders import play_study, small_study, write_study
 from taking_part import take_part
 
 from lockprobe.interfaces.export.data_dictionary import COLUMN
-from lockprobe.interfaces.export.table_files import rows_of, write_table
-from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, tables_of
-from lockprobe.interfaces.export.write_dataset import write_dataset
+from lockprobe.interfaces.export.table_files import write_table
+from lockprobe.interfaces.export.tables import TABLES, table_of
 from lockprobe.studies.records.journal import load
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=4)
@@ -31,11 +30,13 @@ def study(tmp_path):
 
 
 def test_the_lines_for_r_name_columns_that_are_there(study):
-    columns = {table.name: set(table.columns) for table in tables_of(PeopleRecords.read(study))}
+    columns = {name: set(table_of(study, name).columns) for name in TABLES}
     code = re.sub(r"#.*", "", SNIPPETS[0])
-    assert set(re.findall(r'read\("(\w+)"\)', code)) == {"trials", "steps", "participants", "answers"} < set(TABLES)
+    assert (
+        set(re.findall(r'read\("(\w+)\.csv"\)', code)) == {"trials", "steps", "participants", "answers"} < set(TABLES)
+    )
     uses = {
-        "trials": r"aggregate\((\w+) ~ (\w+), (?:subset\()?trials",
+        "trials": r"aggregate\((\w+) ~ (\w+), (?:subset\()?people",
         "steps": r"aggregate\((\w+) ~ (\w+), steps",
         "participants": r"subset\(participants, (\w+) == 1 & (\w+) == 0",
         "answers": r'answers\[c\("(\w+)", "(\w+)", "(\w+)"\)\]',
@@ -49,9 +50,9 @@ def test_the_lines_for_r_name_columns_that_are_there(study):
 
 @pytest.mark.skipif(shutil.which("Rscript") is None, reason="no R here")
 def test_the_lines_for_r_run_as_they_are_typed(study, tmp_path):
-    write_dataset(study, tmp_path / "dataset")
     trials = load(study)
-    write_table(rows_of("trials", trials), tmp_path / "trials.csv", "csv")
+    for name in TABLES:
+        write_table(table_of(study, name), tmp_path / f"{name}.csv", "csv")
     for code in SNIPPETS:
         (tmp_path / "snippet.R").write_text(code, "utf-8")
         done = subprocess.run(["Rscript", "snippet.R"], cwd=tmp_path, capture_output=True, text=True, check=False)

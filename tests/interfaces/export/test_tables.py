@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, small_study, with_right_checksums, write_study
-from taking_part import take_part
+from taking_part import START, take_part
 
 from lockprobe.interfaces.export import tidy_rows, trial_rows
-from lockprobe.interfaces.export.tables import PeopleRecords, tables_of
+from lockprobe.interfaces.export.table_files import write_table
+from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, people_table, table_of
 from lockprobe.people.diary import Diary, Did, Released, read_diaries, write_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.responses import Answers
@@ -25,7 +26,8 @@ def directory(tmp_path):
 
 
 def tables(directory):
-    return {table.name: table for table in tables_of(PeopleRecords.read(directory))}
+    records = PeopleRecords.read(directory, platform_ids=True)
+    return {name: people_table(records, name) for name in TABLES if name != "calls"}
 
 
 def test_steps_are_the_tidy_steps_with_what_only_people_have(directory):
@@ -33,16 +35,15 @@ def test_steps_are_the_tidy_steps_with_what_only_people_have(directory):
     records = PeopleRecords.read(directory)
     steps = tables(directory)["steps"]
     tidy = list(tidy_rows(records.trials))
-    as_written = [{**row, "state": f"b{row['state']}"} for row in tidy]
-    assert [{name: row[name] for name in tidy[0]} for row in steps.rows] == as_written
+    assert [{name: row[name] for name in tidy[0]} for row in steps.rows] == tidy
     ours = [row for row in steps.rows if row["participant"] == ANN]
     assert [row["position"] for row in ours] == sorted(row["position"] for row in ours)
     assert {row["view"] for row in ours} == {"panel"}
     assert all(row["rt_ms"] == 1000.5 + row["step"] and row["told"] for row in ours)
-    assert [row.get("claimed_rt_ms") for row in ours] == [300.25 if row["claimed"] else None for row in ours]
+    assert [row.get("claimed_rt_ms") for row in ours] == [300.25 if row["claimed"] else "" for row in ours]
     others = [row for row in steps.rows if row["agent"] == "random"]
     assert others
-    assert all(row["participant"] == "" and "rt_ms" not in row and row["position"] == "" for row in others)
+    assert all(row["participant"] == row["rt_ms"] == "" and row["position"] == "" for row in others)
 
 
 def test_who_left_is_in_the_acts_and_in_no_step(directory):
@@ -68,10 +69,10 @@ def test_every_act_is_a_row_and_says_whether_its_step_is_recorded(directory):
     trials = take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
     found = tables(directory)["acts"]
     assert [row["turn"] for row in found.rows] == list(range(2, len(found.rows) + 2))
-    assert sum(row.get("recorded", 0) for row in found.rows) == len(trials[0].steps)
+    assert sum(row["recorded"] or 0 for row in found.rows) == len(trials[0].steps)
     practice = [row for row in found.rows if row.get("position") == 0 and row["scene"] == "box"]
     assert [(row["key"], row["recorded"], row["label"], row["ended"]) for row in practice] == [("", 0, "A", "solved")]
-    assert all("rt_ms" not in row for row in found.rows if row["scene"] in ("page", "over"))
+    assert all(row["rt_ms"] == "" for row in found.rows if row["scene"] in ("page", "over"))
 
 
 def test_participants_with_what_was_read_and_how_their_checks_went(directory):
@@ -85,7 +86,7 @@ def test_participants_with_what_was_read_and_how_their_checks_went(directory):
         CEM: (0, 0),
     }
     assert all((row["language"], row["texts"]) == ("en", "3f9a01bc22d1") for row in rows.values())
-    assert all("left_in_box" not in row for row in rows.values())
+    assert all(row["left_in_box"] == "" for row in rows.values())
 
 
 def test_checks_and_answers_stand_with_their_questions(directory):
@@ -97,7 +98,7 @@ def test_checks_and_answers_stand_with_their_questions(directory):
     (directory / "people" / "experiment.json").write_text(json.dumps(asked))
     found = tables(directory)
     (check,), (answer,) = found["checks"].rows, found["answers"].rows
-    assert (check["check"], check["question"], check["answer"], check["right"]) == ("1", "Blue, please.", "red", 0)
+    assert (check["check"], check["question"], check["answer"], check["right"]) == (1, "Blue, please.", "red", 0)
     assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
     assert PeopleRecords.read(directory).experiment == Experiment.model_validate(asked)
 
@@ -158,7 +159,7 @@ def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     with_right_checksums(path)
     found = tables(directory)
     (row,) = found["participants"].rows
-    assert (row["boxes_finished"], row["boxes_broken"], row["released"], "left_in_box" in row) == (1, 1, 1, False)
+    assert (row["boxes_finished"], row["boxes_broken"], row["released"], row["left_in_box"]) == (1, 1, 1, "")
     last = found["acts"].rows[-1]
     assert (last["scene"], last["position"], last["turn"]) == ("broken", 2, turn)
 
@@ -219,3 +220,19 @@ def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screene
     assert (row["left_in_box"], row["left_after_step"]) == (0, 0)
     mine = [act for act in found["acts"].rows if act["participant"] == ANN]
     assert [(act["scene"], act["rt_ms"]) for act in mine] == [("comprehension", 9.5)] * 2
+
+
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "parquet"])
+def test_every_table_is_written_and_none_says_who_or_when(directory, tmp_path, kind):
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+    platform = {"PROLIFIC_PID": "5f00ab"}
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)], check=True, answers={"why": "one\rtwo"}, platform=platform)
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1), (0.4, 2, 1)], left_after=1)
+    (out := tmp_path / "out").mkdir()
+    for name in TABLES:
+        path, beside = write_table(table_of(directory, name), out / f"{name}.{kind}", kind)
+        for secret in ("5f00ab", "f" * 64, str(int(START))[:6]):
+            assert secret.encode() not in path.read_bytes() + beside.read_bytes()
+    path, _ = write_table(table_of(directory, "participants", platform_ids=True), out / f"with.{kind}", kind)
+    assert b"5f00ab" in path.read_bytes()

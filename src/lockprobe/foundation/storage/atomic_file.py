@@ -31,7 +31,6 @@ from lockprobe.foundation.storage.links import refuse_links
 __all__ = [
     "NewDirectory",
     "Replacement",
-    "atomic_directory",
     "atomic_file",
     "atomic_files",
     "remove_file",
@@ -201,22 +200,6 @@ class NewDirectory:
     def drop(self) -> None:
         """Delete the draft. After :meth:`commit` it does nothing."""
         shutil.rmtree(self.draft, ignore_errors=True)
-
-
-@contextmanager
-def atomic_directory(path: Path) -> Iterator[Path]:
-    """The draft of a missing or empty directory; it becomes the directory if the block ends without an error.
-
-    Raises:
-        BadFile: If it cannot be written.
-    """
-    new = NewDirectory(path)
-    try:
-        with writing(path):
-            yield new.draft
-        new.commit()
-    finally:
-        new.drop()
 
 
 def sync_directory(directory: Path) -> None:

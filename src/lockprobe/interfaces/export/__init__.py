@@ -1,4 +1,4 @@
-"""Exports trials for other tools: tables as CSV, JSON lines or Parquet, and datasets."""
+"""Exports trials for other tools: tables as CSV, JSON lines or Parquet."""
 
 from __future__ import annotations
 

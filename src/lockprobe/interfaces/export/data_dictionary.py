@@ -183,6 +183,10 @@ COLUMN: Mapping[str, Column] = {
     "loop_coverage": Column(
         "The largest share of attempts that action loops cover. Empty without an attempt.", "", 0, 1, "number"
     ),
+    "call": _count("Number of the call for that step, from 1; later ones follow a malformed reply."),
+    "input_tokens": _count("Tokens that the model read, by its provider's count.", 0),
+    "output_tokens": _count("Tokens that the model wrote, those of reasoning included.", 0),
+    "call_seconds": Column("Time of the call, retries included.", "s", 0, kind="number"),
     "error": Column("The boundary at which a trial broke: model, reply, refusal, plant, channel or participant."),
 }
 """Every column of every table except those of the recruitment platform."""

@@ -13,31 +13,12 @@ from typing import IO, Literal
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
-from lockprobe.interfaces.export.tidy import (
-    NO_SECONDS,
-    NO_TIMES,
-    TidyCell,
-    Times,
-    tidy_columns,
-    tidy_rows,
-    trial_columns,
-    trial_rows,
-)
+from lockprobe.interfaces.export.tidy import TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "FileKind",
-    "Rows",
-    "TableName",
-    "rows_of",
-    "write_csv",
-    "write_rows",
-    "write_table",
-]
+__all__ = ["FileKind", "Rows", "rows_of", "write_rows", "write_table"]
 
 FileKind = Literal["csv", "jsonl", "parquet"]
-
-TableName = Literal["steps", "trials"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,16 +36,11 @@ class Rows:
     rows: Iterable[Mapping[str, TidyCell]]
 
 
-def rows_of(
-    name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES, seconds: Mapping[str, float] = NO_SECONDS
-) -> Rows:
-    """Trials as a table with one row per step or per trial.
-
-    ``times`` are people's response times, for steps, and ``seconds`` how long their boxes took, for trials.
-    """
+def rows_of(name: Literal["steps", "trials"], trials: Sequence[Trial]) -> Rows:
+    """Trials as a table with one row per step or per trial."""
     if name == "trials":
-        return Rows("One row per trial.", trial_columns(trials, seconds), trial_rows(trials, seconds))
-    return Rows("One row per step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
+        return Rows("One row per trial.", trial_columns(trials), trial_rows(trials))
+    return Rows("One row per step, truth and report.", tidy_columns(trials), tidy_rows(trials))
 
 
 def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
@@ -96,14 +72,7 @@ def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> Non
         return
     bits = [name for name in table.columns if column(name).kind == "bits"]
     rows = ({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
-    write_csv(table.columns, rows, file)
-
-
-def write_csv(
-    columns: Sequence[str], rows: Iterable[Mapping[str, TidyCell]], file: IO[str], end: Literal["\n", "\r\n"] = "\n"
-) -> None:
-    """Write a header line and rows as CSV; a cell that a row lacks is empty."""
-    writer = csv.DictWriter(file, columns, restval="", lineterminator=end)
+    writer = csv.DictWriter(file, table.columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
 

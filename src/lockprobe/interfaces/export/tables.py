@@ -1,32 +1,39 @@
-"""People's data as six tables: steps, trials, participants, acts, attention checks, answers."""
+"""The tables of a study: steps, trials, calls of models, and what only people have."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from lockprobe.agents.participant import participant_spec
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import readable
-from lockprobe.interfaces.export.data_dictionary import PLATFORM, as_bits, column
+from lockprobe.interfaces.export.data_dictionary import PLATFORM
+from lockprobe.interfaces.export.table_files import Rows, rows_of
 from lockprobe.interfaces.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
-from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
+from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries, without_identity
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Answers, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
 from lockprobe.people.withdrawal import withdrawing
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
+__all__ = ["TABLES", "PeopleRecords", "TableName", "people_table", "table_of"]
 
-TABLES = {
+TableName = Literal["steps", "trials", "calls", "participants", "acts", "checks", "answers"]
+
+TABLES: Mapping[TableName, str] = {
     "steps": "a step of a finished trial: truth and report",
     "trials": "a finished trial: whether the box was opened, in how many steps, with which claims and loops",
+    "calls": "a call to a model, with its tokens and seconds",
     "participants": "a participant: conditions, how far they came, checks, device",
     "acts": "an act of a participant, including practice and unfinished trials",
     "checks": "an answer to an attention check",
@@ -34,23 +41,8 @@ TABLES = {
 }
 """The tables by name, with the meaning of a row."""
 
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+_FORMULA = ("=", "+", "-", "@", "\t", "\n")
 """Beginnings of cells that a spreadsheet reads as formulas."""
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Rows under named columns.
-
-    Attributes:
-        name: Its name, in lower case.
-        columns: Unique names of the columns.
-        rows: Cells by column; empty for missing values.
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    rows: tuple[Mapping[str, TidyCell], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +53,8 @@ class PeopleRecords:
         directory: The directory of the study.
         study: The study.
         trials: Its trials, in the order in which they were finished.
-        diaries: The diaries of its participants, in the order in which they joined.
+        diaries: The diaries of its participants, in the order in which they joined, without their tokens and the time
+            of day.
         experiment: The settings for people; None if they are not stored.
     """
 
@@ -72,8 +65,10 @@ class PeopleRecords:
     experiment: Experiment | None = None
 
     @classmethod
-    def read(cls, directory: Path) -> PeopleRecords:
+    def read(cls, directory: Path, *, platform_ids: bool = False) -> PeopleRecords:
         """The records in the directory of a study, without a participant whose deletion is under way.
+
+        ``platform_ids`` keeps what the recruitment platform said of participants.
 
         Raises:
             BadFile: If the directory is not a study's, or a file in it is damaged.
@@ -83,47 +78,66 @@ class PeopleRecords:
             directory,
             read_study(directory),
             tuple(trial for trial in trials if leaves is None or trial.agent != participant_spec(leaves)),
-            tuple(kept for kept in diaries if kept.joined.identity != leaves),
+            tuple(without_identity(kept, platform=platform_ids) for kept in diaries if kept.joined.identity != leaves),
             kept_experiment(directory),
         )
 
 
-def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) -> tuple[Table, ...]:
-    """People's data as the tables named in :data:`TABLES`. Unfinished trials are in the acts, not in the steps.
+def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) -> Rows:
+    """A table of the study in a directory.
+
+    Raises:
+        BadFile: If a file is damaged, a diary and a record disagree, or the table is of people and nobody took part.
+    """
+    if name == "calls":
+        return Rows(_about(name), _CALL, _calls(directory))
+    records = PeopleRecords.read(directory, platform_ids=platform_ids)
+    if records.diaries:
+        return people_table(records, name)
+    if name in ("steps", "trials"):
+        return rows_of(name, records.trials)
+    raise BadFile(directory, f"nobody took part in this study, so it has no table of {name}")
+
+
+def people_table(records: PeopleRecords, name: TableName) -> Rows:
+    """A table of a study with people. Unfinished trials are in the acts, not in the steps.
 
     Raises:
         BadFile: If a diary and a record disagree.
     """
-    trials = {trial.key: trial for trial in records.trials}
-    acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
+    acts = acts_of_steps(
+        records.study, {trial.key: trial for trial in records.trials}, records.diaries, records.directory
+    )
     platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
     seconds = seconds_of_trials(records.study, records.diaries)
-    of_trials = ("participant", *trial_columns(records.trials, seconds), "position", "view")
-    participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
-    made: Mapping[str, Callable[[], Table]] = {
-        "steps": lambda: _table("steps", _step_columns(records), _steps(records, acts)),
-        "trials": lambda: _table("trials", of_trials, _trials(records, seconds)),
-        "participants": lambda: _table(
-            "participants", participants, (_participant(kept, records.experiment) for kept in records.diaries)
+    made: Mapping[str, tuple[tuple[str, ...], Callable[[], Iterable[Mapping[str, TidyCell]]]]] = {
+        "steps": (_step_columns(records), lambda: _steps(records, acts)),
+        "trials": (
+            ("participant", *trial_columns(records.trials, seconds), "position", "view"),
+            lambda: _trials(records, seconds),
         ),
-        "acts": lambda: _table("acts", _ACT, _acts(records, acts)),
-        "checks": lambda: _table("checks", _CHECK, _checks(records)),
-        "answers": lambda: _table("answers", _ANSWER, _answers(records)),
+        "participants": (
+            (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform)),
+            lambda: (_participant(kept, records.experiment) for kept in records.diaries),
+        ),
+        "acts": (_ACT, lambda: _acts(records, acts)),
+        "checks": (_CHECK, lambda: _checks(records)),
+        "answers": (_ANSWER, lambda: _answers(records)),
     }
-    return tuple(made[name]() for name in TABLES if name in names)
-
-
-def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, TidyCell]]) -> Table:
-    """A table in which spreadsheets find no formula, and no configuration that looks like a number."""
-    return Table(
-        name,
+    columns, rows = made[name]
+    whole = ({one: row.get(one, "") for one in columns} for row in rows())
+    return Rows(
+        _about(name),
         columns,
-        tuple(
-            {name: _text(name, cell) if isinstance(cell, str) else cell for name, cell in row.items()} for row in rows
-        ),
+        [{one: _plain(cell) if isinstance(cell, str) else cell for one, cell in row.items()} for row in whole],
     )
 
 
+def _about(name: TableName) -> str:
+    return f"A row is {TABLES[name]}."
+
+
+_CALL = ("key", "agent", "step", "call", "input_tokens", "output_tokens", "call_seconds")
 _PARTICIPANT = (
     "participant",
     "language",
@@ -167,6 +181,20 @@ _ACT = (
 )
 _CHECK = ("participant", "check", "question", "answer", "right", "rt_ms", "at")
 _ANSWER = ("participant", "name", "question", "answer", "rt_ms", "at")
+
+
+def _calls(directory: Path) -> Iterator[dict[str, TidyCell]]:
+    for call in read_calls(directory):
+        if not call.owed_anew:
+            yield {
+                "key": call.key,
+                "agent": call.agent,
+                "step": call.step,
+                "call": call.turn,
+                "input_tokens": call.usage.input_tokens,
+                "output_tokens": call.usage.output_tokens,
+                "call_seconds": call.seconds,
+            }
 
 
 def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
@@ -302,7 +330,7 @@ def _checks(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
                 number = int(did.item) if did.item.isascii() and did.item.isdigit() else 0
                 yield {
                     "participant": kept.joined.identity,
-                    "check": did.item,
+                    "check": number or "",
                     "question": asked[number - 1] if 0 < number <= len(asked) else "",
                     "answer": did.act.answer,
                     "right": "" if did.right is None else int(did.right),
@@ -326,16 +354,12 @@ def _answers(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
                 }
 
 
-def _text(name: str, cell: str) -> str:
-    return as_bits(cell) if not name.startswith(PLATFORM) and column(name).kind == "bits" else _plain(cell)
-
-
 def _plain(text: str) -> str:
     """A text without control characters, with an apostrophe in front of anything that looks like a formula.
 
     Numbers get no apostrophe.
     """
-    text = readable(text)
+    text = readable(text).replace("\r\n", "\n").replace("\r", "\n")
     if not text.startswith(_FORMULA):
         return text
     try:

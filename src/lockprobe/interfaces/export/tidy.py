@@ -16,10 +16,8 @@ from lockprobe.trial.source import CAMERA, VERDICT
 __all__ = [
     "COLUMNS",
     "NO_SECONDS",
-    "NO_TIMES",
     "TRIAL_COLUMNS",
     "TidyCell",
-    "Times",
     "tidy",
     "tidy_columns",
     "tidy_rows",
@@ -61,17 +59,11 @@ TRIAL_COLUMNS = (
 
 TidyCell = str | int | float
 
-Times = Mapping[tuple[str, int], float]
-"""Response times in milliseconds, by the key of a trial and the step, from 1."""
-
-NO_TIMES: Times = MappingProxyType({})
-"""Empty response times."""
-
 NO_SECONDS: Mapping[str, float] = MappingProxyType({})
 """No durations of trials, by key."""
 
 
-def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
+def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     """One row per step.
 
     ``agent`` is its name if it has one, else its spec. ``moved`` (the truth) and ``told_moved`` (what the report
@@ -85,13 +77,10 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``camera``, the positions that a camera read after the step, in panel order
-    with ``?`` for an unclear joint, where reports have a named source; ``rt_ms``, from when a step was shown to when
-    its joint was chosen, in milliseconds of the browser's monotonic clock, where people played.
-
-    A step without a response time in ``times`` has an empty cell.
+    with ``?`` for an unclear joint, where reports have a named source.
     """
     trials = list(trials)
-    more = tidy_columns(trials, times)[len(COLUMNS) :]
+    more = tidy_columns(trials)[len(COLUMNS) :]
     for trial in trials:
         for step in trial.steps:
             last: dict[str, TidyCell] = {
@@ -100,7 +89,6 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "panel": " ".join(trial.joints),
                 "verdict": str(step.sensed.get(VERDICT, "")),
                 "camera": str(step.sensed.get(CAMERA, "")),
-                "rt_ms": times.get((trial.key, step.step), ""),
             }
             row: dict[str, TidyCell] = {
                 **_which(trial),
@@ -141,7 +129,7 @@ def _has_others_than_flips(trials: Sequence[Trial]) -> bool:
     return any(trial.p is None for trial in trials)
 
 
-def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
+def tidy_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
     says = {
         "condition": _has_others_than_flips(trials),
@@ -149,7 +137,6 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
         "panel": len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials}),
         "verdict": any(VERDICT in step.sensed for trial in trials for step in trial.steps),
         "camera": any(CAMERA in step.sensed for trial in trials for step in trial.steps),
-        "rt_ms": bool(times),
     }
     return (*COLUMNS, *(name for name, something in says.items() if something))
 
