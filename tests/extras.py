@@ -43,7 +43,7 @@ NEEDS = {
     "film": (f"replay S {KEY} --out f.mp4",),
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
-    "mcp": ("mcp flips --isolation none",),
+    "mcp": ("mcp flips",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
     "calibrate": ("rig calibrate V",),
     "fr3": ("rig check 127.0.0.9",),

@@ -2,13 +2,11 @@
 
 import json
 import os
-import signal
 import subprocess
-from contextlib import contextmanager
 
 import forked
 
-FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp.stdio, lockprobe.interfaces.mcp.http"
+FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp.stdio"
 """What takes seconds to import, and is the same for every server."""
 
 HELLO = {
@@ -68,21 +66,3 @@ class Wire:
         status = self.process.wait(60)
         self.process.stdout.close()
         return status
-
-
-@contextmanager
-def served(directory, project, options):
-    """A server in a process of its own: its address, and the header with the token."""
-    asked = ["mcp", "flips", "--isolation", "none", *options, "--agent-name", "scripted", "--out", str(directory)]
-    process = forked.start(
-        [*asked, "--transport", "http", "--port", "0", "--json"],
-        first=FIRST, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=project,
-    )  # fmt: skip
-    try:
-        said = json.loads(process.stdout.readline())
-        assert said["directory"] == str(directory)
-        yield said["url"], {"Authorization": f"Bearer {said['token']}"}
-    finally:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 0
-        process.stdout.close()

@@ -31,8 +31,6 @@ NOT_RUN = {
     'plant="fast-twin': "needs the physics, seconds",
     "trials_in": "reads a log that is not there",
     "num_envs=1000": "seconds",
-    "MultiServerMCPClient": "needs a package that is not a dependency",
-    "mcp_server_http": "needs a server, and a token in the environment",
     "trials=5_000": "seconds",
 }
 """What a block holds that is compiled only, and why."""

@@ -28,7 +28,7 @@ WRITE = {
     "branch": (["branch", "--at", "3"], FORKS),
     "import": (["import"], (*LOGS, "people")),
     "serve": (["serve"], (*LOGS, *PEOPLE)),
-    "mcp": (["mcp", *SETTINGS, "--isolation", "none"], (*LOGS, "attempts.jsonl")),
+    "mcp": (["mcp", *SETTINGS], (*LOGS, "attempts.jsonl")),
     "export": (["export", "--out", "DIR/steps.csv"], ("steps.csv",)),
     "export a log": (["export", "--format", "eval", "--out", "DIR/log.eval"], ("log.eval",)),
     "export logs": (["export", "--format", "eval", "--out", "DIR/logs"], ("logs", "logs/flips_random.eval")),

@@ -3,6 +3,8 @@
 import re
 
 from lockprobe.foundation.storage.jsonl import without_checksum
+from lockprobe.interfaces.mcp.connection import Connection
+from lockprobe.interfaces.mcp.session import CallRefused
 from lockprobe.trial.record import Decision
 
 SPEC = "python:tool_player:Scripted"
@@ -40,7 +42,7 @@ class Scripted:
 
 
 class Player:
-    """The policy behind tools: it keeps what it was told, and picks it up again from what ``begin`` says.
+    """The policy behind tools: it keeps what it was told, and picks it up again from what ``observe`` says.
 
     ``call(tool, arguments)`` returns the words of a result, or None for one that is marked as an error.
     """
@@ -51,7 +53,7 @@ class Player:
 
     async def begin(self):
         """Read a trial from its beginning, or from where it stood; False if none is left."""
-        text = await self.call("begin", {})
+        text = await self.call("observe", {})
         if text is None:
             return False
         named = re.search(r"The panel's joints: (.*?)\. The target joint: (.)\.", text)
@@ -84,6 +86,20 @@ class Player:
             while await self.step():
                 pass
         return most
+
+
+def calls(session):
+    """A session as :class:`Player` calls it."""
+
+    async def call(tool, given):
+        try:
+            if tool == "observe":
+                return (await session.observe(Connection(client="test", version="1"))).text
+            return (await session.attempt(**given)).text
+        except CallRefused:
+            return None
+
+    return call
 
 
 def plain_records(directory):

@@ -10,11 +10,10 @@ import pytest
 
 pytest.importorskip("mcp")
 
-from mcp_wire import Wire, served
+from mcp_wire import Wire
 from tool_player import Player
 
 from lockprobe.cli.mcp import records_directory
-from lockprobe.interfaces.mcp.http import HOST, PATH, TOKEN
 from lockprobe.statistics.summary import summarise
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import load
@@ -33,35 +32,21 @@ def project(tmp_path, monkeypatch):
 
 
 REFUSED = {
-    "could read the true outcomes": [],
-    "whose user is not known, could read": ["--transport", "http"],
     "outside of the working directory": ["--out", "S"],
     "mcp:NAME with at most 64": ["--agent-name", "a b"],
     "a plant that asks nothing at the terminal": ["--plant", "manual"],
-    "--client-user cannot be combined with --transport stdio": ["--client-user", "root"],
-    "no user is called": ["--transport", "http", "--client-user", "nobody-at-all"],
-    "a client keeps its conversation itself": ["--isolation", "none", "--condition", "history"],
+    "a client keeps its conversation itself": ["--condition", "history"],
     "No such option: --agent": ["--agent", "random"],
-    "LOCKPROBE_MCP_TOKEN: got": ["--isolation", "none", "--transport", "http"],
 }
 
 
 @pytest.mark.parametrize("why", REFUSED)
-def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, project, why, monkeypatch):
-    monkeypatch.setenv(TOKEN, "short")
+def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, project, why):
     status, out, err = lockprobe("mcp", "flips", *REFUSED[why])
     assert (status, out) == (2, "")
     (line,) = err.splitlines()
     assert why in line
     assert [path for path in project.rglob("*") if path.is_file()] == []
-
-
-def test_another_user_is_let_in_and_the_records_are_private(lockprobe, project):
-    checked = ["--isolation", "checked", "--client-user"]
-    with served(project / "S", project / "project", [*SMALL, *checked, "54321"]):
-        assert (project / "S").stat().st_mode & 0o077 == 0
-    status, _, err = lockprobe("mcp", "flips", "--transport", "http", *checked, "0", "--out", project / "S")
-    assert (status, "user 0, could read" in err) == (2, True)
 
 
 def test_records_lie_with_the_user_s_data_by_default(project):
@@ -71,11 +56,12 @@ def test_records_lie_with_the_user_s_data_by_default(project):
 
 def test_the_other_commands_read_what_was_played(lockprobe, project):
     out = project / "S"
-    wire = Wire("flips", *SMALL, "--isolation", "none", "--out", str(out), cwd=project / "project")
+    wire = Wire("flips", *SMALL, "--out", str(out), cwd=project / "project")
     player = Player(wire.call)
     asyncio.run(player.play(1))
     asyncio.run(player.begin())
     assert wire.go() == 0
+    assert out.stat().st_mode & 0o077 == 0
     assert "1 of 2 done, 1 owed" in lockprobe("status", out)[1]
     assert "holds  luck" in lockprobe("verify", out)[1]
     assert "mcp:agent" in lockprobe("export", out, "--format", "jsonl", "--out", "-")[1]
@@ -90,9 +76,7 @@ def test_the_other_commands_read_what_was_played(lockprobe, project):
 def test_a_model_with_tools_is_never_pooled_with_the_model_that_chats(lockprobe, project):
     out = project / "S"
     assert lockprobe("run", "flips", *SMALL, "--agent", "random", "--out", out, "--no-report")[0] == 0
-    wire = Wire(
-        "flips", *SMALL, "--agent-name", "random", "--isolation", "none", "--out", str(out), cwd=project / "project"
-    )
+    wire = Wire("flips", *SMALL, "--agent-name", "random", "--out", str(out), cwd=project / "project")
     asyncio.run(Player(wire.call).play())
     assert wire.go() == 0
     trials = load(out)
@@ -101,13 +85,10 @@ def test_a_model_with_tools_is_never_pooled_with_the_model_that_chats(lockprobe,
     assert found == {"random": 2, "mcp:random": 2}
 
 
-def test_the_configurations_of_the_page_are_those_of_the_server():
-    blocks = {kind: re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE) for kind in ("json", "toml")}
-    http, stdio = (json.loads(block)["mcpServers"]["lockprobe"] for block in blocks["json"])
-    codex = tomllib.loads(blocks["toml"][0])["mcp_servers"]["lockprobe"]
-    url = f"http://{HOST}:8766{PATH}"
-    assert http == {"type": "http", "url": url, "headers": {"Authorization": f"Bearer ${{{TOKEN}}}"}}
-    assert codex == {"url": url, "bearer_token_env_var": TOKEN}
-    assert stdio["command"] == "lockprobe"
-    assert stdio["args"][:2] == ["mcp", "flips"]
-    assert set(re.findall(r"http://127[^\s\"')`]*", PAGE)) == {url}
+def test_the_configurations_of_the_page_start_the_server():
+    (claude,), (codex,) = (
+        re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE) for kind in ("json", "toml")
+    )
+    server = json.loads(claude)["mcpServers"]["lockprobe"]
+    assert server == tomllib.loads(codex)["mcp_servers"]["lockprobe"]
+    assert (server["command"], server["args"][:2]) == ("lockprobe", ["mcp", "flips"])

@@ -9,7 +9,7 @@ from lockprobe.foundation.spec import MCP
 
 __all__ = ["SAME_IN_ALL_TRIALS", "check_client", "client_spec"]
 
-SAME_IN_ALL_TRIALS = ("transport", "client", "isolation", "wording")
+SAME_IN_ALL_TRIALS = ("client", "wording")
 """Facts that may not change under one agent's name, because records that differ in them are different conditions."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")

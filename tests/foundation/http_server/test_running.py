@@ -13,31 +13,24 @@ from lockprobe.foundation.http_server.running import running, stop_signals
 
 
 async def hello(scope, receive, send):
-    if scope["type"] == "lifespan":
-        await receive()
-        await send({"type": "lifespan.startup.complete"})
-        await receive()
-        await send({"type": "lifespan.shutdown.complete"})
-        return
     await asyncio.sleep(0.2)
     await send({"type": "http.response.start", "status": 200, "headers": []})
     await send({"type": "http.response.body", "body": b"hello"})
 
 
-async def asked(app, lifespan):
+async def asked(app):
     with listen("127.0.0.1", 0) as listening:
         url = f"http://127.0.0.1:{listening.getsockname()[1]}/"
         connections = Connections(ConnectionLimits(), print)
         async with httpx.AsyncClient(trust_env=False) as http:
-            async with running(app, listening, connections, lifespan=lifespan, seconds_to_finish=5):
+            async with running(app, listening, connections, seconds_to_finish=5):
                 under_way = asyncio.create_task(http.get(url))
                 await asyncio.sleep(0.1)
             return (await under_way).text
 
 
-@pytest.mark.parametrize("lifespan", ["on", "off"])
-def test_what_is_under_way_at_the_end_is_answered(lifespan):
-    assert asyncio.run(asked(hello, lifespan)) == "hello"
+def test_what_is_under_way_at_the_end_is_answered():
+    assert asyncio.run(asked(hello)) == "hello"
 
 
 @pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])

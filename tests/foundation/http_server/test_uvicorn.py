@@ -6,7 +6,6 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
-import pytest
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from lockprobe.foundation.http_server.connections import Connection
@@ -16,8 +15,8 @@ PROJECT = tomllib.loads(Path(__file__).parents[3].joinpath("pyproject.toml").rea
 WHAT_TO_DO = """
 uvicorn has moved. Connection in src/lockprobe/foundation/http_server/connections.py extends its H11Protocol, so:
 1. Read what changed in uvicorn/protocols/http/h11_impl.py since the version named here.
-2. Run tests/foundation/http_server, tests/people/web and tests/interfaces/mcp/test_http.py with the new version.
-3. Mend Connection, then raise the bounds of uvicorn in pyproject.toml (extras web and mcp) and USED below.
+2. Run tests/foundation/http_server and tests/people/web with the new version.
+3. Mend Connection, then raise the bounds of uvicorn in pyproject.toml (extra web) and USED below.
 """
 
 USED = {
@@ -33,9 +32,8 @@ USED = {
 """Each method that Connection overrides or calls, with its parameters in uvicorn 0.54."""
 
 
-@pytest.mark.parametrize("extra", ["web", "mcp"])
-def test_each_extra_has_the_tested_version_and_an_upper_bound(extra):
-    (wanted,) = [one for one in PROJECT["project"]["optional-dependencies"][extra] if one.startswith("uvicorn")]
+def test_the_extra_has_the_tested_version_and_an_upper_bound():
+    (wanted,) = [one for one in PROJECT["project"]["optional-dependencies"]["web"] if one.startswith("uvicorn")]
     bounds = re.fullmatch(r"uvicorn>=(\d+)\.(\d+),<(\d+)\.(\d+)", wanted)
     assert bounds, WHAT_TO_DO
     low, high = (tuple(map(int, pair)) for pair in (bounds.groups()[:2], bounds.groups()[2:]))

@@ -8,21 +8,19 @@ from lockprobe.interfaces.mcp.connection import Connection, facts_of
 
 def facts(**said):
     connection = Connection(**{"client": "name", "version": "1.2", "protocol": "2025-11-25", **said})
-    return facts_of(connection, "stdio", "checked", "0f", position=3, resumed=0)
+    return facts_of(connection, "0f", position=3, resumed=0)
 
 
 def test_the_facts_say_how_the_agent_was_connected():
     assert facts() == {
         "protocol": "MCP tools 2025-11-25",
-        "transport": "stdio",
         "client": "name",
         "client_version": "1.2",
-        "isolation": "checked",
         "wording": "0f",
         "position": 3,
     }
     assert {*SAME_IN_ALL_TRIALS} <= {*facts()}
-    resumed = facts_of(Connection(), "http", "none", "0f", position=1, resumed=2)
+    resumed = facts_of(Connection(), "0f", position=1, resumed=2)
     assert (resumed["resumed"], resumed["client"], resumed["protocol"]) == (2, "", "MCP tools")
 
 

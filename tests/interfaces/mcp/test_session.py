@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import pytest
 from seen import PhotographedPlant
-from tool_player import AGENT, SPEC, Player, plain_records
+from tool_player import AGENT, SPEC, Player, calls, plain_records
 
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
+from lockprobe.interfaces.mcp import wording
 from lockprobe.interfaces.mcp.connection import Connection
-from lockprobe.interfaces.mcp.session import CallRefused, SessionOptions, ToolSession
+from lockprobe.interfaces.mcp.session import CallRefused, ToolSession
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.studyfile import study
@@ -27,20 +28,7 @@ def planned(agent=AGENT, **more):
 
 
 def opened(directory, a_study=None, agent=AGENT, **options):
-    options = {"isolation": "none", "together": 0.0, **options}
-    return ToolSession.open(directory, a_study or planned(), agent, SessionOptions(**options))
-
-
-def calls(session, connection=STDIO):
-    """The session as :class:`Player` calls it."""
-
-    async def call(tool, given):
-        try:
-            return (await getattr(session, tool)(connection, **given)).text
-        except CallRefused:
-            return None
-
-    return call
+    return ToolSession.open(directory, a_study or planned(), agent, **{"together": 0.0, **options})
 
 
 def all_files(directory):
@@ -66,7 +54,7 @@ def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
     facts = [dict(trial.facts) for trial in load(tmp_path)]
     assert [one.pop("position") for one in facts] == list(range(1, 9))
     assert all(one == facts[0] for one in facts)
-    assert (facts[0]["client"], facts[0]["transport"], facts[0]["isolation"]) == ("test", "stdio", "none")
+    assert facts[0]["client"] == "test"
     assert [timing.steps for timing in read_timings(tmp_path)] == [len(trial.steps) for trial in load(tmp_path)]
 
 
@@ -138,32 +126,30 @@ def test_a_trial_that_ended_before_it_was_recorded_is_recorded_by_the_next_serve
 
 
 REFUSED = {
-    "unknown joint": ("attempt", {"joint": "Z"}, "is none of"),
-    "empty joint": ("attempt", {"joint": ""}, "is none of"),
-    "huge joint": ("attempt", {"joint": "A" * 10**6}, "is none of"),
-    "half a character": ("attempt", {"joint": "\ud800"}, "is none of"),
-    "no claim": ("attempt", {"joint": "A"}, "last_action is missing"),
-    "no claim in words": ("attempt", {"joint": "A", "last_action": "none"}, "last_action is missing"),
-    "another claim": ("attempt", {"joint": "A", "last_action": "perhaps"}, "is none of moved, did not move, none"),
-    "huge hypothesis": ("attempt", {"joint": "A", "last_action": "moved", "hypothesis": "x" * 4001}, "at most 4000"),
+    "unknown joint": ({"joint": "Z"}, "is none of"),
+    "empty joint": ({"joint": ""}, "is none of"),
+    "huge joint": ({"joint": "A" * 10**6}, "is none of"),
+    "half a character": ({"joint": "\ud800"}, "is none of"),
+    "no claim": ({"joint": "A"}, "last_action is missing"),
+    "no claim in words": ({"joint": "A", "last_action": "none"}, "last_action is missing"),
+    "another claim": ({"joint": "A", "last_action": "perhaps"}, "is none of moved, did not move, none"),
+    "huge hypothesis": ({"joint": "A", "last_action": "moved", "hypothesis": "x" * 4001}, "at most 4000"),
 }
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_refused_call_says_why_and_changes_nothing(tmp_path, name):
-    tool, given, why = REFUSED[name]
+    given, why = REFUSED[name]
 
     async def play():
         async with opened(tmp_path) as session:
-            await session.begin(STDIO)
-            await session.attempt(STDIO, "A", "none")
+            await session.observe(STDIO)
+            await session.attempt("A", "none")
             before, seen = all_files(tmp_path), await session.observe(STDIO)
             with pytest.raises(CallRefused, match=why) as refused:
-                await getattr(session, tool)(STDIO, **given)
+                await session.attempt(**given)
             assert len(str(refused.value)) < 200
             assert (all_files(tmp_path), await session.observe(STDIO)) == (before, seen)
-            assert await session.begin(STDIO) != seen  # it says the instruction again, and takes no step
-            assert all_files(tmp_path) == before
 
     asyncio.run(play())
 
@@ -172,22 +158,20 @@ def test_calls_without_a_beginning_and_after_the_end_change_nothing(tmp_path):
     async def play():
         async with opened(tmp_path, planned(trials=1, repetitions=1, p=[0.0])) as session:
             before = all_files(tmp_path)
-            for tool, given in (("observe", {}), ("attempt", {"joint": "A"})):
-                with pytest.raises(CallRefused, match="Call begin first"):
-                    await getattr(session, tool)(STDIO, **given)
+            with pytest.raises(CallRefused, match="Call observe first"):
+                await session.attempt("A")
             assert all_files(tmp_path) == before
             player = Player(calls(session))
             await player.begin()
             with pytest.raises(CallRefused, match="no last action yet"):
-                await session.attempt(STDIO, "A", "moved")
+                await session.attempt("A", "moved")
             while await player.step():
                 pass
             before = all_files(tmp_path)
-            for tool, given, why in (("observe", {}, "begin first"), ("begin", {}, "No trial is left")):
-                with pytest.raises(CallRefused, match=why):
-                    await getattr(session, tool)(STDIO, **given)
-            with pytest.raises(CallRefused, match="begin first"):
-                await session.attempt(STDIO, "A", "moved")
+            with pytest.raises(CallRefused, match="No trial is left"):
+                await session.observe(STDIO)
+            with pytest.raises(CallRefused, match="observe first"):
+                await session.attempt("A", "moved")
             assert all_files(tmp_path) == before
 
     asyncio.run(play())
@@ -196,9 +180,9 @@ def test_calls_without_a_beginning_and_after_the_end_change_nothing(tmp_path):
 def test_calls_at_once_are_one_call_and_refusals(tmp_path):
     async def play():
         async with opened(tmp_path, together=0.01) as session:
-            await session.begin(STDIO)
-            many = [session.attempt(STDIO, joint) for joint in "ABCD" * 5]
-            got = await asyncio.gather(*many, session.observe(STDIO), session.begin(STDIO), return_exceptions=True)
+            await session.observe(STDIO)
+            many = [session.attempt(joint) for joint in "ABCD" * 5]
+            got = await asyncio.gather(*many, session.observe(STDIO), return_exceptions=True)
             refused = [one for one in got if isinstance(one, CallRefused)]
             assert len(refused) == len(got) - 1
             assert all("one call at a time" in str(one) for one in refused)
@@ -210,8 +194,8 @@ def test_calls_at_once_are_one_call_and_refusals(tmp_path):
 def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
     async def play():
         async with opened(tmp_path, together=0.001) as session:
-            await session.begin(STDIO)
-            waiting = asyncio.create_task(session.attempt(STDIO, "A"))
+            await session.observe(STDIO)
+            waiting = asyncio.create_task(session.attempt("A"))
             await asyncio.sleep(0)
             waiting.cancel()
             await asyncio.sleep(0.1)
@@ -221,50 +205,18 @@ def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
     asyncio.run(play())
 
 
-def test_another_connection_takes_a_trial_over_by_beginning(tmp_path, alone):
-    first, second = (Connection(identity=name, client="test") for name in ("first", "second"))
-
+def test_a_session_may_have_its_number_of_trials(tmp_path):
     async def play():
-        async with opened(tmp_path, transport="http") as session:
-            player = Player(calls(session, first))
-            await player.begin()
-            await player.step()
-            with pytest.raises(CallRefused, match="Another connection"):
-                await session.observe(second)
-            later = Player(calls(session, second))
-            await later.begin()
-            assert (later.told, later.chosen) == (player.told, player.chosen)
-            with pytest.raises(CallRefused, match="Another connection"):
-                await session.attempt(first, "A", "moved")
-            while await later.step():
-                pass
-            assert await later.play() == 7
-
-    asyncio.run(play())
-    assert plain_records(tmp_path) == alone
-    assert [trial.facts.get("resumed", 0) for trial in load(tmp_path)] == [1, *[0] * 7]
-
-
-def test_a_connection_may_have_its_number_of_trials(tmp_path):
-    async def play():
-        async with opened(tmp_path, transport="http", trials_each=2) as session:
-            for name in "abcd":
-                assert await Player(calls(session, Connection(identity=name))).play() == 2
-                with pytest.raises(CallRefused, match=r"played its trials \(2\)|No trial is left"):
-                    await session.begin(Connection(identity=name))
+        for _ in range(4):
+            async with opened(tmp_path, trials_each=2) as session:
+                assert await Player(calls(session)).play() == 2
+                with pytest.raises(
+                    CallRefused, match=r"played its trials \(2\). Start the server anew|No trial is left"
+                ):
+                    await session.observe(STDIO)
 
     asyncio.run(play())
     assert [trial.facts["position"] for trial in load(tmp_path)] == [1, 2] * 4
-
-
-def test_a_client_without_a_session_is_told_what_gives_it_more_trials(tmp_path):
-    async def play():
-        async with opened(tmp_path, transport="http", trials_each=1) as session:
-            assert await Player(calls(session, Connection(identity=""))).play() == 1
-            with pytest.raises(CallRefused, match=r"played its trials \(1\). Start the server anew for another one"):
-                await session.begin(Connection(identity=""))
-
-    asyncio.run(play())
 
 
 def test_a_refused_call_whose_client_has_gone_is_retrieved(tmp_path):
@@ -272,8 +224,8 @@ def test_a_refused_call_whose_client_has_gone_is_retrieved(tmp_path):
         lost = []
         asyncio.get_running_loop().set_exception_handler(lambda loop, context: lost.append(context["message"]))
         async with opened(tmp_path) as session:
-            await session.begin(STDIO)
-            call = asyncio.ensure_future(session.attempt(STDIO, "no joint"))
+            await session.observe(STDIO)
+            call = asyncio.ensure_future(session.attempt("no joint"))
             await asyncio.sleep(0)
             call.cancel()
             await asyncio.wait([call])
@@ -285,18 +237,17 @@ def test_a_refused_call_whose_client_has_gone_is_retrieved(tmp_path):
     assert asyncio.run(play()) == []
 
 
-def test_another_way_to_play_is_another_agent(tmp_path):
+def test_another_way_to_play_is_another_agent(tmp_path, monkeypatch):
     async def play():
         async with opened(tmp_path) as session:
             await Player(calls(session)).play(1)
             with pytest.raises(CallRefused, match="another --agent-name"):
-                await session.begin(replace(STDIO, client="other"))
-            assert await Player(calls(session, replace(STDIO, version="2"))).play(1) == 1
-        for options in ({"isolation": "checked"}, {"transport": "http"}):
-            with pytest.raises(SettingsChanged, match=f"mcp:scripted, {next(iter(options))}"):
-                async with opened(tmp_path, **options):
-                    pass
-        async with opened(tmp_path, planned("mcp:other"), "mcp:other", isolation="checked") as session:
+                await session.observe(replace(STDIO, client="other"))
+        monkeypatch.setattr(wording, "OVER", "Over.")
+        with pytest.raises(SettingsChanged, match="mcp:scripted, wording"):
+            async with opened(tmp_path):
+                pass
+        async with opened(tmp_path, planned("mcp:other"), "mcp:other") as session:
             assert session.owed == 8
 
     asyncio.run(play())
@@ -315,7 +266,7 @@ def test_one_process_plays_a_study_at_a_time(tmp_path):
 def test_steps_on_disk_hold_a_study_to_its_settings(tmp_path):
     async def play():
         async with opened(tmp_path) as session:
-            await session.begin(STDIO)
+            await session.observe(STDIO)
         with pytest.raises(SettingsChanged, match="seed"):
             async with opened(tmp_path, planned(seed=2)):
                 pass
@@ -337,7 +288,7 @@ def test_a_report_that_differs_from_the_one_on_disk_is_never_told(tmp_path, monk
         monkeypatch.setattr(SymbolicPlant, "attempt", lambda self, joint: self.observe())
         async with opened(tmp_path) as session:
             with pytest.raises(CallRefused, match="cannot write or read its records") as refused:
-                await session.begin(STDIO)
+                await session.observe(STDIO)
             assert "as it was shown before" in str(refused.value.__cause__)
             assert str(tmp_path) not in str(refused.value)
 
@@ -347,7 +298,7 @@ def test_a_report_that_differs_from_the_one_on_disk_is_never_told(tmp_path, monk
 def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
     async def play():
         async with opened(tmp_path) as session:
-            await session.begin(STDIO)
+            await session.observe(STDIO)
             before = all_files(tmp_path)
             with monkeypatch.context() as full:
 
@@ -356,9 +307,9 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
 
                 full.setattr(session._log, "_write", refuse)
                 with pytest.raises(CallRefused, match="did nothing"):
-                    await session.attempt(STDIO, "A")
+                    await session.attempt("A")
             assert all_files(tmp_path) == before
-            assert "goes on" not in (await session.begin(STDIO)).text
+            assert "goes on" not in (await session.observe(STDIO)).text
 
     asyncio.run(play())
 
@@ -382,12 +333,12 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
             player = Player(calls(session))
             await player.begin()
             await player.step()
-            reply = await session.attempt(STDIO, "A", "moved")
+            reply = await session.attempt("A", "moved")
             assert reply.text.startswith("The box broke")
             assert await player.play() == 7
             assert session.owed == 1
             with pytest.raises(CallRefused, match="1 broke and are owed"):
-                await session.begin(STDIO)
+                await session.observe(STDIO)
         async with opened(tmp_path) as session:
             assert await Player(calls(session)).play() == 1
 
@@ -409,17 +360,16 @@ def test_pictures_are_shown_and_kept(tmp_path, monkeypatch):
     async def play():
         async with opened(tmp_path, shown) as session:
             for pictures in (1, 2):
-                replies = [await session.begin(STDIO)]
-                replies.append(await session.attempt(STDIO, "A"))
+                replies = [await session.observe(STDIO)]
+                replies.append(await session.attempt("A"))
                 replies.append(await session.observe(STDIO))
                 assert [len(reply.pictures) for reply in replies] == [pictures] * 3
-                assert replies[1] == replies[2]
                 assert "At 1" not in replies[1].text
                 kept = {path.name for path in (tmp_path / "pictures").iterdir()}
                 assert {picture.name for reply in replies for picture in reply.pictures} <= kept
                 reply = replies[1]
                 while reply.pictures:
-                    reply = await session.attempt(STDIO, "A", "moved")
+                    reply = await session.attempt("A", "moved")
 
     asyncio.run(play())
 

@@ -31,7 +31,7 @@ OPTIONS = ["--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps",
 
 
 def asked(directory):
-    return ["flips", *OPTIONS, "--agent-name", "scripted", "--isolation", "none", "--out", str(directory)]
+    return ["flips", *OPTIONS, "--agent-name", "scripted", "--out", str(directory)]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def project(tmp_path):
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(tmp_path, project, alone):
-    """Server and client are gone at once: the next client knows what ``begin`` says, and no more."""
+    """Server and client are gone at once: the next client knows what ``observe`` says, and no more."""
     luck, out, kept, kills = random.Random(11), tmp_path / "S", b"", 0
     while kills < KILLS:
         wire = Wire(*asked(out), cwd=project)
@@ -109,7 +109,7 @@ def test_hostile_lines_change_no_file_and_stop_no_server(tmp_path, project):
         wire.send(line)
     while (said := asyncio.run(wire.call("observe", {}))) is None:
         pass  # others are still being answered
-    assert said == player.told[-1]
+    assert said.endswith(player.told[-1])
     assert {path: path.read_bytes() for path in out.iterdir()} == before
     assert asyncio.run(player.step())
     assert wire.go() == 0

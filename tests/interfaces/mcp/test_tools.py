@@ -11,7 +11,7 @@ from mcp import Client
 from seen import PhotographedPlant
 from tool_player import AGENT, SPEC, Player, plain_records
 
-from lockprobe.interfaces.mcp.session import SessionOptions, ToolSession
+from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.interfaces.mcp.tools import make_server
 from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
@@ -27,9 +27,8 @@ def with_client(directory, do, mode="auto", **more):
 
     async def run():
         planned = study("flips", agent=[AGENT], **{**STUDY, **more})
-        options = SessionOptions(isolation="none", together=0.0)
         async with (
-            ToolSession.open(directory, planned, AGENT, options) as session,
+            ToolSession.open(directory, planned, AGENT, together=0.0) as session,
             Client(make_server(session), mode=mode) as client,
         ):
             return await do(client)
@@ -59,7 +58,6 @@ WRONG = {
     "joint: expected text, got int": ("attempt", {"joint": 1}),
     "joint: expected text, got list": ("attempt", {"joint": ["A"]}),
     "attempt has no argument 'step'": ("attempt", {"joint": "A", "step": 1}),
-    "begin has no argument 'seed'": ("begin", {"seed": 1}),
     "observe has no argument 'truth'": ("observe", {"truth": True}),
     "no tool is called 'solve'": ("solve", {}),
     "is none of": ("attempt", {"joint": "A" * 100_000}),
@@ -72,7 +70,7 @@ def test_a_wrong_call_is_a_result_that_the_model_reads(tmp_path, why):
     tool, given = WRONG[why]
 
     async def call(client):
-        await client.call_tool("begin", {})
+        await client.call_tool("observe", {})
         before = {path: path.read_bytes() for path in tmp_path.iterdir()}
         result = await client.call_tool(tool, given)
         assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
@@ -86,7 +84,7 @@ def test_a_wrong_call_is_a_result_that_the_model_reads(tmp_path, why):
 
 def test_optional_arguments_may_be_null(tmp_path):
     async def call(client):
-        await client.call_tool("begin", {})
+        await client.call_tool("observe", {})
         return await client.call_tool("attempt", {"joint": "A", "last_action": None, "hypothesis": None})
 
     assert not with_client(tmp_path, call).is_error
@@ -94,11 +92,11 @@ def test_optional_arguments_may_be_null(tmp_path):
 
 def test_the_tools_are_listed_and_nothing_structured_is_said(tmp_path):
     async def call(client):
-        return (await client.list_tools()).tools, await client.call_tool("begin", {})
+        return (await client.list_tools()).tools, await client.call_tool("observe", {})
 
     tools, begun = with_client(tmp_path, call)
-    assert [tool.name for tool in tools] == ["begin", "attempt", "observe"]
-    assert [tool.output_schema for tool in tools] == [None] * 3
+    assert [tool.name for tool in tools] == ["observe", "attempt"]
+    assert [tool.output_schema for tool in tools] == [None] * 2
     assert begun.structured_content is None
     assert [content.type for content in begun.content] == ["text"]
 
@@ -110,7 +108,7 @@ def test_pictures_are_image_content(tmp_path, monkeypatch, modality, pictures):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
 
     async def call(client):
-        await client.call_tool("begin", {})
+        await client.call_tool("observe", {})
         return await client.call_tool("attempt", {"joint": "A"})
 
     shown = with_client(tmp_path, call, p=[0.0], plant="fast-twin", modality=[modality])

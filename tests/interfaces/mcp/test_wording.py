@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
-from lockprobe.interfaces.mcp.wording import begun, observation, reply_form, tool_schema, wording
+from lockprobe.interfaces.mcp.wording import instruction, observation, reply_form, tool_schema, wording
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Percept
 
@@ -15,24 +15,24 @@ from lockprobe.trial.record import Percept
 def test_the_instruction_is_that_of_the_chat_protocol_but_for_the_reply(assessment):
     situation = example(assessment=assessment)
     chat = conversation(situation)[0].text.splitlines()
-    tools = begun(situation).splitlines()
+    tools = instruction(situation).splitlines()
     assert tools[:3] == chat[:3]
     assert tools[3] == reply_form(assessment=assessment)
     assert ("last_action" in tools[3]) == assessment
-    assert "JSON" not in begun(situation)
+    assert "JSON" not in instruction(situation)
     assert tools[4] == chat[-3]
     assert "The panel's joints: B, A. The target joint: A." in tools[4]
 
 
 def test_a_trial_that_goes_on_tells_its_steps_and_then_what_is_told_now():
-    text = begun(example())
+    text = instruction(example())
     assert text.endswith("The trial goes on. Your steps so far:\nfirst\n1. You attempted B.\n\nthen")
     assert observation(example()) == "then"
 
 
 @pytest.mark.parametrize(("pictures", "said"), [(1, "shown a picture of the box"), (2, "one of its depth")])
 def test_pictures_are_announced(pictures, said):
-    assert said in begun(example(pictures))
+    assert said in instruction(example(pictures))
 
 
 def test_a_report_that_is_dropped_is_no_empty_text():
@@ -59,5 +59,5 @@ def test_the_fingerprint_changes_with_what_is_asked():
 
 def test_a_client_that_nobody_asks_for_a_hypothesis_is_told_of_none():
     unasked = replace(example(), briefing=Briefing(hypothesis="off"))
-    assert "hypothesis" in begun(example())
-    assert "hypothesis" not in begun(unasked)
+    assert "hypothesis" in instruction(example())
+    assert "hypothesis" not in instruction(unasked)

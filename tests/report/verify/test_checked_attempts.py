@@ -8,29 +8,18 @@ import pytest
 from builders import small_study, with_right_checksums
 from saboteur import Evidence, lines, relabelled, write
 from taking_part import take_part
-from tool_player import AGENT, Player
+from tool_player import AGENT, Player, calls
 
 from lockprobe import study
-from lockprobe.interfaces.mcp.connection import Connection
-from lockprobe.interfaces.mcp.session import CallRefused, SessionOptions, ToolSession
+from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.records.merge import gather, source_of_directory
-
-STDIO = Connection(client="test", version="1")
 
 
 async def played_by_a_client(directory):
     planned = study("flips", agent=[AGENT], p=[0.0, 0.3], trials=2, repetitions=1, max_steps=6)
-    options = SessionOptions(isolation="none", together=0.0)
-    async with ToolSession.open(directory, planned, AGENT, options) as session:
-
-        async def call(tool, given):
-            try:
-                return (await getattr(session, tool)(STDIO, **given)).text
-            except CallRefused:
-                return None
-
-        await Player(call).play()
+    async with ToolSession.open(directory, planned, AGENT, together=0.0) as session:
+        await Player(calls(session)).play()
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,6 @@ import socket
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from math import ceil
-from typing import Literal
 
 import uvicorn
 
@@ -28,7 +27,6 @@ async def running(
     listening: socket.socket,
     connections: Connections,
     *,
-    lifespan: Literal["on", "off"],
     seconds_to_finish: int,
 ) -> AsyncIterator[None]:
     """An ASGI application that answers requests on a socket.
@@ -37,10 +35,9 @@ async def running(
         app: The application.
         listening: The socket.
         connections: The connections and their limits.
-        lifespan: Whether the application is told of start and end.
         seconds_to_finish: Time for requests that are under way when the server stops.
     """
-    server = _Server(_config(app, connections, lifespan, seconds_to_finish), connections)
+    server = _Server(_config(app, connections, seconds_to_finish), connections)
     task = asyncio.create_task(server.serve(sockets=[listening]))
     await server.ready.wait()
     listening.listen(QUEUE)  # uvicorn made the queue as short as what is accepted at once
@@ -89,14 +86,12 @@ class _Server(uvicorn.Server):
         yield
 
 
-def _config(
-    app: object, connections: Connections, lifespan: Literal["on", "off"], seconds_to_finish: int
-) -> uvicorn.Config:
+def _config(app: object, connections: Connections, seconds_to_finish: int) -> uvicorn.Config:
     return uvicorn.Config(
         app,  # type: ignore[arg-type] # an ASGI application
         http=connections.protocol,  # type: ignore[arg-type] # makes protocols, as the class does
         ws="none",
-        lifespan=lifespan,
+        lifespan="off",
         log_config=None,
         access_log=False,
         proxy_headers=False,

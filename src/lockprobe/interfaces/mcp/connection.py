@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from lockprobe.foundation.redaction import without_secrets
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.interfaces.mcp.isolation import Isolation
 from lockprobe.trial.record import Fact
 
-__all__ = ["Connection", "Transport", "facts_of"]
-
-Transport = Literal["stdio", "http"]
+__all__ = ["Connection", "facts_of"]
 
 _LONGEST = 100
 
@@ -23,37 +19,29 @@ class Connection:
     """A client's description of itself.
 
     Attributes:
-        identity: Distinguishes connections; empty if there is only one.
         client: The name that the program gives; empty if it gives none.
         version: Its version.
         protocol: The version of the Model Context Protocol.
     """
 
-    identity: str = ""
     client: str = ""
     version: str = ""
     protocol: str = ""
 
 
-def facts_of(
-    connection: Connection, transport: Transport, isolation: Isolation, wording: str, *, position: int, resumed: int
-) -> Mapping[str, Fact]:
+def facts_of(connection: Connection, wording: str, *, position: int, resumed: int) -> Mapping[str, Fact]:
     """The facts of a record.
 
     Args:
         connection: The client.
-        transport: The transport of the connection.
-        isolation: Whether the client could read the records.
         wording: Fingerprint of instruction and tools.
         position: The number of trials that the connection has begun, including this one.
         resumed: How often the trial was resumed after a client or the server had stopped.
     """
     facts: dict[str, Fact] = {
         "protocol": f"MCP tools {connection.protocol}".rstrip(),
-        "transport": transport,
         "client": _plain(connection.client),
         "client_version": _plain(connection.version),
-        "isolation": isolation,
         "wording": wording,
         "position": position,
     }

@@ -7,20 +7,17 @@ away leaves its trial where it is: whoever begins next goes on with it. A refuse
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
 from collections.abc import AsyncIterator, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, SettingsChanged
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.interfaces.mcp.connection import Connection, Transport, facts_of
-from lockprobe.interfaces.mcp.isolation import Isolation
-from lockprobe.interfaces.mcp.wording import OVER, begun, observation, wording
+from lockprobe.interfaces.mcp.connection import Connection, facts_of
+from lockprobe.interfaces.mcp.wording import OVER, instruction, observation, wording
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.journal import Journal
@@ -33,9 +30,9 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Fact, Outcome, Situation
+from lockprobe.trial.record import Outcome, Situation
 
-__all__ = ["CallRefused", "Reply", "SessionOptions", "ToolSession"]
+__all__ = ["CallRefused", "Reply", "ToolSession"]
 
 _T = TypeVar("_T")
 
@@ -55,37 +52,27 @@ class Reply:
     pictures: tuple[Picture, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SessionOptions:
-    """The settings of a session.
-
-    Attributes:
-        transport: The transport of the connections.
-        isolation: Whether clients could read the records.
-        trials_each: The most trials of one connection; None for any number.
-        together: Seconds for which a call blocks others after its work.
-    """
-
-    transport: Transport = "stdio"
-    isolation: Isolation = "checked"
-    trials_each: int | None = None
-    together: float = TOGETHER
-
-
 class ToolSession:
     """The trials of one agent, as tools play them. Use :meth:`open`."""
 
     def __init__(
-        self, study: Study, agent: str, journal: Journal, log: AttemptLog, options: SessionOptions, place: Executor
+        self,
+        study: Study,
+        agent: str,
+        journal: Journal,
+        log: AttemptLog,
+        place: Executor,
+        trials_each: int | None,
+        together: float,
     ) -> None:
         self.study, self.agent = study, agent
-        self._journal, self._log, self._options, self._place = journal, log, options, place
+        self._journal, self._log, self._place = journal, log, place
+        self._most, self._together = trials_each, together
         self._wording = wording(
             len(study.box.joints), assessment=study.assessment, hypothesis=study.hypothesis != "off"
         )
         self._trial: PausedTrial | None = None
-        self._player: Connection | None = None
-        self._begun: Counter[str] = Counter()
+        self._begun = 0
         self._owed = self._due()
         self._broken: set[str] = set()
         self._busy = False
@@ -93,9 +80,12 @@ class ToolSession:
     @classmethod
     @asynccontextmanager
     async def open(
-        cls, directory: Path, study: Study, agent: str, options: SessionOptions
+        cls, directory: Path, study: Study, agent: str, *, trials_each: int | None = None, together: float = TOGETHER
     ) -> AsyncIterator[ToolSession]:
         """Open a study for an agent in a directory, new or existing.
+
+        ``trials_each`` is the most trials of the session; None for any number. ``together`` are the seconds for which a
+        call blocks others after its work.
 
         Raises:
             SettingsChanged: If the directory holds another study, or the agent played with other settings.
@@ -111,8 +101,8 @@ class ToolSession:
             AttemptLog.open(directory) as log,
             own_thread() if study.simulated else nullcontext(here) as place,
         ):
-            session = cls(study, agent, journal, log, options, place)
-            session._check_played({"transport": options.transport, "isolation": options.isolation})
+            session = cls(study, agent, journal, log, place, trials_each, together)
+            session._check_played()
             try:
                 yield session
             finally:
@@ -128,26 +118,18 @@ class ToolSession:
         """The number of trials left; of a study that stops when it is decided, those before the next look."""
         return len(self._owed)
 
-    @property
-    def player(self) -> str:
-        """The connection that plays the trial under way; empty if there is none."""
-        return "" if self._trial is None or self._player is None else self._player.identity
-
-    async def begin(self, connection: Connection) -> Reply:
-        """Begin the next trial, or resume the unfinished one.
+    async def observe(self, connection: Connection) -> Reply:
+        """Begin the next trial, or go on with the unfinished one: its instruction, its steps and the last report.
 
         Raises:
             CallRefused: If no trial is left, or another call is being answered.
         """
-        return await self._alone(self._begin(connection))
+        return await self._alone(self._observe(connection))
 
-    async def attempt(
-        self, connection: Connection, joint: str, last_action: str | None = None, hypothesis: str = ""
-    ) -> Reply:
+    async def attempt(self, joint: str, last_action: str | None = None, hypothesis: str = "") -> Reply:
         """Attempt a joint. The attempt is on disk when this returns.
 
         Args:
-            connection: The connection of the client.
             joint: Label of the joint.
             last_action: The claimed effect of the last action, a key of :data:`CLAIMS`.
             hypothesis: How the box works, at most 4000 characters.
@@ -156,15 +138,7 @@ class ToolSession:
             CallRefused: If no trial is under way, the joint does not exist, the claim is missing or not asked for,
                 another call is being answered, or nothing can be written.
         """
-        return await self._alone(self._attempt(connection, joint, last_action, hypothesis))
-
-    async def observe(self, connection: Connection) -> Reply:
-        """The last report. It changes nothing.
-
-        Raises:
-            CallRefused: If no trial is under way, or another call is being answered.
-        """
-        return await self._alone(self._observe(connection))
+        return await self._alone(self._attempt(joint, last_action, hypothesis))
 
     async def _alone(self, work: Coroutine[Any, Any, _T]) -> _T:
         """Do one call. A second one that arrives meanwhile is refused; a client that goes away interrupts nothing."""
@@ -180,33 +154,26 @@ class ToolSession:
         try:
             return await work
         finally:
-            await asyncio.sleep(self._options.together)
+            await asyncio.sleep(self._together)
             self._busy = False
 
-    async def _begin(self, connection: Connection) -> Reply:
+    async def _observe(self, connection: Connection) -> Reply:
         with _writing():
             self._journal.check()
             self._refuse_another(connection)
             if self._trial is None:
                 await self._open_next(connection)
-            elif self._player is None or self._player.identity != connection.identity:
-                plan = self._trial.plan  # its facts are those of the connection that ends it
-                await self._let_go()
-                await self._open(plan, connection)
         assert self._trial is not None
         assert self._trial.situation is not None
-        self._player = connection
-        return _reply(self._trial.situation, begun(self._trial.situation))
+        return _reply(self._trial.situation, instruction(self._trial.situation))
 
     async def _open_next(self, connection: Connection) -> None:
         """Open the trial that was under way, or the next one that is owed."""
-        most = self._options.trials_each
+        most = self._most
         while True:
             plan = self._next()
-            goes_on = self._log.under_way(plan.key)
-            if not goes_on and most is not None and self._begun[connection.identity] >= most:
-                again = "Connect anew" if connection.identity else "Start the server anew"
-                raise CallRefused(f"This connection has played its trials ({most}). {again} for another one.")
+            if most is not None and self._begun >= most and not self._log.under_way(plan.key):
+                raise CallRefused(f"This session has played its trials ({most}). Start the server anew for more.")
             if await self._open(plan, connection):
                 return
 
@@ -221,12 +188,12 @@ class ToolSession:
     async def _open(self, plan: Plan, connection: Connection) -> bool:
         """Open a trial; False if it is over: it had not been recorded, or its box broke."""
         resumed = self._log.times_begun(plan.key)
-        if not resumed or not self._begun[connection.identity]:
-            self._begun[connection.identity] += 1
+        if not resumed or not self._begun:
+            self._begun += 1
         trial = await PausedTrial.begin(
             plan,
             self._log.attempts(plan.key),
-            facts=self._facts(connection, resumed),
+            facts=dict(facts_of(connection, self._wording, position=self._begun, resumed=resumed)),
             pictures=self._journal.directory / ALBUM,
             place=self._place,
         )
@@ -242,16 +209,11 @@ class ToolSession:
         self._trial = trial
         return True
 
-    def _facts(self, connection: Connection, resumed: int) -> dict[str, Fact]:
-        options = self._options
-        position = self._begun[connection.identity]
-        facts = facts_of(
-            connection, options.transport, options.isolation, self._wording, position=position, resumed=resumed
-        )
-        return dict(facts)
-
-    async def _attempt(self, connection: Connection, joint: str, last_action: str | None, hypothesis: str) -> Reply:
-        trial, situation = self._under_way(connection)
+    async def _attempt(self, joint: str, last_action: str | None, hypothesis: str) -> Reply:
+        trial = self._trial
+        if trial is None or trial.situation is None:
+            raise CallRefused("No trial is under way, so this call did nothing. Call observe first.")
+        situation = trial.situation
         if joint not in (known := situation.task.joints):
             raise CallRefused(f"joint: {joint[:40]!r} is none of {', '.join(known)}. This call did nothing.")
         claimed = _claimed(last_action, situation)
@@ -272,20 +234,8 @@ class ToolSession:
             self._trial = None
             self._record(trial)
         if not trial.sound:
-            return Reply(text="The box broke, so this trial does not count. Call begin to go on.")
-        return Reply(text=f"{OVER} {'Call begin for the next one.' if self.owed else 'No trial is left.'}")
-
-    async def _observe(self, connection: Connection) -> Reply:
-        situation = self._under_way(connection)[1]
-        return _reply(situation, observation(situation))
-
-    def _under_way(self, connection: Connection) -> tuple[PausedTrial, Situation]:
-        """The trial that waits for this client."""
-        if self._trial is None or self._trial.situation is None:
-            raise CallRefused("No trial is under way, so this call did nothing. Call begin first.")
-        if self._player is None or self._player.identity != connection.identity:
-            raise CallRefused("Another connection plays this trial. Call begin to go on with it.")
-        return self._trial, self._trial.situation
+            return Reply(text="The box broke, so this trial does not count. Call observe to go on.")
+        return Reply(text=f"{OVER} {'Call observe for the next one.' if self.owed else 'No trial is left.'}")
 
     def _record(self, trial: PausedTrial) -> None:
         """Write a finished trial, unless it is on record."""
@@ -300,27 +250,19 @@ class ToolSession:
             self._owed.pop(trial.plan.key, None)
         self._owed = self._owed or self._due()
 
-    def _check_played(self, facts: dict[str, Fact]) -> None:
-        """Refuse an agent that played this study with other settings.
+    def _check_played(self) -> None:
+        """Refuse an agent that played this study with another wording.
 
         Raises:
-            SettingsChanged: If a fact differs.
+            SettingsChanged: If it did.
         """
-        for before in self._journal.trials.values():
-            if before.agent != self.agent:
-                continue
-            different: dict[str, tuple[object, object]] = {
-                f"{self.agent}, {name}": (before.facts[name], value)
-                for name, value in (facts | {"wording": self._wording}).items()
-                if name in SAME_IN_ALL_TRIALS and before.facts.get(name) not in (None, value)
-            }
-            if different:
-                raise SettingsChanged(self._journal.directory, different)
-            return
+        before = next((one for one in self._journal.trials.values() if one.agent == self.agent), None)
+        if before is not None and (said := before.facts.get("wording")) not in (None, self._wording):
+            raise SettingsChanged(self._journal.directory, {f"{self.agent}, wording": (said, self._wording)})
 
     def _refuse_another(self, connection: Connection) -> None:
         """Refuse another program under the name of the agent that played before."""
-        now = self._facts(connection, 0)["client"]
+        now = facts_of(connection, "", position=0, resumed=0)["client"]
         for before in self._journal.trials.values():
             if before.agent == self.agent and before.facts.get("client") not in (None, now):
                 played = before.facts["client"]

@@ -1,4 +1,4 @@
-"""The tools ``begin``, ``attempt`` and ``observe`` of the Model Context Protocol.
+"""The tools ``observe`` and ``attempt`` of the Model Context Protocol.
 
 A refused call is a result that the model reads, marked as an error. Results hold text and pictures and no structured
 content: some clients show a model that in place of the text.
@@ -22,17 +22,12 @@ with needing("agents with tools", "mcp"):
     from mcp.server.context import ServerRequestContext
     from mcp.server.lowlevel import Server
 
-__all__ = ["SESSION_HEADER", "make_server"]
-
-SESSION_HEADER = "mcp-session-id"
-"""Tells the connections of several clients over HTTP apart."""
+__all__ = ["make_server"]
 
 _INSTRUCTIONS = (
-    "A lockbox to open, one trial after another. Call begin for a trial and its instruction, then attempt, one call at "
-    "a time, until the trial is over."
+    "A lockbox to open, one trial after another. Call observe for a trial and its instruction, then attempt, one "
+    "call at a time, until the trial is over."
 )
-
-_NO_ARGUMENTS: Mapping[str, object] = {"type": "object", "properties": {}, "additionalProperties": False}
 
 _log = logging.getLogger(__name__)
 
@@ -68,9 +63,9 @@ def _tools(session: ToolSession) -> list[types.Tool]:
     schema = tool_schema(len(study.box.joints), assessment=study.assessment, hypothesis=study.hypothesis != "off")
     return [
         types.Tool(
-            name="begin",
-            description="Begin the next trial, or go on with the one under way: its instruction and what is seen.",
-            input_schema=dict(_NO_ARGUMENTS),
+            name="observe",
+            description="Begin the next trial, or read the one under way: its instruction, its steps and what is seen.",
+            input_schema={"type": "object", "properties": {}, "additionalProperties": False},
         ),
         types.Tool(
             name="attempt",
@@ -78,32 +73,21 @@ def _tools(session: ToolSession) -> list[types.Tool]:
             input_schema=schema,
             annotations=types.ToolAnnotations(destructive_hint=False, idempotent_hint=False, open_world_hint=False),
         ),
-        types.Tool(
-            name="observe",
-            description="Read again what was told or shown last. It takes no step.",
-            input_schema=dict(_NO_ARGUMENTS),
-            annotations=types.ToolAnnotations(read_only_hint=True, open_world_hint=False),
-        ),
     ]
 
 
 async def _called(session: ToolSession, connection: Connection, name: str, given: Mapping[str, object]) -> Reply:
-    if name == "begin":
-        _check_arguments(name, given, ())
-        return await session.begin(connection)
     if name == "observe":
         _check_arguments(name, given, ())
         return await session.observe(connection)
     if name != "attempt":
-        raise CallRefused(f"no tool is called {name[:40]!r}; there are begin, attempt and observe.")
+        raise CallRefused(f"no tool is called {name[:40]!r}; there are observe and attempt.")
     known = tuple(_tools(session)[1].input_schema["properties"])
     _check_arguments(name, given, known)
     texts = {key: _text(key, value) for key, value in given.items() if value is not None}
     if "joint" not in texts:
         raise CallRefused("joint is missing. This call did nothing.")
-    return await session.attempt(
-        connection, texts["joint"], texts.get("last_action"), hypothesis=texts.get("hypothesis", "")
-    )
+    return await session.attempt(texts["joint"], texts.get("last_action"), hypothesis=texts.get("hypothesis", ""))
 
 
 def _check_arguments(tool: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
@@ -130,11 +114,8 @@ def _result(reply: Reply) -> types.CallToolResult:
 def _connection(context: Context) -> Connection:
     """The client's description of itself."""
     params = context.session.client_params
-    headers = getattr(context.request, "headers", {})
-    client = "" if params is None else params.client_info.name
     return Connection(
-        identity=headers.get(SESSION_HEADER, ""),
-        client=client,
+        client="" if params is None else params.client_info.name,
         version="" if params is None else params.client_info.version,
         protocol=context.protocol_version,
     )

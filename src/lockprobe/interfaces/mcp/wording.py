@@ -17,7 +17,7 @@ from lockprobe.trial.record import Outcome, Percept, Situation
 __all__ = [
     "NO_REPORT",
     "OVER",
-    "begun",
+    "instruction",
     "observation",
     "reply_form",
     "tool_schema",
@@ -78,7 +78,7 @@ def wording(joints: int, *, assessment: bool, hypothesis: bool = True) -> str:
     return fingerprint(INSTRUCTIONS, form, schema, OVER, NO_REPORT)
 
 
-def begun(situation: Situation) -> str:
+def instruction(situation: Situation) -> str:
     """The instruction of a trial and the current report; for a resumed trial also its steps so far."""
     task, first = situation.task, (*(turn.percept for turn in situation.past), situation.percept)[0]
     shown = sum(picture.shown for picture in first.pictures)

@@ -91,7 +91,7 @@ async def opened(
                 app = application(state, words, address, log)
                 limits = options.limits.within(raise_file_limit())
                 connections = Connections(limits, log.say, proxied=bool(options.public))
-                async with running(app, listening, connections, lifespan="off", seconds_to_finish=SECONDS_TO_FINISH):
+                async with running(app, listening, connections, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()
                     yield RunningServer(url=address.url, directory=directory, check=state.check)
 
