@@ -98,18 +98,19 @@ class Polite:
         return briefing.remarking("Please go on.") if len(past) > 1 else briefing
 
 
-def test_a_prompt_of_ones_own_is_seen_on_the_wire(scripted_provider):
+def test_a_prompt_of_ones_own_is_seen_on_the_wire():
     pytest.importorskip("inspect_ai")
-    provider = scripted_provider()
-    trial = lockprobe.run_trial(agent=provider.agent, condition=[Polite()], max_steps=3)
+    with ScriptedProvider() as provider:
+        trial = lockprobe.run_trial(agent=provider.agent, condition=[Polite()], max_steps=3)
     assert trial.error is None
     assert ["Please" in words(request["messages"][-1]) for request in provider.requests] == [False, True, True]
 
 
 @pytest.mark.parametrize("spec", ["hypothesis?ask=off", "hypothesis?ask=after"])
-def test_its_replies_are_of_the_form_that_is_asked_for(scripted_provider, spec):
+def test_its_replies_are_of_the_form_that_is_asked_for(spec):
     pytest.importorskip("inspect_ai")
-    trial = lockprobe.run_trial(agent=scripted_provider().agent, condition=spec, max_steps=4)
+    with ScriptedProvider() as provider:
+        trial = lockprobe.run_trial(agent=provider.agent, condition=spec, max_steps=4)
     assert trial.error is None
     assert all(len(step.decision.replies) == 1 for step in trial.steps)
 

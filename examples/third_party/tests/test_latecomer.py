@@ -11,14 +11,22 @@ from latecomer.untold import untold
 
 import lockprobe
 from lockprobe.statistics.measures import measured
-from lockprobe.testing import check_agent, check_box, check_measure, check_plant, make_trial, play_trials
+from lockprobe.testing import (
+    check_agent,
+    check_box,
+    check_intervention,
+    check_measure,
+    check_plant,
+    make_trial,
+    play_trials,
+)
 
 AGENTS = ("human-inspired", "cognitive:perseverant")
 CONDITIONS = ["truth", "late?lag=1", "late?lag=2"]
 
 
 @pytest.mark.parametrize("lag", [0, 1, 3])
-def test_late_keeps_the_contract(check_intervention, lag):
+def test_late_keeps_the_contract(lag):
     check_intervention(Late(lag=lag), doses=(0, 1, 3))
 
 

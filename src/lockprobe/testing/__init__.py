@@ -9,8 +9,6 @@
 
     def test_stubborn():
         check_agent("stubborn?tries=3")
-
-Where pytest is used, the same are fixtures of these names (:mod:`lockprobe.testing.pytest_plugin`).
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from lockprobe.agents.prompt import fingerprint
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.interfaces.inspect.conversation import exchanges_of, instruction, last_report
 from lockprobe.studies.running.single import run_trial
-from lockprobe.testing import completion, in_turn, words
+from lockprobe.testing import ScriptedProvider, completion, in_turn, words
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import TrialError
 
@@ -111,7 +111,7 @@ CURT = Path(__file__).parents[2] / "interventions" / "curt.txt"
         f"prompt?file={CURT} + warn + drop?p=0.5",
     ],
 )  # fmt: skip
-def test_what_is_retold_is_what_was_said_on_the_wire(scripted_provider, spec):
+def test_what_is_retold_is_what_was_said_on_the_wire(spec):
     """Word for word, a malformed reply and what was asked after it included."""
     pytest.importorskip("inspect_ai")
     came = []
@@ -120,8 +120,8 @@ def test_what_is_retold_is_what_was_said_on_the_wire(scripted_provider, spec):
         came.append(request)
         return completion("no idea") if len(came) == 3 else in_turn(request)
 
-    provider = scripted_provider(answer)
-    trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    with ScriptedProvider(answer) as provider:
+        trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None
     sent = [[(message["role"], words(message)) for message in request["messages"]] for request in provider.requests]
     assert [[(message.role, message.text) for message in one.asked] for one in exchanges_of(trial)] == sent

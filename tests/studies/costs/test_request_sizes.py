@@ -14,7 +14,7 @@ from lockprobe.studies.costs.request_sizes import HYPOTHESIS, PromptSizes, made_
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
-from lockprobe.testing import joints, replying, words
+from lockprobe.testing import ScriptedProvider, joints, replying, words
 from lockprobe.trial.record import Situation
 
 CURT = Path(__file__).parents[2] / "interventions" / "curt.txt"
@@ -97,11 +97,11 @@ CONDITIONS = (
 
 
 @pytest.mark.parametrize("spec", CONDITIONS)
-def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provider, spec):
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
     """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
     pytest.importorskip("inspect_ai")
-    provider = scripted_provider(lambda request: replying(request, joints(request)[0], HYPOTHESIS))
-    trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    with ScriptedProvider(lambda request: replying(request, joints(request)[0], HYPOTHESIS)) as provider:
+        trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None
     planned = study("flips", agent=provider.agent, condition=spec, max_steps=12)
     prompt = PromptSizes(planned.plan(provider.agent, planned.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
