@@ -1,16 +1,13 @@
-"""The socket that a server listens on, and the token of those who may use it."""
+"""The socket that a server listens on."""
 
 from __future__ import annotations
 
 import ipaddress
-import re
 import socket
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["QUEUE", "SHORTEST_TOKEN", "check_token", "is_loopback", "listen"]
-
-SHORTEST_TOKEN = 16
+__all__ = ["QUEUE", "is_loopback", "listen"]
 
 QUEUE = 2048
 """Connections that wait to be accepted; the operating system may allow fewer."""
@@ -24,21 +21,6 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
-
-
-def check_token(variable: str, token: str) -> None:
-    """Refuse a token that is short or does not fit in a header. The message does not repeat it.
-
-    Args:
-        variable: The variable of the environment that holds the token.
-        token: The token.
-
-    Raises:
-        BadValue: If it is one.
-    """
-    if len(token) < SHORTEST_TOKEN or not re.fullmatch(r"[!-~]+", token):
-        expected = f"{SHORTEST_TOKEN} or more of letters, digits and signs, without spaces"
-        raise BadValue(variable, f"{len(token)} characters", expected)
 
 
 def listen(host: str, port: int) -> socket.socket:
