@@ -5,7 +5,6 @@ from collections import Counter
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from statistics import fmean
 from tempfile import TemporaryDirectory
 
 from placeholders import undrawn
@@ -16,7 +15,6 @@ from lockprobe.cli import build
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
-PAGE = "curves-and-causes.md"
 
 
 def text_of(name):
@@ -106,27 +104,25 @@ def test_the_trial_that_is_watched(tmp_path):
     )
 
 
-@cache
-def curve(agent, p):
-    """Of the 300 trials of the study with two curves: solved, with an action loop, and mean steps."""
-    parts = [
-        lockprobe.population(agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100, record=True)
-        for part in (1, 2, 3)
+def rise(agent):
+    """Trials of 300 that are solved at a flip rate of 0 and of 0.4."""
+    return [
+        sum(
+            int(
+                lockprobe.population(
+                    agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100
+                ).solved.sum()
+            )
+            for part in (1, 2, 3)
+        )
+        for p in (0, 0.4)
     ]
-    looping = sum(int(part.loops().any_loop.sum()) for part in parts)
-    return sum(int(part.solved.sum()) for part in parts), looping, fmean(fmean(part.steps) for part in parts)
 
 
 def test_two_curves_of_different_cause_rise():
-    (breaks, _, _), (broken, _, _) = (curve("cognitive:loop-breaker", p) for p in (0, 0.4))
-    assert f"`cognitive:loop-breaker` goes from {breaks} to {broken} of 300 trials solved" in text_of(PAGE)
-    (believes, _, _), (believed, _, _) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
-    assert f"`cognitive:perseverant` from {believes} to {believed}." in text_of(PAGE)
-
-
-def test_loops_become_rarer_in_the_agent_that_lies_help_by_what_they_say():
-    (_, before, long), (_, after, short) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
-    assert f"`cognitive:perseverant` falls from {before} to {after} of 300 trials" in text_of(PAGE)
-    assert f"from {long:.1f} to {short:.1f} steps on average" in text_of(PAGE)
-    (_, before, _), (_, after, _) = (curve("cognitive:loop-breaker", p) for p in (0, 0.4))
-    assert f"{before} of 300 trials at a flip rate of 0 and {after} at 0.4" in text_of(PAGE)
+    text = text_of("why.md")
+    assert (
+        "`cognitive:loop-breaker` goes from {} to {} of 300 trials solved".format(*rise("cognitive:loop-breaker"))
+        in text
+    )
+    assert "`cognitive:perseverant` from {} to {}.".format(*rise("cognitive:perseverant")) in text

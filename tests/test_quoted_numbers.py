@@ -25,13 +25,11 @@ from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.options.paper import PERSEVERANT
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 MAP = "cognitive:random-map?window=1&avoid=last"
 COMPARED = ("chain-4", "fork", "reset", "gray-code")
-NEVER = "\N{EN DASH}"
 NEAREST = "human-inspired:proximity"
 READINGS = ("re-observed", "integrated", "memoryless", "latched")
 
@@ -102,17 +100,6 @@ def judged(noise, flip, *several):
     """Share solved and mean steps."""
     found = (course(f"ideal-observer?noise={noise}", p, flip) for p in several)
     return [f"{one.success:.2f}, {one.steps:.1f}" for one in found]
-
-
-def whole(agent):
-    """A row of the table of exact courses."""
-    found = course(agent)
-    by = [NEVER if step is None else step for step in (found.by(0.8), found.by(1))]
-    return [*by, f"{found.success:.3f}" if found.by(1) is None else 1]
-
-
-def lapsing(number):
-    return ", ".join(str(number(course(f"human-inspired?lapse={lapse}"))) for lapse in (0.1, 0.2, 0.3))
 
 
 def both(count, trials):
@@ -194,11 +181,6 @@ QUOTED = [
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
     ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),
     ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
-    ("docs/fair-chance.md", "it is 0.4 at every flip rate. The best of the seven shares is {:.2f} on average.",
-     lambda: [best_of(7, 30, 0.4)]),
-    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=(PERSEVERANT, "random", "human-inspired")).size]),
-    ("docs/gallery.md", "`why.html` of {} trials", lambda: [study("why", agent="human-inspired").size]),
-    ("docs/gallery.md", "A figure of {} trials", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
     ("docs/tutorial-teaching.md", "The answers are {}, {} and {}. An agent that never picks the same joint twice in a row reaches {}",
      lambda: [*(success_on("random", name) for name in ("chain-4", "fork", "gray-code")), *success("random-no-repeat", 0)]),
@@ -238,10 +220,6 @@ QUOTED = [
      + [100 * bound for count in (179, 142) for bound in both(count, 200)]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
      lambda: pace("human-inspired")),
-    ("docs/monte-carlo.md", "solved `chain-4` in {} of 100 000 trials ({} %, 95 % interval {} to {} %)",
-     lambda: [thousands(sampled(0.3).count), *percent(sampled(0.3).value, sampled(0.3).low, sampled(0.3).high)]),
-    ("docs/monte-carlo.md", "and in {} at a flip rate of 0 and again at a flip rate of 1 ({} %, {} to {} %)",
-     lambda: [thousands(sampled(0).count), *percent(sampled(1).value, sampled(1).low, sampled(1).high)]),
     ("docs/modalities.md", "| `human-inspired:proximity` | {}, {}, {} | {}, {}, {} |",
      lambda: [*pace(NEAREST), *dealt_pace(NEAREST)]),
     ("docs/modalities.md", "| `human-inspired:target-any` | {}, {}, {} | {}, {}, {} |",
@@ -256,12 +234,6 @@ HARD = {
     "optimum": "", "optimal_plans": "", "depth": "", "undone": "", "free": "", "reachable": "", "dead_ends": "",
     "cycle_success": ".3g", "random_steps": ".1f", "random_blocked": ".3f",
 }  # fmt: skip
-HEARERS = {
-    "human-inspired": "1.", "cognitive:careful": "", "cognitive:perseverant": "", "cognitive:insistent": "",
-    "ideal-observer?noise=naive": "",
-}  # fmt: skip
-"""Who is told lies in a table, and what tells its row from one of another table."""
-
 ROWS = [
     *(("docs/agents.md", f"`{name}`", lambda name=name: pace(f"human-inspired:{name}")) for name in PRESETS[:3]),
     ("docs/agents.md", "`target-first` (default)", lambda: pace("human-inspired")),
@@ -280,26 +252,13 @@ ROWS = [
        lambda name=name: [optimum(box(f"{name}-3")),
                           *(", ".join(pair) for pair in zip(blind(f"{name}-3"), blind(f"{name}-4"), strict=True))])
       for name in ("common-cause", "common-effect")),
-    *(("docs/fair-chance.md", f"`{agent}`", lambda agent=agent: [success_on(agent, name) for name in
+    *(("docs/statistics.md", f"`{agent}`", lambda agent=agent: [success_on(agent, name) for name in
        ("chain-4", "fork", "reset", "gray-code")]) for agent in ("random", "random-no-repeat", "round-robin")),
-    *(("docs/fair-chance.md", f"{steps} |", lambda steps=steps: [f"{chance_level(steps, null=null).probability:.3f}" for null
+    *(("docs/statistics.md", f"{steps} |", lambda steps=steps: [f"{chance_level(steps, null=null).probability:.3f}" for null
        in ("uniform", "no-repeat")]) for steps in (6, 10, 15, 20)),
     *(("docs/boxes.md", f"`{key}`", lambda key=key, form=form: hardness(key, form)) for key, form in HARD.items()),
     ("docs/boxes.md", "`random_success`", lambda: [blind(name)[0] for name in COMPARED]),
     ("docs/boxes.md", "`random_no_repeat_success`", lambda: [blind(name)[1] for name in COMPARED]),
-    *(("docs/monte-carlo.md", f"`{agent}`", lambda agent=agent: [f"{course(agent).steps:.1f}", *whole(agent)])
-      for agent in ("random", "random-no-repeat", "round-robin", *(f"human-inspired:{name}" for name in PRESETS[:3]),
-                    "human-inspired:per-configuration")),
-    ("docs/monte-carlo.md", f"`human-inspired:{PRESETS[3]}`",
-     lambda: [f"{course(f'human-inspired:{PRESETS[3]}').steps:.2f}", *whole(f"human-inspired:{PRESETS[3]}")]),
-    ("docs/monte-carlo.md", "`human-inspired` | 8", lambda: whole("human-inspired")),
-    ("docs/monte-carlo.md", "`human-inspired?lapse=0.1`",
-     lambda: [lapsing(lambda one: f"{one.steps:.1f}"), lapsing(lambda one: one.by(0.8)), NEVER,
-              lapsing(lambda one: f"{one.success:.3f}")]),
-    *(("docs/monte-carlo.md", f"`{agent}` | {told_the_truth}", lambda agent=agent: success(agent, 0, 0.3, 0.8, 1))
-      for agent, told_the_truth in HEARERS.items()),
-    ("docs/monte-carlo.md", "`ideal-observer`",
-     lambda: [f"{course('ideal-observer', p).success:.9g}" for p in (0, 0.3, 0.8, 1)]),
     *(("docs/modalities.md", f"`{flip}`{shown} | {tell}", lambda flip=flip, of=of: [
         "{1:.0f} % ({2:.0f} to {3:.0f})".format(*share_told(of, flip)),
         f"{propagate('human-inspired', 'chain-4', p=0.4, flip=flip, modality=of).success:.3f}"])
