@@ -24,7 +24,7 @@ SITE = {"cmeel_pth"}
 """What a package imports by itself when any interpreter starts, by a file in site-packages."""
 
 KEY = "flips/random/truth/rep=1/trial=1"
-PLAIN = ("chance", "agents", "export S", "status S")
+PLAIN = ("chance", "list agents", "export S", "status S")
 """Commands that need no extra."""
 
 NEEDS = {

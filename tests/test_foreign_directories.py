@@ -18,9 +18,8 @@ from lockprobe.foundation import plugins
 from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
-    "chance", "power", "readings", "play", "agents", "plants", "interventions", "doctor",
+    "chance", "power", "readings", "play", "list agents", "list plants", "list interventions", "list models", "doctor",
     "box list", "box generate", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
-    "models pull", "models show",
 }  # fmt: skip
 """Commands that take no directory of a study, no study file and no records."""
 
@@ -35,10 +34,8 @@ TAKING: dict[str, list[list[str]]] = {
         ["run", "FILE"],
         ["run", "FILE", "--estimate"],
     ],
-    "models prompt": [["models", "prompt", "FILE"]],
     "status": [["status", "DIR"], ["status", "DIR", "--json"]],
-    "report": [["report", "DIR"]],
-    "compare": [["compare", "DIR", "OTHER"]],
+    "report": [["report", "DIR"], ["report", "DIR", "OTHER"]],
     "verify": [["verify", "DIR"], ["verify", "DIR", "--json"]],
     "export": [
         ["export", "DIR"],
@@ -64,7 +61,7 @@ TAKING: dict[str, list[list[str]]] = {
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
     "loops": [["loops", "DIR/trials.jsonl"]],
-    "measures": [["measures", "DIR"], ["measures", "DIR", "--json"]],
+    "list measures": [["list", "measures", "DIR"], ["list", "measures", "DIR", "--json"]],
     "box show": [["box", "show", "FILE"]],
     "box solve": [["box", "solve", "FILE"]],
     "box check": [["box", "check", "FILE"]],
@@ -178,7 +175,13 @@ def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockp
     for _ in range(2):
         status, _, err = lockprobe(*begun)
         assert status == 0, err
-    for line in (["status", "mine"], ["report", "mine"], ["verify", "mine"], ["measures", "mine"], ["export", "mine"]):
+    for line in (
+        ["status", "mine"],
+        ["report", "mine"],
+        ["verify", "mine"],
+        ["list", "measures", "mine"],
+        ["export", "mine"],
+    ):
         assert lockprobe(*line)[0] == 0, line
 
 

@@ -40,9 +40,9 @@ READ = {
     "report": (["report"], ("trials.jsonl", "report.html", "forks/trials.jsonl", "people")),
     "status": (["status"], (*LOGS, "forks/trials.jsonl", "forks/calls.jsonl", "people")),
     "verify": (["verify"], (*LOGS, "results.json", "forks/trials.jsonl", "people/aaaa0001.jsonl")),
-    "compare": (["compare"], LOGS),
+    "compare": (["report", "OTHER", "--out", "OTHER.html"], LOGS),
     "replay": (["replay"], LOGS),
-    "measures": (["measures"], LOGS),
+    "measures": (["list", "measures"], LOGS),
     "export": (["export"], LOGS),
 }
 """Command -> its arguments, and what it reads there."""
@@ -50,14 +50,13 @@ READ = {
 
 def lockprobe(monkeypatch, directory, line, other):
     """Runs a command; its exit status, and what it says that is wrong. It may take a minute."""
-    given = [one.replace("DIR", str(directory)) for one in line]
+    given = [one.replace("DIR", str(directory)).replace("OTHER", str(other)) for one in line]
     where = {"run": ["--no-report", "--out"], "mcp": ["--out"]}.get(line[0], [])
     given += [
         *where,
         str(directory),
         *{
             "import": [str(other)],
-            "compare": [str(other), "--out", str(other.parent / "compare.html")],
             "serve": ["--port", "0"],
         }.get(line[0], []),
     ]

@@ -85,7 +85,7 @@ def test_what_students_type_is_on_the_answer_sheet():
     assert commands(sheet("student-sheet")) == answered
     pictures = {"lockprobe box show chain-4 --out runs/box.png"}
     assert commands("\n".join(CODE)) - pictures == answered - {"lockprobe play --seed 8"}
-    looked_at = {one for one in answered if one.startswith("lockprobe measures")}
+    looked_at = {one for one in answered if one.startswith("lockprobe list measures")}
     assert commands(PLAN.replace("uv run ", "")) == answered - {"lockprobe play --seed 8"} - looked_at
 
 

@@ -1,85 +1,15 @@
-"""Model files: found, checked, fetched from a publisher that a test plays."""
+"""Model files: found and checked."""
 
 import hashlib
-import re
 import struct
-import threading
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import pytest
 
 from lockprobe.agents import weights
-from lockprobe.foundation.errors import BadFile, Missing, UnknownName
+from lockprobe.foundation.errors import BadFile, Missing
 from lockprobe.studies.options.agent_names import named_agents
 
 CONTENT = b"GGUF" + bytes(3000)
-RESULTS = Path(__file__).parents[2] / "docs" / "results.md"
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *args):
-        pass
-
-
-@pytest.fixture
-def publisher(tmp_path, monkeypatch):
-    """A publisher on loopback, and a model that it offers."""
-    (tmp_path / "there").mkdir()
-    (tmp_path / "there" / "small.gguf").write_bytes(CONTENT)
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=tmp_path / "there"))
-    server.daemon_threads = False
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    model = weights.ModelFile(
-        name="small",
-        filename="small.gguf",
-        sha256=hashlib.sha256(CONTENT).hexdigest(),
-        megabytes=0,
-        quantisation="Q4_0",
-        url=f"http://127.0.0.1:{server.server_port}/small.gguf",
-    )
-    monkeypatch.setitem(weights.KNOWN, "small", model)
-    monkeypatch.setenv("LOCKPROBE_MODELS", str(tmp_path / "here"))
-    yield tmp_path
-    server.shutdown()
-    server.server_close()
-    thread.join()
-
-
-def test_a_model_is_fetched_once_and_checked(publisher):
-    path = weights.pull("small")
-    assert path == publisher / "here" / "small.gguf"
-    assert path.read_bytes() == CONTENT
-    (publisher / "there" / "small.gguf").unlink()
-    assert weights.pull("small") == path
-    assert weights.locate(f"llm:gguf:{path}") == path
-
-
-def test_another_file_than_expected_is_refused_and_not_kept(publisher):
-    (publisher / "there" / "small.gguf").write_bytes(CONTENT + b"!")
-    with pytest.raises(
-        BadFile, match=r"hash is [0-9a-f]{64}, expected [0-9a-f]{64}; the file is damaged or a different one"
-    ):
-        weights.pull("small")
-    assert list((publisher / "here").iterdir()) == []
-
-
-def test_without_the_network_it_says_how_to_place_the_file_by_hand(publisher):
-    (publisher / "there" / "small.gguf").unlink()
-    with pytest.raises(Missing) as mistake:
-        weights.pull("small")
-    assert str(mistake.value).startswith("small could not be fetched (HTTP Error 404")
-    assert str(mistake.value).endswith(
-        f"download {weights.KNOWN['small'].url} where the network allows and put it at {publisher / 'here/small.gguf'}"
-    )
-
-
-def test_an_unknown_model_lists_what_exists():
-    known = "smollm2-135m, qwen2.5-coder-0.5b, qwen2.5-coder-1.5b"
-    with pytest.raises(UnknownName, match=f"^no model is called 'gpt'; there are: {known}$"):
-        weights.pull("gpt")
 
 
 def test_a_path_that_is_no_model(tmp_path):
@@ -202,9 +132,3 @@ def test_a_file_that_says_no_name_goes_by_its_own(content, tmp_path):
     path = tmp_path / "a model.gguf"
     path.write_bytes(content)
     assert weights.model_name(path) == "a-model"
-
-
-def test_the_model_of_the_page_of_results_is_known():
-    (sha256,) = re.findall(r"sha256 `([0-9a-f]{64})`", RESULTS.read_text("utf-8"))
-    (name,) = re.findall(r"`lockprobe models pull ([\w.-]+)`", RESULTS.read_text("utf-8"))
-    assert weights.KNOWN[name].sha256 == sha256

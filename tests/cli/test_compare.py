@@ -1,4 +1,4 @@
-"""``lockprobe compare`` as it is typed."""
+"""``lockprobe report`` of several studies, as it is typed."""
 
 import json
 from dataclasses import replace
@@ -20,7 +20,7 @@ def labs(tmp_path_factory):
 
 def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    status, said, _ = lockprobe("compare", *labs)
+    status, said, _ = lockprobe("report", *labs)
     lines = said.splitlines()
     assert status == 0
     assert "difference" in lines[0]
@@ -39,36 +39,34 @@ def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
 def test_conditions_that_only_one_study_has_are_named(lockprobe, labs, tmp_path):
     conditions = tuple(map(read_condition, ("truth", "nudge", "tremble?p=0.2")))
     other = write_study(tmp_path / "other", replace(STUDY, conditions=conditions))
-    lines = lockprobe("compare", labs[0], other, "--out", tmp_path)[1].splitlines()
+    lines = lockprobe("report", labs[0], other, "--out", tmp_path)[1].splitlines()
     assert "Only in a: flip?p=0.3." in lines
     assert "Only in other: nudge; tremble?p=0.2." in lines
-    assert not any(
-        line.startswith("Only in") for line in lockprobe("compare", *labs, "--out", tmp_path)[1].splitlines()
-    )
+    assert not any(line.startswith("Only in") for line in lockprobe("report", *labs, "--out", tmp_path)[1].splitlines())
 
 
 def test_what_is_unfinished_or_differs_is_said_before_the_numbers(lockprobe, labs, tmp_path):
     other = replace(STUDY, seed=3)
     played = [replace(trial, facts=trial.facts | {"noise": 0.25}) for trial in play_study(other)[:12]]
     half = write_study(tmp_path / "half", other, played)
-    lines = lockprobe("compare", labs[0], half, "--out", tmp_path)[1].splitlines()
+    lines = lockprobe("report", labs[0], half, "--out", tmp_path)[1].splitlines()
     numbers = next(i for i, line in enumerate(lines) if "success" in line and "agent" in line)
     assert f"Partial: 12 of {other.size} trials of half are finished." in lines[:numbers]
     assert "Different settings: cognitive:careful: noise is None in a, 0.25 in half" in lines[:numbers]
-    others = lockprobe("compare", *labs, "--out", tmp_path)[1]
+    others = lockprobe("report", *labs, "--out", tmp_path)[1]
     assert "Partial" not in others
     assert "Different settings" not in others
 
 
 def test_for_machines(lockprobe, labs, tmp_path):
-    status, said, _ = lockprobe("compare", *labs, "--json", "--out", tmp_path, "--agent", "random")
+    status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path, "--agent", "random")
     found = json.loads(said)
     assert (status, found["page"]) == (0, str(tmp_path / "compare.html"))
     assert [(row["study"], row["agent"], row["condition"], row["trials"]) for row in found["success"]] == [
         ("a", "random", "truth", 4),
         ("a", "random", "flip?p=0.3", 4),
     ]
-    status, said, _ = lockprobe("compare", *labs, "--json", "--out", tmp_path / "all.html")
+    status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path / "all.html")
     found = json.loads(said)
     assert len(found["differences"]) == 6
     first = found["differences"][0]
@@ -80,7 +78,8 @@ def test_for_machines(lockprobe, labs, tmp_path):
 def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
     boxed = write_study(tmp_path / "longer", replace(STUDY, max_steps=9), [])
     for asked, why in (
-        ((labs[0],), "directories: got 1, expected two or more"),
+        ((labs[0], "--agent", "random"), "--agent and --out cannot be used with one study"),
+        ((*labs, "--watch"), "cannot be used with several studies"),
         ((labs[0], tmp_path / "none"), "no study.json here"),
         ((labs[0], labs[0]), "given twice"),
         ((labs[0], boxed), "the budget of steps (max_steps) is 9, not 20"),
@@ -88,7 +87,7 @@ def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
         ((*labs, "--out", labs[0] / "report.html"), "belongs to the study"),
         ((*labs, "--out", tmp_path / "none" / "page.html"), "cannot be written"),
     ):
-        status, said, error = lockprobe("compare", *asked)
+        status, said, error = lockprobe("report", *asked)
         assert (status, said) == (2, "")
         assert why in error
         assert error.count("\n") == 1

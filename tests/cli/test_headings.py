@@ -43,7 +43,7 @@ def test_what_run_explains_is_named_by_the_others_and_parsed_by_them(lockprobe):
 
 
 def test_a_wrong_value_has_the_same_message_everywhere(lockprobe):
-    for command in (("run",), ("serve",), ("mcp",), ("models", "prompt")):
+    for command in (("run",), ("serve",), ("mcp",)):
         wrong = lockprobe(*command, "flips", "--repetitions", "many")
         assert wrong == (2, "", "lockprobe: Invalid value for '--repetitions': expected a whole number\n")
 

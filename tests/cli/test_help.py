@@ -133,7 +133,7 @@ def test_help_says_the_default_of_every_option_that_takes_a_value(name):
     ("arguments", "not_imported"),
     [
         (["--help"], {"numpy", "pydantic", "lockprobe.trial.record"}),
-        (["agents"], {"numpy", "asyncio", "scipy"}),
+        (["list", "agents"], {"numpy", "asyncio", "scipy"}),
         (["loops", "--help"], {"numpy", "scipy"}),
         (["box", "show"], {"scipy", "lockprobe.trial.record", "lockprobe.boxes.boxfile"}),
         (["box", "list"], {"scipy", "lockprobe.trial.record", "lockprobe.boxes.boxfile"}),

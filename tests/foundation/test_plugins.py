@@ -168,7 +168,7 @@ def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(
 @pytest.mark.usefixtures("broken")
 @pytest.mark.parametrize("command", ["agents", "plants", "interventions", "measures"])
 def test_lists_have_what_works_and_name_what_does_not(lockprobe, command):
-    status, out, err = lockprobe(command, "--json")
+    status, out, err = lockprobe("list", command, "--json")
     rows = {row["spec"]: row for row in map(json.loads, out.splitlines())}
     (good,) = strangers.POINTS[command]
     assert (status, err) == (0, "")
@@ -226,7 +226,7 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert type(interventions_of("drop")[0]).__name__ == "Drop"
     assert kinds()["drop"].__module__ == "lockprobe.interventions.drop"
     assert find_box("fork") == box("fork")
-    assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("interventions")[1]
+    assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("list", "interventions")[1]
     assert find_plugin("plant source", "twin").ships
     assert find_plugin("command", "rig").ships
     assert find_plugin("tool", "film").ships

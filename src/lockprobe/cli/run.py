@@ -76,8 +76,8 @@ def run(
     options a scripted agent. looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
     in each; without options scripted agents.
 
-    --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
-    control. --p without them plays those rates and no others.
+    --condition and --sweep vary anything else that lockprobe list interventions shows; the truth is played with them,
+    as control. --p without them plays those rates and no others.
 
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: a trial broke and is owed, or a condition has no valid trial.

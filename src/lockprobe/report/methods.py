@@ -17,7 +17,7 @@ __all__ = ["methods_tex"]
 _CHAIN = "The interlock of their box is not public; ours is a reconstruction."
 _STRATEGY = "{} reconstructs their strategy, whose algorithm is not public."
 
-_EXPLAINED = r" \texttt{lockprobe interventions} explains their options."
+_EXPLAINED = r" \texttt{lockprobe list interventions} explains their options."
 
 _LABELS: Mapping[str, str] = {
     "trial": "Joints had neutral labels, drawn anew in every trial.",

@@ -12,6 +12,7 @@ from dataclasses import replace
 from difflib import SequenceMatcher
 from functools import reduce
 from itertools import groupby, pairwise
+from textwrap import fill
 from typing import NamedTuple
 
 from lockprobe.agents.prompt import Message, conversation, reply_schema
@@ -23,7 +24,7 @@ from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Snapshot, Turn
 
-__all__ = ["Passage", "prompt_parts", "side_by_side"]
+__all__ = ["Passage", "in_words", "prompt_parts", "side_by_side"]
 
 _PARTS = ("first message", "report after the first step", "form of the reply")
 
@@ -63,6 +64,17 @@ Passage(modalities=('rgb', 'symbolic'), text='Go.')]
         if number < len(common):
             found.append(Passage(tuple(prompts), common[number]))
     return [Passage(both, " ".join(one.text for one in of)) for both, of in groupby(found, lambda one: one.modalities)]
+
+
+def in_words(study: Study, width: int = 118) -> str:
+    """The prompts of a study in lines of so many characters: what all modalities read stands once."""
+    lines = []
+    for part, prompts in prompt_parts(study).items():
+        lines.append(f"{part}:")
+        for passage in side_by_side(prompts):
+            who = "all" if len(passage.modalities) == len(prompts) else ", ".join(passage.modalities)
+            lines.append(fill(f"{who}: {passage.text}", width, initial_indent="  ", subsequent_indent="    "))
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _alike(one: Sequence[str], other: Sequence[str]) -> list[str]:

@@ -174,7 +174,7 @@ class StudyOptions(BaseModel):
     plant: Annotated[
         str | None,
         _about(
-            "What is acted on: a plant that lockprobe plants lists, with options as in twin?looks=varied (flips: "
+            "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied (flips: "
             "symbolic; modalities: fast-twin)."
         ),
     ] = None

@@ -31,7 +31,7 @@ class TrialOptions(TypedDict, total=False):
         agent: Agent spec, or an object with the :class:`lockprobe.trial.protocols.Agent` protocol (human-inspired).
         p: Flip rate, [0, 1] (0).
         condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or
-            a condition; ``lockprobe interventions`` lists them. A flip rate is put in front of it.
+            a condition; ``lockprobe list interventions`` lists them. A flip rate is put in front of it.
         modality: How the box is shown, as its spec, where the condition does not say it.
         repetition: Repetition of the study, from 1 (1).
         trial: Trial of the repetition, from 1 (1).

