@@ -8,8 +8,7 @@ from lockprobe_robot.filming import FILM_CAMERA, Filming, add_film_camera
 
 def falling():
     spec = mujoco.MjSpec()
-    base = np.array([[0.0, -1, 0, 0.5], [1, 0, 0, 0.2], [0, 0, 1, 0.1], [0, 0, 0, 1]])  # turned left by 90 degrees
-    add_film_camera(spec, base)
+    add_film_camera(spec)
     body = spec.worldbody.add_body()
     body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE)
     body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.1, 0, 0])
@@ -33,8 +32,8 @@ def test_the_camera_stands_beside_the_base_and_looks_past_it_to_the_board():
     model, data = falling()
     mujoco.mj_forward(model, data)
     camera = data.camera(FILM_CAMERA)
-    assert camera.xpos == pytest.approx([-0.3, 1.45, 1.25])
+    assert camera.xpos == pytest.approx([1.25, 0.8, 1.15])
     ahead = -camera.xmat.reshape(3, 3)[:, 2]
-    target = np.array([0.5, 0.42, 0.38])
+    target = np.array([0.22, 0.0, 0.28])
     assert np.cross(ahead, target - camera.xpos) == pytest.approx(0, abs=1e-9)
     assert ahead @ (target - camera.xpos) > 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.plants.catalogue import FilmHook
 
@@ -19,21 +18,14 @@ _EYE, _TARGET = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
 """Where the camera stands and what it looks at, metres from the base of the arm."""
 
 
-def add_film_camera(spec: mujoco.MjSpec, base: NDArray[np.float64]) -> None:
-    """Add the camera for films, which looks at board and arm from one side.
-
-    Args:
-        spec: The scene; it is changed.
-        base: Pose of the arm's base in the world, shape (4, 4).
-    """
+def add_film_camera(spec: mujoco.MjSpec) -> None:
+    """Add the camera for films to a scene; it looks at board and arm from one side."""
     back = (_EYE - _TARGET) / np.linalg.norm(_EYE - _TARGET)
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
-    turn = base[:3, :3] @ np.array([right, np.cross(back, right), back]).T
     quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, turn.ravel())
-    eye = base[:3, :3] @ _EYE + base[:3, 3]
-    spec.worldbody.add_camera(name=FILM_CAMERA, pos=eye, quat=quaternion, fovy=42.0)
+    mujoco.mju_mat2Quat(quaternion, np.array([right, np.cross(back, right), back]).T.ravel())
+    spec.worldbody.add_camera(name=FILM_CAMERA, pos=_EYE, quat=quaternion, fovy=42.0)
 
 
 class Filming:

@@ -47,7 +47,7 @@ def twin(spec: Spec) -> PlantSource:
     Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise.
     Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
     factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
-    digest, arm, force, torque, renderer, width, height, depth_noise.
+    digest, force, torque, renderer, width, height, depth_noise.
     """
     if "model" in spec.options:
         return _of_a_user(spec)
@@ -100,10 +100,10 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
         return _of_a_user(spec.appending("digest", read_model(Path(settings.model), settings.folder).digest))
 
-    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel
 
-        return UserModel(box, labels=labels, settings=settings, rng=rng, film=film)
+        return UserModel(box, labels=labels, settings=settings, rng=rng)
 
     def check(box: Lockbox) -> None:
         _check_renderer(settings)
@@ -111,13 +111,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
         check_model(box, settings)
 
-    return replace(
-        _pictured(spec, settings, make),
-        check=check,
-        has_arm=settings.arm,
-        make_filmed=make if settings.arm else None,
-        lays_out=False,
-    )
+    return replace(_pictured(spec, settings, make), check=check, lays_out=False)
 
 
 def manual(spec: Spec) -> PlantSource:

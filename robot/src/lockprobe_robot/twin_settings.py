@@ -163,7 +163,6 @@ class UserModelSettings:
         digest: Digest of the file and all files that it refers to, 16 hexadecimal digits; other files are refused.
             Empty: any.
         force: Push on a sliding joint, newtons.
-        arm: Whether the bundled arm drags the handles, or joints are pushed by a generalised force.
         torque: Push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
             ``fast-twin``.
         renderer: As in :class:`SceneSettings`, like the following settings.
@@ -178,7 +177,6 @@ class UserModelSettings:
     model: str
     root: str = ""
     digest: str = ""
-    arm: bool = False
     force: float = 30.0
     torque: float = 1.8
     renderer: RendererChoice = "auto"

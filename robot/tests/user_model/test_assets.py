@@ -1,11 +1,11 @@
-"""Pictures and meshes of a user's model unpack to what they say."""
+"""Pictures of a user's model unpack to what they say."""
 
 import struct
 import zlib
 from pathlib import Path
 
 import pytest
-from lockprobe_robot.user_model.assets import plain_png, png_sides, triangles_and_vertices
+from lockprobe_robot.user_model.assets import plain_png
 from painted_png import SIGNATURE, chunk, png, zeros
 
 from lockprobe.foundation.errors import BadFile
@@ -17,7 +17,6 @@ def test_only_what_makes_the_pixels_is_kept():
     text = chunk(b"zTXt", b"k\0\0" + zeros(1 << 24)) + chunk(b"iCCP", b"k\0\0" + zeros(1 << 24))
     colours = chunk(b"sRGB", b"\0")
     assert plain_png(png(3, 2, more=text + colours) + b"after the end", FILE) == png(3, 2, more=colours)
-    assert png_sides(png(3, 2)) == (3, 2)
 
 
 def test_an_interlaced_picture_is_whole():
@@ -44,15 +43,3 @@ def test_an_interlaced_picture_is_whole():
 def test_what_is_no_such_picture_is_one_line(content, why):
     with pytest.raises(BadFile, match=why):
         plain_png(content, FILE)
-
-
-def test_triangles_and_vertices_of_a_mesh_are_counted():
-    corner = struct.pack("<3f", 0, 0, 1)
-    triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
-    stl = bytes(80) + struct.pack("<I", 2) + triangle + triangle[:12] + 3 * corner + triangle[-2:]
-    assert triangles_and_vertices(stl, "stl") == (2, 4)
-    assert triangles_and_vertices(b"", "stl") == (0, 0)
-    obj = b"v 0 0 0\nv 1 0 0\r v 0 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2 3\n\tf 1 2 3 1 2\n"
-    assert triangles_and_vertices(obj, "obj") == (4, 3)
-    assert triangles_and_vertices(struct.pack("<4i", 7, 0, 0, 5) + bytes(9), "msh") == (5, 7)
-    assert triangles_and_vertices(b"", "msh") == (0, 0)

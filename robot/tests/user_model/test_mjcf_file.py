@@ -61,6 +61,10 @@ def test_what_is_included_and_referred_to_is_read_from_the_folder_and_is_in_the_
         ("<mujoco><worldbody><composite count='9 9 9'/></worldbody></mujoco>", "<composite> is refused"),
         ("<mujoco><asset><mesh builtin='sphere' params='9'/></asset></mujoco>", "<mesh builtin> is refused"),
         ("<mujoco><asset><hfield nrow='-1' ncol='1'/></asset></mujoco>", "nrow is '-1', expected a whole number"),
+        (
+            "<mujoco><asset><hfield nrow='1000' ncol='1'/></asset></mujoco>",
+            "nrow is '1000', expected a whole number up to",
+        ),
         ("<mujoco><asset><hfield nrow='9' ncol='4e4'/></asset></mujoco>", "ncol is '4e4', expected a whole number"),
         ("<mujoco><include file='../other.xml'/></mujoco>", "'../other.xml' is not in the folder of the model"),
         ("<mujoco><include file='/etc/passwd'/></mujoco>", "'/etc/passwd' is not in the folder of the model"),

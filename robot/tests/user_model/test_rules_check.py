@@ -100,8 +100,8 @@ def test_of_many_configurations_it_tries_the_same_sample_every_time(tmp_path, mo
     path, same = exported(box("gray-code"), tmp_path), box("gray-code")
     monkeypatch.setattr(rules_check, "MOST_CONFIGURATIONS", 5)
     asked = []
-    push = rules_check._push
-    monkeypatch.setattr(rules_check, "_push", lambda *given: asked.append(given[2:4]) or push(*given))
+    push = rules_check._disagreement
+    monkeypatch.setattr(rules_check, "_disagreement", lambda *given: asked.append(given[2:4]) or push(*given))
     assert [check(path, same), check(path, same)] == [5, 5]
     assert asked[:20] == asked[20:]
     assert len({configuration for configuration, _ in asked}) == 5

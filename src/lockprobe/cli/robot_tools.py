@@ -1,4 +1,4 @@
-"""What commands call in the distribution lockprobe-robot: models of boxes, films, checks."""
+"""What commands call in the distribution lockprobe-robot: models of boxes, films, the doctor."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lockprobe.foundation.plugins import robot_plugin
 __all__ = ["robot_tool"]
 
 
-def robot_tool(name: Literal["box-check", "box-model", "doctor", "film"], what: str) -> Any:
+def robot_tool(name: Literal["box-model", "doctor", "film"], what: str) -> Any:
     """A function of lockprobe-robot, by its entry point in the group ``lockprobe.tools``.
 
     Args:

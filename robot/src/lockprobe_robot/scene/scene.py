@@ -322,7 +322,7 @@ EYE = "rgbd"
 def _add_cameras(spec: mujoco.MjSpec, view: View) -> None:
     """Add the plant's camera, and the camera for films."""
     spec.worldbody.add_camera(name=EYE, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
-    add_film_camera(spec, np.eye(4))
+    add_film_camera(spec)
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:

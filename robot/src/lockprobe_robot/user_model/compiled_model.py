@@ -6,7 +6,7 @@ import math
 import os
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import mujoco
@@ -14,7 +14,6 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe_robot.user_model.assets import LONGEST_SIDE
-from lockprobe_robot.user_model.memory import LARGEST_MEMORY, check_memory, check_reading, degrees_of_freedom
 from lockprobe_robot.user_model.mjcf_file import MjcfModel
 
 __all__ = ["CAMERA", "compile_model", "without_stderr"]
@@ -23,6 +22,9 @@ CAMERA = "lockprobe"
 """Camera of the plant; a model without one gets MuJoCo's free default view."""
 
 _MOST_GEOMS, _MOST_LIGHTS = 2000, 100
+
+_LARGEST_MEMORY = 10**9
+"""Bytes for contacts and constraints."""
 
 _MOST_NAMED = 1000
 """Materials, and textures, that MuJoCo can draw."""
@@ -35,8 +37,8 @@ _REDIRECTING = threading.Lock()
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
-def compile_model(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None = None) -> mujoco.MjModel:
-    """Compile a user's model, with what is added to it.
+def compile_model(file: MjcfModel) -> mujoco.MjModel:
+    """Compile a user's model.
 
     Afterwards this process neither prints nor logs MuJoCo's warnings; an unstable simulation is detected from its
     state.
@@ -48,7 +50,7 @@ def compile_model(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None =
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            model = _compiled(file, add)
+            model = _compiled(file)
     except _BROKEN as error:
         raise BadFile(file.path, file.explain(str(error))) from None
     for why in _beyond(model):
@@ -69,19 +71,16 @@ def without_stderr() -> Iterator[None]:
             os.close(kept)
 
 
-def _compiled(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None) -> mujoco.MjModel:
-    check_reading(file)
+def _compiled(file: MjcfModel) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
     for what, number, most in (
         ("geoms", len(spec.geoms), _MOST_GEOMS),
         ("lights", len(spec.lights), _MOST_LIGHTS),
-        ("degrees of freedom", degrees_of_freedom(spec), _MOST_DEGREES),
+        ("joints", len(spec.joints), _MOST_DEGREES),
+        ("pixels along a texture", max((max(one.width, one.height) for one in spec.textures), default=0), LONGEST_SIDE),
     ):
         if number > most:
             raise BadFile(file.path, f"{number} {what}, expected at most {most}")
-    check_memory(spec, file)
-    if add is not None:
-        add(spec)
     if spec.camera(CAMERA) is not None:
         return spec.compile()
     spec.worldbody.add_camera(name=CAMERA)
@@ -92,7 +91,6 @@ def _compiled(file: MjcfModel, add: Callable[[mujoco.MjSpec], None] | None) -> m
 
 def _beyond(model: mujoco.MjModel) -> Iterator[str]:
     """The limits that a model exceeds: it would simulate or render for hours, or be drawn wrongly."""
-    flat = model.tex_type == mujoco.mjtTexture.mjTEXTURE_2D
     for what, value, least, most in (
         ("timestep", model.opt.timestep, 2e-4, 0.01),
         ("iterations", model.opt.iterations, 1, 1000),
@@ -100,11 +98,10 @@ def _beyond(model: mujoco.MjModel) -> Iterator[str]:
         ("noslip_iterations", model.opt.noslip_iterations, 0, 1000),
         ("ccd_iterations", model.opt.ccd_iterations, 1, 1000),
         ("sdf_iterations", model.opt.sdf_iterations, 0, 1000),
-        ("memory in bytes", model.narena, 0, LARGEST_MEMORY),
+        ("memory in bytes", model.narena, 0, _LARGEST_MEMORY),
         ("degrees of freedom", model.nv, 1, _MOST_DEGREES),
         ("materials", model.nmat, 0, _MOST_NAMED),
         ("textures", model.ntex, 0, _MOST_NAMED),
-        ("pixels along a texture", max([0, *model.tex_width, *model.tex_height[flat]]), 0, LONGEST_SIDE),
         ("numslices", model.vis.quality.numslices, 0, 200),
         ("numstacks", model.vis.quality.numstacks, 0, 200),
         ("numquads", model.vis.quality.numquads, 0, 200),

@@ -215,11 +215,11 @@ class _Reader:
         return attributes
 
     def _check_points(self, tag: _Tag) -> None:
-        """Refuse sides of height fields that cannot be multiplied before MuJoCo reads them."""
+        """Refuse large height fields, whose points MuJoCo makes while it reads the text."""
         for side in ("nrow", "ncol"):
             said = (tag.attributes or {}).get(side, "0")
-            if tag.name == "hfield" and not re.fullmatch(r"\s*[0-9]{1,9}\s*", said):
-                raise self._refusal(tag, f"{side} is {said[:40]!r}, expected a whole number")
+            if tag.name == "hfield" and not re.fullmatch(r"\s*[0-9]{1,3}\s*", said):
+                raise self._refusal(tag, f"{side} is {said[:40]!r}, expected a whole number up to 999")
 
     def _asset(self, tag: _Tag, relative: Path) -> str:
         path = self._inside(str(relative), tag.file, tag.line)

@@ -9,8 +9,6 @@ through each other in a simulation.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -18,9 +16,6 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, JointKind, Lockbox, bits
 from lockprobe.foundation.errors import BadValue, PlantFault
-
-if TYPE_CHECKING:
-    from lockprobe_robot.arm.simulated_arm import SimulatedArm
 
 __all__ = ["INITIAL", "RESTING", "ModelJoints"]
 
@@ -67,7 +62,7 @@ class ModelJoints:
 
     def __init__(self, model: mujoco.MjModel, box: Lockbox, *, force: float, torque: float) -> None:
         self.model, self.data = model, mujoco.MjData(model)
-        self._box, self._names, self._limits = box, box.names, (force, torque)
+        self._names = box.names
         loose = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
         if loose.size:
             raise BadValue("the model", f"a free joint {model.joint(loose[0]).name!r}", "only joints with a fixed way")
@@ -80,18 +75,7 @@ class ModelJoints:
         self._scale = np.ones(model.nv)
         self._scale[self._dofs] = 1 / self._travel
         self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
-        self._advance: Callable[[], None] = lambda: mujoco.mj_step(self.model, self.data)
-        self._ready: Callable[[], None] = lambda: None
         self._period = float(model.opt.timestep)
-
-    def recompiled(self, model: mujoco.MjModel) -> ModelJoints:
-        """The same joints in a model to which something was added."""
-        force, torque = self._limits
-        return ModelJoints(model, self._box, force=force, torque=torque)
-
-    def share_with(self, arm: SimulatedArm) -> None:
-        """Let an arm in the model stand at home while joints are pushed or come to rest."""
-        self._advance, self._ready, self._period = arm.wait, arm.stand, arm.period
 
     def start(self, initial: Configuration) -> None:
         """Set the model to the start of a trial, and let it come to rest.
@@ -104,7 +88,6 @@ class ModelJoints:
         else:
             mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[self._addresses] = self._ends(initial)
-        self._ready()
         self.settle()
         if not self.resting() or self.configuration() != initial:
             raise PlantFault(f"the model does not rest in the initial configuration {bits(initial)}: {self.where()}")
@@ -127,18 +110,17 @@ class ModelJoints:
         """Each joint with the fraction of its travel, as text for messages."""
         return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self._names, self.fractions(), strict=True))
 
-    def push(self, joint: int, goal: bool | None = None) -> None:
-        """Push a joint towards an end for at most 1.5 s, then let everything come to rest.
+    def push(self, joint: int) -> None:
+        """Push a joint towards its other end for at most 1.5 s, then let everything come to rest.
 
         Args:
             joint: By index in panel order.
-            goal: The end's position; None for the end at which the joint is not.
 
         Raises:
             PlantFault: If the simulation becomes unstable.
         """
         data, dof = self.data, self._dofs[joint]
-        goal = not self.configuration()[joint] if goal is None else goal
+        goal = not self.configuration()[joint]
         sign, growth = (1 if goal else -1), self._period / _GROWTH_SECONDS
         share = 0.0
         for _ in range(self._steps(_PUSH_SECONDS)):
@@ -171,10 +153,6 @@ class ModelJoints:
         copied.qpos[self._addresses[elsewhere]] = self._ends(configuration)[elsewhere]
         return copied
 
-    def pose(self, data: mujoco.MjData, joint: int, fraction: float) -> None:
-        """Set a joint of a copied state to a fraction of its travel."""
-        data.qpos[self._addresses[joint]] = self._low[joint] + fraction * self._travel[joint]
-
     def saved(self) -> NDArray[np.float64]:
         """The whole state, for :meth:`restore`."""
         state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -206,7 +184,7 @@ class ModelJoints:
 
     def _step(self) -> None:
         try:
-            self._advance()
+            mujoco.mj_step(self.model, self.data)
         except mujoco.FatalError as error:
             raise PlantFault(f"MuJoCo cannot simulate the model ({error})") from None
         if any(self.data.warning[kind].number for kind in _UNSTABLE):

@@ -13,90 +13,34 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
-from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
-from lockprobe_robot.user_model.arm_on_model import ArmOnModel
 from lockprobe_robot.user_model.compiled_model import CAMERA, compile_model, without_stderr
 from lockprobe_robot.user_model.label_overlay import draw_labels
 from lockprobe_robot.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_rules
 
-__all__ = ["HOLD", "PANEL", "UserModel", "arm_before", "check_model", "load_joints"]
+__all__ = ["PANEL", "UserModel", "check_model"]
 
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
-
-_MOST_WITH_ARM = 8
-"""Configurations in which the arm attempts every joint before a study."""
-
-HOLD = "its hand holds a cylinder 3 cm across and 4 cm high, of contype 1, with 5 cm of room"
-"""What a handle has to be, for messages about the arm."""
 
 
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     """Read a model, and check it against the rules of a box by pushing.
 
-    An arm attempts every joint besides, in up to eight configurations.
-
     Returns:
         The number of configurations in which every joint was pushed.
 
     Raises:
-        BadFile: If the model cannot be read, lacks a joint, or does not obey the rules; or if the arm does not reach a
-            handle, or does not hold it.
-    """
-    checked = check_rules(load_joints(box, settings), box, Path(settings.model))
-    if settings.arm:
-        with without_stderr():
-            _check_arm(box, settings)
-    return checked
-
-
-def load_joints(box: Lockbox, settings: UserModelSettings) -> ModelJoints:
-    """Read a model, and find the joints of a box in it.
-
-    Raises:
-        BadFile: If the model cannot be read, or lacks a joint.
+        BadFile: If the model cannot be read, lacks a joint, or does not obey the rules.
     """
     with without_stderr():
-        return _load(box, settings)[1]
-
-
-def _check_arm(box: Lockbox, settings: UserModelSettings) -> None:
-    """Let the arm attempt every joint in some configurations, and compare what it did and judged with the rules.
-
-    Raises:
-        BadFile: If they differ.
-    """
-    joints, drag = arm_before(box, settings)
-    check_rules(joints, box, Path(settings.model), most=_MOST_WITH_ARM, push=drag, hint=f"; this was the arm: {HOLD}")
-
-
-def arm_before(box: Lockbox, settings: UserModelSettings) -> tuple[ModelJoints, Callable[[int], None]]:
-    """The joints of a model with the arm before it, and a function that lets the arm attempt one of them.
-
-    The function raises ``PlantFault`` if the arm judges otherwise than the joint moved.
-
-    Raises:
-        BadFile: If the model cannot have an arm, or a handle is out of its reach.
-    """
-    file, bare = _load(box, settings)
-    bare.start(box.initial)
-    arm = ArmOnModel(file, bare, box, _board(bare, box).pose)
-
-    def drag(joint: int) -> None:
-        before = arm.joints.configuration()
-        felt = arm.attempt(joint, before[joint])
-        moved = arm.joints.configuration()[joint] != before[joint]
-        if felt["verdict"] != ("moved" if moved else "blocked"):
-            said = f"the arm judged {felt['verdict']!r} at {felt['peak_force']:.1f} N"
-            raise PlantFault(f"the model {'moved' if moved else 'held'} it, and {said}")
-
-    return arm.joints, drag
+        joints = _load(box, settings)[1]
+    return check_rules(joints, box, Path(settings.model))
 
 
 class UserModel:
@@ -107,7 +51,6 @@ class UserModel:
         labels: Labels of the joints, in panel order; they are drawn over pictures.
         settings: The file, the strength of a push, the camera.
         rng: The trial's random stream for the plant; the noise of depth draws from a child of it.
-        film: Called 25 times per simulated second of the arm with the model and its state, which it must not change.
 
     Raises:
         BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
@@ -121,18 +64,11 @@ class UserModel:
         labels: tuple[str, ...],
         settings: UserModelSettings,
         rng: np.random.Generator,
-        film: FilmHook | None = None,
     ) -> None:
         self._file, self._joints = _load(box, settings)
         self._joints.start(box.initial)
         self._names, self._labels = box.names, labels
         self._board = _board(self._joints, box)
-        self._arm: ArmOnModel | None = None
-        if settings.arm:
-            with without_stderr():
-                self._arm = ArmOnModel(self._file, self._joints, box, self._board.pose, film)
-            self._joints = self._arm.joints
-            self._joints.start(box.initial)
         self._camera = PlantCamera(
             self._joints.model,
             self._joints.data,
@@ -148,8 +84,7 @@ class UserModel:
         """Engine, settings, that the model is the user's, checksums of its files, and the renderer."""
         return {
             **self._camera.facts,
-            "mechanism": f"a user's model, {'dragged by an arm' if self._arm else 'pushed by a generalised force'}",
-            **({"arm_base": self._arm.place} if self._arm else {}),
+            "mechanism": "a user's model, pushed by a generalised force",
             "model_sha256": self._file.sha256,
             "model_parts_sha256": self._file.parts_sha256 or None,
         }
@@ -170,25 +105,13 @@ class UserModel:
         """
         before = self._joints.configuration()
         self._camera.end_moment()
-        sensed = self._act(joint, before)
+        self._joints.push(joint)
         after = self._joints.configuration()
         if not self._joints.resting():
             raise PlantFault(f"joint {joint} was pushed in {bits(before)}; now: {self._joints.where()}")
         if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
             raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
-        return replace(
-            self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
-        )
-
-    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
-        if self._arm is not None:
-            return self._arm.attempt(joint, before[joint])
-        self._joints.push(joint)
-        return {}
-
-    def render(self, configuration: Configuration) -> Frame:
-        """A picture of the joints in a configuration, now."""
-        return self._labelled_as_if(self._camera.look_as_told(), configuration)
+        return replace(self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked")
 
     def close(self) -> None:
         """Release the renderer."""
