@@ -128,7 +128,7 @@ def test_lists():
     [
         (
             ["run", "flip"],
-            "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, bridge, looks, mechanisms.toml, FILE.toml",
+            "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, looks, mechanisms.toml, FILE.toml",
         ),
         (
             ["run", "flips", "--agent", "rando"],

@@ -46,7 +46,6 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         ),
         (("--condition", "distract"), "got 'distract', expected one that does something; without p= it is the truth"),
         (("--condition", "flip"), "got 'flip', expected one that does something; without p= it is the truth"),
-        (("--condition", "yoked?how=looping"), "got 'yoked?how=looping', expected one that does something"),
         (("--condition", "truth=nudge"), "got 'truth=nudge', expected another name: truth is the control"),
         (("--condition", "nudge=flip?p=0.4"), "expected another name: nudge is an intervention"),
         (("--condition", "x=nudge", "--condition", "y=nudge"), "another condition than x, which is the same"),

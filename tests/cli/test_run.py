@@ -483,6 +483,6 @@ def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
     (tmp_path / "S").mkdir()
     with pytest.raises(
         BadValue,
-        match=r"expected one of flips, modalities, why, bridge, looks, or FILE.toml; to go on, .* --out .*S$",
+        match=r"expected one of flips, modalities, why, looks, or FILE.toml; to go on, .* --out .*S$",
     ):
         run(str(tmp_path / "S"))

@@ -1,7 +1,5 @@
 """``lockprobe run --shard`` as it is typed, and ``lockprobe import`` after it."""
 
-import pytest
-
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import load
 
@@ -35,13 +33,3 @@ def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatc
     )
     assert joined == whole
     assert len(whole) == 36
-
-
-@pytest.mark.parametrize(
-    "study", [["flips", "--condition", "flip?p=1&while=looping", "--condition", "yoked?p=1&how=looping"]]
-)
-def test_what_cannot_be_divided_is_refused(lockprobe, tmp_path, monkeypatch, study):
-    monkeypatch.chdir(tmp_path)
-    status, _, said = lockprobe("run", *study, "--agent", "random", "--shard", "1/2")
-    assert (status, len(said.splitlines())) == (2, 1)
-    assert "shard: got '1/2', expected none with" in said

@@ -92,12 +92,11 @@ def hosted(tmp_path, monkeypatch):
             "agent": "llm:openai-api/fake/model?images=1",
         },
         {"p": [0.4], "faults": {"wrong schema": 0.2, "429": 0.1, "dropped": 0.1, "500": 0.1}},
-        {"condition": ["yoked?p=0.4&how=looping", "flip?p=0.4&while=looping"]},
         {"p": [0], "agent": "llm:openai-api/fake/model?max_tokens=50&schema=none&top_p=0.5"},
         {"p": [0, 0.4], "faults": dict.fromkeys(ENDS, 0.15)},
         {"p": [0], "agent": "llm:openai-api/fake/model?max_tokens=50", "faults": {"cut": 0.4}},
     ],
-    ids=["forgetful", "asked", "not asked", "pictures", "faults", "yoked", "options", "endings", "cut off"],
+    ids=["forgetful", "asked", "not asked", "pictures", "faults", "options", "endings", "cut off"],
 )
 def test_a_study_of_a_hosted_model_holds_as_it_was_played(hosted, given):
     _, directory = hosted(**given)

@@ -55,17 +55,17 @@ def test_p_is_the_share_of_the_rates_that_acts():
         assert played([like(0.8, 0.8, p=0.0)], trial).steps == played("truth", trial).steps
 
 
-def test_its_spec_leaves_out_what_a_study_fills_in():
-    (one,) = interventions_of("flip?like=rgb&by=total&others=kept")
-    assert spec_of(one) == "flip?p=1&others=kept&like=rgb&by=total"
-    assert spec_of(replace(one, by_label=("A:0.1:0.2",), size=7)) == spec_of(one)
-    elsewhere = replace(one, like="runs/one/rgb", rates=("slider:0.1:0.2",), size=7)
-    assert interventions_of(spec_of(elsewhere)) == (elsewhere,)
-    assert Spec.parse(spec_of(elsewhere)).options["rates"] == "slider:0.1:0.2"
+def test_its_spec_leaves_out_what_is_filled_in():
+    (one,) = interventions_of("flip?like=d/rgb&by=total&others=kept")
+    assert spec_of(one) == "flip?p=1&others=kept&like=d/rgb&by=total"
+    known = replace(one, rates=("slider:0.1:0.2",), size=7)
+    assert interventions_of(spec_of(known)) == (known,)
+    assert Spec.parse(spec_of(known)).options["rates"] == "slider:0.1:0.2"
+    assert spec_of(replace(known, by_label=("A:0.1:0.2",))) == spec_of(known)
 
 
 def test_alone_it_has_no_rates():
-    with pytest.raises((BadValue, TrialFault), match="a study that has it: the rates come from its trials"):
+    with pytest.raises((BadValue, TrialFault), match="a study that has it, with the rates that it read"):
         run_trial(agent="random", condition="flip?like=rgb")
 
 
@@ -76,7 +76,7 @@ def test_alone_it_has_no_rates():
         ("flip?like=rgb&part=outcome", "none with others=noisy or part"),
         ("flip?like=rgb&rates=slider:0.1", "rates: got 'slider:0.1', expected joints with the rates"),
         ("flip?like=rgb&rates=slider:0.1:1.2", "rates: got 'slider:0.1:1.2'"),
-        ("flip?like=", "CONDITION of this study, or STUDY/CONDITION"),
+        ("flip?like=", "DIR/CONDITION, with the directory of a finished study"),
     ],
 )
 def test_bad_settings_are_named(spec, said):

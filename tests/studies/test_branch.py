@@ -207,15 +207,6 @@ def test_a_lie_is_on_the_attempted_joint_where_noise_is_on_all():
     assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, inverts="position", at=(4,)),)
 
 
-def test_a_fork_of_a_trial_that_follows_another_takes_what_its_parent_took(tmp_path):
-    asked = {"condition": ["yoked?p=0.8&how=looping", "flip?p=0.8&while=looping"], "trials": 4, "repetitions": 1}
-    planned = study("flips", agent="cognitive:insistent", p=[0.0], **asked)
-    parents, forks = played(tmp_path, planned, at=["4"])
-    yoked = [fork for fork in forks if "yoked" in parents[fork.fork.parent].condition]
-    assert len(yoked) == 8
-    assert all(fork.error is None for fork in yoked)
-
-
 def test_false_positions_beside_true_outcomes_are_not_forked():
     (condition,) = study("flips", modality="symbolic?tell=both", condition="flip?p=0.4&part=position").conditions[1:]
     with pytest.raises(BadValue, match="without part=position"):

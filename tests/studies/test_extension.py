@@ -88,16 +88,12 @@ def test_another_agent_or_an_import_forgets_no_earlier_plan(small, tmp_path):
     assert read_study(tmp_path / "both").earlier == read_study(other).earlier == (plan,)
 
 
-def test_what_is_compared_at_one_look_or_took_rates_from_all_trials_is_not_extended(tmp_path):
+def test_what_is_compared_at_one_look_is_not_extended(tmp_path):
     people = study("flips", agent=["participant", "random"], p=[0], repetitions=1, trials=2)
     write_study(tmp_path / "people", people, [])
     run_study(people, tmp_path / "people")
     with pytest.raises(BadValue, match="trials: got 3, expected 2: people are compared at one look"):
         run_study(replace(people, trials=3), tmp_path / "people")
-    rates = {"agent": "human-inspired", "condition": ["flip?like=truth"], "repetitions": 1}
-    run_study(study("flips", **rates, trials=2), tmp_path / "rates")
-    with pytest.raises(BadValue, match="trials: got 3, expected 2: .* took its flip rates from all trials of another"):
-        run_study(study("flips", **rates, trials=3), tmp_path / "rates")
 
 
 @pytest.mark.parametrize("change", [{"trials": 10**18}, {"trials": 3}, {"repetitions": 0}, {"until": {"rule": "x"}}, 3])

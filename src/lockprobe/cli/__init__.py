@@ -55,7 +55,7 @@ _COMPLETING = "_LOCKPROBE_COMPLETE"
 _SMALL = ("box", "loops")
 """Commands with little arithmetic and no subprocesses."""
 
-STUDIES = ("flips", "modalities", "why", "bridge", "looks", "mechanisms.toml")
+STUDIES = ("flips", "modalities", "why", "looks", "mechanisms.toml")
 """Studies that a user may type by mistake where a command belongs."""
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.extension import extended, extension_said
 from lockprobe.studies.file_names import SETTINGS
@@ -16,10 +15,9 @@ from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import Study
 
-__all__ = ["planned_study", "refuse_followers", "say_extended"]
+__all__ = ["planned_study", "say_extended"]
 
 AT_EVERY_LOOK = "The report shows what holds at every look."
 
@@ -59,16 +57,6 @@ def _unsized(request: StudyOptions, asked: Mapping[str, object]) -> Study:
     """The study that is asked for, had nothing been said of its size; a size can change what else it has by default."""
     plain = request.model_copy(update=dict.fromkeys(SIZES - {"full"}))
     return study(plain, **{name: value for name, value in asked.items() if name not in SIZES - {"full"}})
-
-
-def refuse_followers(planned: Study, part: Shard | None) -> None:
-    """Refuse a part of a study in which trials follow those of other parts.
-
-    Raises:
-        BadValue: If it is such a study.
-    """
-    if part is not None and (followers := [one.label for one in planned.conditions if follows(one)]):
-        raise BadValue("shard", str(part), f"none with {followers[0]}, whose trials follow trials of other parts")
 
 
 def _photographed(plant: object, camera: str) -> str:

@@ -72,8 +72,7 @@ def run(
     what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
     scripted agent, human-inspired and random. why: whether lies change success through what they say or as any odd
     report does; seven conditions, 50 trials of a model in each and 150 of a strategy; without options three strategies.
-    bridge: whether misreadings of pictures act as false reports in words do; six conditions, 60 trials in each; without
-    options a scripted agent. looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
+    looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
     in each; without options scripted agents.
 
     --condition and --sweep vary anything else that lockprobe list interventions shows; the truth is played with them,
@@ -87,7 +86,7 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
-    from lockprobe.cli.planned_study import planned_study, refuse_followers, say_extended
+    from lockprobe.cli.planned_study import planned_study, say_extended
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.runner import Limits
 
@@ -96,7 +95,6 @@ def run(
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
         part = None if shard is None else Shard.parse(shard)
         planned, directory = planned_study(what, asked, out, camera)
-        refuse_followers(planned, part)
         planned = replace(planned, shard=part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates

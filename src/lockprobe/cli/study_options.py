@@ -20,7 +20,7 @@ __all__ = ["Name", "study_help", "with_study_options"]
 Name = Annotated[
     str,
     typer.Argument(
-        metavar="flips|modalities|why|bridge|looks|FILE.toml",
+        metavar="flips|modalities|why|looks|FILE.toml",
         help="The study; mechanisms.toml comes with the package.",
     ),
 ]

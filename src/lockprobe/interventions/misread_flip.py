@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.foundation.validation import check_choice
-from lockprobe.interventions.confusion import rates_of
+from lockprobe.interventions.confusion import entries_of, rates_of
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.trial.condition import Recorded
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept
 
-__all__ = ["By", "MisreadFlip"]
+__all__ = ["By", "MisreadFlip", "takes_rates", "with_rates"]
 
 By = Literal["joint", "direction", "total"]
 
@@ -24,18 +29,19 @@ class MisreadFlip(OutcomeFlip):
     moves), and a failure as a move as often as it took failures for moves (invented moves). So the paper's comparison
     of misreadings with flips (Sec. 3.2) can be made with flips of the same rate and kind.
 
-    ``like=CONDITION`` is a condition of the same study, and every agent has its own matrix. ``like=STUDY/CONDITION``
-    is one of another study, by its directory; ``of`` names the agent there. The record holds the matrix. The draws are
-    those of ``flip``.
+    ``like=DIR/CONDITION`` is a condition of a finished study, by its directory; ``of`` names the agent there. The rates
+    are read when the study is made and stand in its settings, so that it needs no other directory afterwards. The draws
+    are those of ``flip``.
 
     Attributes:
         p: Share of the rates that acts, [0, 1]: at 0.5 a report is false half as often as the agent misread.
-        like: The condition whose misreadings give the rates, by its label.
-        of: The agent of the other study; empty for the only one.
+        like: The study and the condition whose misreadings give the rates.
+        of: The agent of that study; empty for the only one.
         by: What the rates depend on: joint and outcome, outcome alone, or neither (the total rate).
-        rates: The confusion matrix by joint (:mod:`lockprobe.interventions.confusion`), which the study fills in.
-        size: Attempts of which the agent said what they did, from which the rates come; filled in too.
-        by_label: The rates of one trial, by the labels of its joints; filled in too.
+        rates: The confusion matrix by joint (:mod:`lockprobe.interventions.confusion`), which are read from
+            the study.
+        size: Attempts of which the agent said what they did, from which the rates come; read too.
+        by_label: The rates of one trial, by the labels of its joints, which the study fills in.
 
     Raises:
         BadValue: As ``flip``, or if a false report is not of one outcome.
@@ -55,15 +61,15 @@ class MisreadFlip(OutcomeFlip):
         check_choice("by", self.by, get_args(By))
         rates_of(self.rates)
         if not self.like:
-            raise BadValue("like", self.like, "CONDITION of this study, or STUDY/CONDITION")
+            raise BadValue("like", self.like, "DIR/CONDITION, with the directory of a finished study")
         if self.others == "noisy" or self.part != "both":
             raise BadValue("like", self.like, "none with others=noisy or part: a misreading is of one outcome")
 
     @property
     def implied(self) -> tuple[str, ...]:
-        """The options that its spec leaves out: others say them, or the study fills them in."""
-        filled = ("by_label",) if self.rates else ("by_label", "rates", "size")
-        return ("others" if self.others == "partly" else "keep", *filled)
+        """The options that its spec leaves out: others say them, or they are filled in."""
+        unread = () if self.rates else ("rates", "size")
+        return ("others" if self.others == "partly" else "keep", "by_label", *unread)
 
     def rate(self, percept: Percept) -> float:
         """The rate at which the outcome of this attempt is told falsely.
@@ -74,6 +80,35 @@ class MisreadFlip(OutcomeFlip):
         if percept.joint is None or percept.outcome is None or not self.p:
             return 0.0
         if percept.joint not in (rates := rates_of(self.by_label)):
-            raise BadValue("condition", f"flip?like={self.like}", "a study that has it: the rates come from its trials")
+            raise BadValue("condition", f"flip?like={self.like}", "a study that has it, with the rates that it read")
         hidden, invented = rates[percept.joint]
         return self.p * (hidden if percept.outcome == "moved" else invented)
+
+
+@lru_cache(maxsize=1024)
+def takes_rates(specs: tuple[str, ...]) -> bool:
+    """Whether a condition of these specs has the rates of a confusion matrix."""
+    return any(map(_is_misread, specs))
+
+
+def _is_misread(text: str) -> bool:
+    spec = Spec.parse(text)
+    return spec.full_name == MisreadFlip.name and MisreadFlip.variant in spec.options
+
+
+def with_rates(plan: Plan) -> Plan:
+    """The plan with the rates of its confusion matrix by the labels of its joints; a joint without rates has none."""
+    if not takes_rates(plan.condition.specs):
+        return plan
+    acting = tuple(_labelled(one, plan) for one in plan.condition.interventions)
+    return replace(plan, condition=replace(plan.condition, interventions=acting))
+
+
+def _labelled(one: Intervention | Recorded, plan: Plan) -> Intervention | Recorded:
+    if isinstance(one, Recorded) and _is_misread(one.spec):
+        one = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(one.spec).options)
+    if not isinstance(one, MisreadFlip) or not one.rates:
+        return one
+    rates, labels = rates_of(one.rates), Names(plan).labels
+    by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in zip(plan.box.names, labels, strict=True)}
+    return replace(one, by_label=entries_of(by_label))

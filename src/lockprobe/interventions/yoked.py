@@ -7,14 +7,13 @@ from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["How", "Yoked"]
 
-How = Literal["next", "shuffle", "looping"]
+How = Literal["next", "shuffle"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,14 +25,9 @@ class Yoked:
     over the whole budget exactly as many reports are false as under ``flip``. A flip that depends on what happens
     (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies. It draws nothing itself.
 
-    With ``looping`` an agent is yoked to itself: it is told as many false reports as in its trial of equal luck under
-    ``flip?p=…&while=looping``, at random steps of as many as that trial had. That trial has to be on record, so only a
-    study with both conditions can play it (:mod:`lockprobe.studies.running.followers`).
-
     Attributes:
         p: Flip probability of the source, [0, 1].
         how: Whose steps.
-        at: With ``looping`` the steps of the false reports, from 1, which the study fills in; 0 alone stands for none.
 
     Raises:
         BadValue: If a value is none of these.
@@ -43,16 +37,12 @@ class Yoked:
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
     always_tells: ClassVar[bool] = True
-    implied: ClassVar[tuple[str, ...]] = ("at",)
     p: float = 0.0
     how: How = "next"
-    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_probability("flip rate p", self.p)
         check_choice("how", self.how, get_args(How))
-        if self.at and self.how != "looping":
-            raise BadValue("at", self.at, f"no steps with how={self.how}")
 
     @property
     def ahead(self) -> int:
@@ -65,13 +55,6 @@ class Yoked:
             return percept
         if self.how == "next":
             return OutcomeFlip(p=self.p).perceive(percept, past, task, rng)
-        if self.how == "looping":
-            if not self.at:
-                source = f"flip?p={self.p:g}&while=looping"
-                raise BadValue(
-                    "condition", "yoked?how=looping", f"a study that also has {source}, whose trials it follows"
-                )
-            return OutcomeFlip(p=float(len(past) in self.at)).perceive(percept, past, task, rng)
         seed: Any = rng.bit_generator.seed_seq
         anew = np.random.Generator(type(rng.bit_generator)(seed))
         lies = anew.random(task.budget) < self.p

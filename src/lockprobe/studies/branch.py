@@ -20,14 +20,13 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.sources import follows
+from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.followers import as_recorded
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.studies.study import Study
@@ -152,8 +151,8 @@ def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
         BadValue: If there is no such arm, or the condition cannot tell it.
     """
     condition = _condition(study, trial)
-    plan = as_recorded(study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
-    changes = _changed if follows(plan.condition) else _changed_for_all
+    plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
+    changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
     acting, changed = changes(plan.condition, name.arm, name.at, _label(trial, name.arm))
     fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
@@ -173,7 +172,7 @@ def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple
 
 
 _changed_for_all = lru_cache(maxsize=1024)(_changed)
-"""The same, made once; not for conditions that are equal and yet take something else from other trials in each."""
+"""The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
 
 
 def _label(trial: Trial, arm: str) -> str:

@@ -15,7 +15,6 @@ from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.records.directory import is_begun
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_checks import rated_by_all
 from lockprobe.studies.until import EarlierPlan, Until
 
 __all__ = ["extended", "extension_said"]
@@ -36,8 +35,7 @@ def extended(planned: Study, directory: Path) -> Study:
         the repetitions of its directory, within which its trials are numbered.
 
     Raises:
-        BadValue: If people take part, who are compared at one look, or if trials took flip rates from all trials of
-            another condition, which would be more now.
+        BadValue: If people take part, who are compared at one look.
     """
     if not (directory / SETTINGS).exists():
         return planned
@@ -51,9 +49,7 @@ def extended(planned: Study, directory: Path) -> Study:
         return planned
     if PEOPLE in {*there.agents, *planned.agents}:
         raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")
-    if label := rated_by_all(planned.conditions):
-        expected = f"{there.trials}: {label} took its flip rates from all trials of another condition"
-        raise BadValue("trials", planned.trials, expected)
+
     before = EarlierPlan(
         repetitions=there.repetitions,
         trials=there.trials,

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.interventions.sources import sources_of
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look
@@ -221,7 +220,6 @@ def _owed_by_look(study: Study, agent: str, trials: Iterable[Trial]) -> Iterator
         kept = wanted(found, places[start][0])
         if not kept:
             return
-        kept |= {source for label in kept for source in sources_of(study.labelled(label), study.conditions)}
         plans = [
             study.plan(agent, condition, *place)
             for _, place in places[start : start + LOOK_EVERY]

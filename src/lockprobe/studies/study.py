@@ -16,6 +16,7 @@ from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.misread_flip import with_rates
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.flip_axis import flip_axis, reading_of
 from lockprobe.studies.modality import is_pictured, refuse_blind, taken_in
@@ -327,7 +328,7 @@ class Study:
         ``seed`` replaces the study's own, for the same trial in a study that differs in its seed alone.
         """
         seed = self.seed if seed is None else seed
-        return Plan(
+        plan = Plan(
             study=self.name,
             agent=agent,
             box=self._laid_out(repetition, trial, seed),
@@ -342,6 +343,7 @@ class Study:
             hypothesis=self.hypothesis,
             called=self.names.get(agent, ""),
         )
+        return with_rates(plan)
 
     def _laid_out(self, repetition: int, trial: int, seed: int) -> Lockbox:
         """The box on the panel of a trial."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.interventions.sources import rates_from
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.changed_options import plant_change
 from lockprobe.studies.modality import check_distinct, check_shown, is_pictured
@@ -20,7 +19,7 @@ from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 if TYPE_CHECKING:
     from lockprobe.studies.study import Study
 
-__all__ = ["check_doses", "check_people", "check_plant", "check_sizes", "rated_by_all"]
+__all__ = ["check_doses", "check_people", "check_plant", "check_sizes"]
 
 _CLOSEST_P = 1e-6
 
@@ -34,21 +33,12 @@ def check_people(study: Study) -> None:
 
 
 def check_sizes(study: Study) -> None:
-    """Refuse earlier plans that are larger, and to stop early where one condition needs all trials of another."""
+    """Refuse earlier plans that are larger."""
     for one in study.earlier:
         for name in ("repetitions", "trials"):
             planned, most = getattr(one, name), getattr(study, name)
             if not 1 <= planned <= most:
                 raise BadValue(f"{name} of an earlier plan", planned, f"from 1 to {most}, the present number")
-    if study.until and (label := rated_by_all(study.conditions)):
-        expected = f"none with {label}, which takes its flip rates from all trials of another condition"
-        raise BadValue("until", str(study.until), expected)
-
-
-def rated_by_all(conditions: Sequence[Condition]) -> str:
-    """The first condition whose flip rates come from all trials of another one of the study; empty if none is such."""
-    labels = {one.label for one in conditions}
-    return next((one.label for one in conditions if labels & {*map(rates_from, one.specs)}), "")
 
 
 def check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:

@@ -74,7 +74,6 @@ def test_modalities_has_the_extent_of_the_paper():
         ({"seed": -1}, "seed: got -1"),
         ({"p": ""}, "p: got ''"),
         ({"detail": "none"}, "detail: got 'none'"),
-        ({"p": [0.4], "condition": ["flip?like=flip?p=0.4"]}, "Inspect plays samples in any order"),
         ({"until": "decided"}, "until: got 'decided', expected none with Inspect, which plays all samples"),
     ],
 )

@@ -67,7 +67,6 @@ def test_where_no_effect_is_detected_no_arm_is_compared(perseverant):
     found = why(same, as_arms())
     assert not found.detected
     assert [one.change for one in found.arms] == [None] * len(ARMS)
-    assert found.contingent is None
     assert len(found.arms) == len(ARMS)
 
 
@@ -93,14 +92,3 @@ def test_needed_blocks_follow_from_the_variance(perseverant):
         [float(b.solved) - a.solved for a, b in zip(perseverant["truth"], perseverant["lie"], strict=True)]
     )
     assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.05)
-
-
-def test_lies_in_loops_are_compared_with_as_many_lies_elsewhere(perseverant):
-    """Two arms on request; here their trials are those of other arms, so that the difference is known."""
-    asked = as_arms([*ARMS, "lie in loops", "self-yoked"])
-    trials = perseverant | {"lie in loops": perseverant["lie"], "self-yoked": perseverant["remark"]}
-    found = why(trials, asked)
-    solved = {arm: np.array([trial.solved for trial in perseverant[arm]], float) for arm in ("lie", "remark")}
-    assert found.contingent.value == pytest.approx((solved["lie"] - solved["remark"]).mean())
-    assert {"lie in loops", "self-yoked"} <= {one.arm for one in found.arms}
-    assert why(perseverant, as_arms()).contingent is None

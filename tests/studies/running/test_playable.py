@@ -45,13 +45,6 @@ def test_another_instruction_reaches_clients_and_not_people(tmp_path):
         check(condition, PERSON)
 
 
-@pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
-def test_a_condition_that_follows_a_trial_of_another_cannot(by):
-    for spec in ("yoked?p=0.4&how=looping", "yoked?claims=rgb", "flip?like=rgb"):
-        with pytest.raises(BadValue, match="follows no other trials"):
-            check(spec, by)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Aloud:
     """Somebody's own intervention on words."""

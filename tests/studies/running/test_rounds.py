@@ -157,27 +157,6 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
         assert len(next_plans(down, journal)(down.agents[0])) == 8
 
 
-def test_what_another_condition_follows_is_played_as_long_as_that_is_open(tmp_path, every):
-    pair = ["flip?p=1&while=looping", "yoked?p=1&how=looping"]
-    planned = study("flips", agent=AGENT, condition=pair, until="decided", most=40)
-    one = next(iter(every.values()))
-
-    def ended(label, i, *, solved):
-        key = planned.plan(AGENT, planned.labelled(label), 1, i).key
-        return replace(one, key=key, condition=label, trial=i, ending="solved" if solved else "budget")
-
-    there = [
-        ended(label, i, solved=solved)
-        for i in range(1, 31)
-        for label, solved in (("truth", True), (pair[0], False), (pair[1], i % 15))
-    ]
-    found = {one.question.name: one.verdict for one in answers(planned, AGENT, there)}
-    assert found == {pair[0]: "effect", pair[1]: None}
-    assert {plan.condition.label for plan in due(planned, AGENT, there)} == {"truth", *pair}
-
-
-def test_it_does_not_stop_where_one_condition_needs_all_trials_of_another():
-    with pytest.raises(
-        UserMistake, match="until: got 'decided', expected none with bridge, whose answer holds for one look"
-    ):
-        study("bridge", until="decided")
+def test_a_study_whose_answer_holds_for_one_look_does_not_stop():
+    with pytest.raises(UserMistake, match="until: got 'decided', expected none with looks, whose answer holds for one"):
+        study("looks", until="decided")

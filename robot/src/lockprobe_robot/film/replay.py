@@ -18,7 +18,6 @@ from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.studies.running.followers import as_recorded
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant
@@ -75,7 +74,7 @@ def plan_of(study: Study, trial: Trial) -> Plan:
         if plan.key == trial.key:
             if (plan.box.names, Names(plan).labels) != (trial.joints, trial.labels):
                 break
-            return as_recorded(plan, trial)
+            return plan
     raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
 
 

@@ -101,7 +101,6 @@ def _in_one_line() -> Iterator[None]:
 
 def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     """The study that task parameters describe."""
-    from lockprobe.interventions.sources import follows
     from lockprobe.studies.options.studyfile import study
 
     given = {**asked, "study": name, "agent": [_MODEL]}
@@ -112,8 +111,6 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     if isinstance(swept := given.get("sweep"), list):
         given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
     planned = study(**given)
-    if later := [one.label for one in planned.conditions if follows(one)]:
-        raise BadValue("condition", later[0], "one whose trials follow no others: Inspect plays samples in any order")
     if planned.until is not None:
         raise BadValue("until", str(planned.until), "none with Inspect, which plays all samples; `lockprobe run` stops")
     return planned

@@ -191,8 +191,8 @@ CLAIMS = (
         place="Sec. 3.2",
         quote="thereby mimicking the effect of misinterpreting a visual observation",
         recomputed="the paper calls its simulation evidence for a plausible mechanism, not a direct explanation of the "
-        "physical results; lockprobe run bridge tells an agent its own misreadings as false reports",
-        measure="bridge",
+        "physical results; flip?like=DIR/CONDITION tells false reports as often as an agent misread pictures",
+        measure="mechanism",
     ),
     PaperClaim(
         place="Sec. 3.2, Fig. 4",

@@ -30,7 +30,7 @@ def claim_rows(summary: StudySummary) -> list[tuple[PaperClaim, str, ClaimFindin
 
 def _measured(claim: PaperClaim, summary: StudySummary) -> Iterator[tuple[str, ClaimFinding]]:
     """What every agent that was shown the box as the claim has it says to it."""
-    if claim.measure in ("reading", "bridge"):
+    if claim.measure in ("reading", "mechanism"):
         return  # one flip axis has one reading, and no pictures
     if measure := MODALITY_MEASURES.get(claim.measure):
         yield from ((effect.agent, measure(summary, effect, shown)) for effect, shown in agents_shown(summary))

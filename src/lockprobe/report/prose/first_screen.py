@@ -68,10 +68,6 @@ _VARIED = {
     "nothing": "After each step it is told what happened.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
     "scenes": "After each step it sees the box in a picture. Conditions change the scene.",
-    "bridge": (
-        "After each step it sees the box in pictures, or is told in words how the joints stand. In words, its "
-        "misreadings of the pictures are told as false reports."
-    ),
     "conditions": (
         "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
     ),
@@ -82,7 +78,7 @@ _VARIED = {
     "plant": "After each step it is told what happened. Conditions change the plant on which it acts.",
 }
 
-Varied = Literal["flips", "modalities", "conditions", "conditions and plant", "plant", "bridge", "scenes", "nothing"]
+Varied = Literal["flips", "modalities", "conditions", "conditions and plant", "plant", "scenes", "nothing"]
 """What differs between the conditions of a study."""
 
 

@@ -28,7 +28,6 @@ ARMS = {
     "withheld": "there is no report",
     "nudge": "a sentence names every action loop; reports are true",
     "lie in loops": "the report is inverted where the attempt continues an action loop",
-    "self-yoked": "as many reports are inverted as under lie in loops, at random steps",
 }
 """What happens in an arm at the selected steps."""
 

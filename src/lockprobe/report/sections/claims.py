@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
 from lockprobe.foundation.formatting import bracketed, p_cell
-from lockprobe.report.claims.claim_tests import ClaimFinding, ClaimPattern, borne_out
+from lockprobe.report.claims.claim_tests import ClaimFinding
 from lockprobe.report.claims.paper import CLAIMS, PaperClaim
 from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.bridge import bridge_said, share_said
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
@@ -45,7 +44,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
                 continue  # of another reading only what differs
             yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": axis})
     yield from _of_reading(numbers)
-    yield from _of_bridge(numbers)
 
 
 def _readings(numbers: StudyNumbers) -> Iterator[tuple[str, StudySummary]]:
@@ -96,18 +94,6 @@ def _of_reading(numbers: StudyNumbers) -> Iterator[Estimate | Finding]:
         )
         found: ClaimFinding = (here, "not decided", "McNemar, and interval", gap.p_value)
         yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": ""})
-
-
-def _of_bridge(numbers: StudyNumbers) -> Iterator[Estimate | Finding]:
-    """Whether misreadings of pictures, told as false reports, account for what the pictures change."""
-    (claim,) = (one for one in CLAIMS if one.measure == "bridge")
-    for one in numbers.others.bridges if numbers.others else ():
-        verdict, share = one.verdict(), one.arm("replayed").share
-        undecided = verdict in ("not decided", "no difference", "nothing said")
-        shown = "shown" if verdict == "all" else "open" if undecided else "opposite"
-        here = f"misreadings give {share_said(share)} of the difference" if share else bridge_said(one)
-        found: ClaimFinding = (here, borne_out(cast("ClaimPattern", shown)), "Fieller's interval of the share", None)
-        yield from _of_claim(numbers, claim, found, {"agent": one.agent, "modality": one.modality, "axis": ""})
 
 
 def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:

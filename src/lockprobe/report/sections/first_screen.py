@@ -9,7 +9,6 @@ from itertools import count, takewhile
 from lockprobe.foundation.formatting import NONE, listed, percent
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.captions import paper_rates
-from lockprobe.report.prose.bridge import bridge_said
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.factorial import factorial_said
 from lockprobe.report.prose.first_screen import (
@@ -38,7 +37,6 @@ from lockprobe.report.sections import all_sections
 from lockprobe.report.sections.key_numbers import (
     KeyNumbers,
     axis_numbers,
-    bridge_numbers,
     cards_of,
     condition_numbers,
     intervals_said,
@@ -48,7 +46,6 @@ from lockprobe.report.sections.key_numbers import (
 from lockprobe.report.sections.readings import untested
 from lockprobe.report.sections.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.bridge.arms import bridges_of
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.factorial.design import factorials_of
@@ -202,7 +199,7 @@ def _judged_at_one_look(numbers: StudyNumbers) -> bool:
     if others is None:
         return bool(numbers.flips.modalities) and len({one.dose for one in numbers.flips.conditions}) < 2
     modalities = design_of(numbers.study).modalities
-    return bool(bridges_of(arms)) or any(factorials_of(arms, modality) for modality in modalities)
+    return any(factorials_of(arms, modality) for modality in modalities)
 
 
 def _of_flips(summary: StudySummary, study: Study, lacking: Container[str] = ()) -> _Screen:
@@ -243,8 +240,6 @@ def _of_conditions(
     idle = idle_said(named, judged)
     if found.whys:
         said = _of_why(found, study)
-    elif bridges_of(found.design.arms):
-        said = _of_bridge(found, study)
     elif any(factorials_of(found.design.arms, modality) for modality in found.design.modalities):
         said = _of_factorial(found, study)
     else:
@@ -290,7 +285,7 @@ def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[Stud
     several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
     tested = {one.axis for one in found.on_axes}
     more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
-    return [] if found.whys or found.bridges or found.factorials else [*several, *more]
+    return [] if found.whys or found.factorials else [*several, *more]
 
 
 def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
@@ -321,17 +316,6 @@ def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
         chance=_no_advantage(found, effects),
         figure="why",
         numbers=tuple(why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
-    )
-
-
-def _of_bridge(found: ConditionStudySummary, study: Study) -> _Screen:
-    """The first screen of a study that compares misreadings of pictures with false reports."""
-    return _Screen(
-        question=f"Do misreadings of pictures act as false reports when agents open {study.box.name}?",
-        trial=trial_said(study.max_steps, "bridge"),
-        answer=" ".join(map(bridge_said, found.bridges[:_ANSWERS])) or f"{_FEW} in words, pictures and replayed.",
-        figure="bridge" * bool(found.bridges),
-        numbers=tuple(bridge_numbers(one, found.design.spec_of(one.agent)) for one in found.bridges),
     )
 
 

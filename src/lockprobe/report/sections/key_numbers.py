@@ -8,17 +8,13 @@ from typing import cast
 
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import NONE, bracketed, share
-from lockprobe.report.prose.bridge import steps_said
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.bridge.arms import WORDS
-from lockprobe.statistics.bridge.bridge import Bridge
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.effects import Effects
-from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired
 from lockprobe.statistics.why.contrasts import Why
@@ -27,7 +23,6 @@ from lockprobe.trial.condition import TRUTH
 __all__ = [
     "KeyNumbers",
     "axis_numbers",
-    "bridge_numbers",
     "cards_of",
     "condition_numbers",
     "intervals_said",
@@ -155,18 +150,3 @@ def cards_of(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:
         if row.get("against"):
             shares[key].append({"change": row["change"], "against": row["against"]})
     return list(cards.values())
-
-
-def bridge_numbers(found: Bridge, spec: str) -> KeyNumbers:
-    """Success in words, and how many more steps pictures take."""
-    words, change = found.arm(WORDS), found.total
-    of = words.success
-    return KeyNumbers(
-        agent=Subject.of(found.agent).name,
-        what=description(spec),
-        success=share(of.value, of.low, of.high),
-        where=f"of {of.n} trials solved with true reports in words, in {words.steps:.1f} steps",
-        change=f"{steps_said(change.value, change.low, change.high)} steps",
-        against=f"with {spoken(found.modality)}",
-        agents=found.agents,
-    )

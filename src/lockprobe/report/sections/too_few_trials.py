@@ -41,7 +41,7 @@ def _tested(numbers: StudyNumbers) -> set[str]:
     found |= {one.agent for one in numbers.flips.modalities}
     if others is not None:
         found |= {one.agent for one in others.effects if one.effects}
-        found |= {one.agent for kind in (others.whys, others.bridges, others.factorials) for one in kind}
+        found |= {one.agent for kind in (others.whys, others.factorials) for one in kind}
     return found
 
 

@@ -74,8 +74,6 @@ def _effects(found: Why, own: _Own) -> Iterator[Estimate]:
     yield Estimate(quantity=_EFFECT, **of_agent, of="total", **tested, **of_blocks(decision.total))
     for of, mean in decision.contrasts.items():
         yield Estimate(quantity=_CONTRAST, **of_agent, of=of, **tested, **of_blocks(mean))
-    if found.contingent is not None:
-        yield Estimate(quantity=_CONTRAST, **of_agent, of="timing in loops", **tested, **of_blocks(found.contingent))
     margin: dict[str, Any] = {
         "value": found.margin,
         "p_value": decision.equivalence,
@@ -136,8 +134,7 @@ def _asked(found: Results) -> list[Estimate]:
 
 def _arms_compared(of: str) -> str:
     """The arms that give a contrast."""
-    known = {"total": (("lie", "truth"),), "timing in loops": (("lie in loops", "self-yoked"),)}
-    pairs = [f"{more} \N{MINUS SIGN} {less}" for more, less in (known.get(of) or CONTRASTS[of])]
+    pairs = [f"{more} \N{MINUS SIGN} {less}" for more, less in {"total": (("lie", "truth"),), **CONTRASTS}[of]]
     return pairs[0] if len(pairs) == 1 else f"half of ({pairs[0]}) + ({pairs[1]})"
 
 

@@ -35,7 +35,6 @@ from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
-from lockprobe.studies.running.followers import Followers
 from lockprobe.studies.stopping import due
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.pictures.picture import Picture
@@ -225,7 +224,6 @@ def hash_check(what: str, given: str, found: str) -> Check:
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
     """Every trial, played again; one of a model that came from an Inspect log, without calls, is held by its words."""
     study = opened.study
-    followers = Followers(study, {trial.key: trial for trial in opened.trials})
     logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
     logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
     with asyncio.Runner() as runner:
@@ -234,7 +232,7 @@ def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, 
             condition = study.condition_of(trial)
             assert condition is not None  # only trials that the settings ask for are opened
             plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
-            one = replay(followers.of_record(plan, trial), trial, evidence.kept.get(trial.key, ()))
+            one = replay(plan, trial, evidence.kept.get(trial.key, ()))
             if one.kind == "hosted" and one.key in logged:
                 one = replace(one, from_log=True, choices=other_words(trial))
             yield one

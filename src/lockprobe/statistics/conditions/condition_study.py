@@ -16,8 +16,6 @@ from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_summary import AgentSummary, is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
-from lockprobe.statistics.bridge.arms import bridges_of
-from lockprobe.statistics.bridge.bridge import Bridge, bridge
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, condition_summary
@@ -61,7 +59,6 @@ class ConditionStudySummary:
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         factorials: What each factor of a factorial design does to each agent.
-        bridges: Which part of what pictures change misreadings account for, as false reports in words.
         reference: What blind agents and the shortest plan reach on the box.
         idle: Conditions, other than controls, in which nothing was changed, and interventions that changed nothing in a
             whole condition. No comparison has the former, and no interaction or series has either.
@@ -78,7 +75,6 @@ class ConditionStudySummary:
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     factorials: tuple[FactorialEffects, ...]
-    bridges: tuple[Bridge, ...]
     reference: Reference
     idle: tuple[Idle, ...] = ()
     unheeded: tuple[Unheeded, ...] = ()
@@ -147,7 +143,6 @@ def summarise_conditions(
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
         factorials=section("Factors of a factorial design", lambda: _factorials(cells, design), tuple),
-        bridges=section("From pictures to flips", lambda: _bridges(cells, design), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
         unheeded=_unheeded(acting, design),
@@ -333,17 +328,6 @@ def _factorials(cells: _Cells, design: Design) -> tuple[FactorialEffects, ...]:
         for made in factorials_of(design.arms, modality)
     )
     return tuple(one for one in found if one is not None)
-
-
-def _bridges(cells: _Cells, design: Design) -> tuple[Bridge, ...]:
-    """Which part of what pictures change each agent's misreadings account for; all of a study are judged together."""
-    asked = [
-        partial(bridge, {label: cells[agent, label] for label in arms.values() if (agent, label) in cells}, arms)
-        for agent in design.agents
-        for arms in bridges_of(design.arms)
-    ]
-    answered = [make for make in asked if make() is not None]
-    return tuple(one for make in answered if (one := make(agents=len(answered))) is not None)
 
 
 def dose_series(

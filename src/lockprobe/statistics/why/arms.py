@@ -37,10 +37,9 @@ ON_REQUEST: Mapping[str, str] = {
     "withheld": "drop?p={p:g}&luck=flip",
     "nudge": "nudge",
     "lie in loops": "flip?p={p:g}&while=looping",
-    "self-yoked": "yoked?p={p:g}&how=looping",
 }
 """More arms, which are named as conditions: no report; a sentence that names an action loop; a report that is inverted
-only where the agent is in an action loop; as many reports of the same agent inverted at random steps."""
+only where the agent is in an action loop."""
 
 PLANNED = ("truth", "lie", *CROSSED)
 """The arms without which there is no answer."""

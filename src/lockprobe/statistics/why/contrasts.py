@@ -61,8 +61,6 @@ class Why:
         p: The rate at which reports were hit, (0, 1].
         arms: Success in each arm.
         decision: The total effect, the contrasts of arms, the claims and the verdict.
-        contingent: Lies in loops minus equally many lies at random steps; None without these arms, and unless the total
-            effect is detected.
         margin: The equivalence margin, (0, 1).
         needed: Blocks needed to detect a change of the margin with a power of 80 %, given the variance of these blocks.
         agents: Number of agents (and ways of showing the box) that are judged together.
@@ -74,7 +72,6 @@ class Why:
     p: float
     arms: tuple[ArmEffect, ...]
     decision: Decision
-    contingent: BlockMean | None = None
     margin: float = MARGIN
     needed: int
     agents: int = 1
@@ -123,16 +120,12 @@ def why(
     first = trials[names["truth"]][0]
     every = order is not None
     decision = decide(solved, margin=margin, agents=agents, every_look=every)
-    loops = decision.contrasts and solved.keys() >= {"lie in loops", "self-yoked"}
     return Why(
         agent=first.group,
         modality=first.modality,
         p=p,
         arms=_arms(names, counted, solved, agents, all_arms=bool(decision.contrasts), every_look=every),
         decision=decision,
-        contingent=mean_over_blocks(solved["lie in loops"] - solved["self-yoked"], agents=agents, every_look=every)
-        if loops
-        else None,
         margin=margin,
         needed=_needed(solved["lie"] - solved["truth"], margin, agents),
         agents=agents,

@@ -16,7 +16,6 @@ from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
 from lockprobe.agents.reply_values import LONGEST_HYPOTHESIS
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.sources import alone
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.briefing import Briefing
@@ -156,10 +155,10 @@ def _reply_in(situation: Situation, hypothesis: str) -> str:
 def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
     """The situations of a made-up trial in which joints are attempted in turn, and every second attempt moves.
 
-    The interventions of its condition apply, but those that follow other trials. ``said`` is the agent's reply in
+    The interventions of its condition apply. ``said`` is the agent's reply in
     every step; if empty, it is a typical reply in the requested form.
     """
-    interventions = interventions_for(alone(plan.condition))
+    interventions = interventions_for(plan.condition)
     return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
 
 

@@ -19,10 +19,6 @@ SIZES = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", 
 """The options that say how much is played."""
 
 
-_OF_ONE_LOOK = ("bridge", "looks")
-"""Studies whose answer rests on tests of steps and of many factors at once, which hold for one look."""
-
-
 class Sizes(NamedTuple):
     """How much of a study is played, in the fields of :class:`lockprobe.studies.study.Study`."""
 
@@ -54,7 +50,7 @@ def _until(request: StudyOptions) -> Until | None:
         if request.most is not None:
             raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
         return None
-    if request.study in _OF_ONE_LOOK:
+    if request.study == "looks":
         raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
     for name in ("trials", "strategy_trials", "repetitions"):
         if (given := getattr(request, name)) is not None:

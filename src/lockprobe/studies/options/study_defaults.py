@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from lockprobe.boxes.box import LayoutKind, Shuffle
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.studies import bridge, looks, why
+from lockprobe.studies import looks, why
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
@@ -14,7 +14,7 @@ from lockprobe.trial.record import STATES
 
 __all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default", "shuffle_by_default"]
 
-_PICTURED = ("modalities", "bridge", "looks")
+_PICTURED = ("modalities", "looks")
 """The studies that show pictures."""
 
 
@@ -37,8 +37,6 @@ def extent_of(request: StudyOptions) -> paper.Extent:
     """How much a study plays, unless the request says more."""
     if request.study == "modalities":
         return paper.MODALITY_TRIALS
-    if request.study == "bridge":
-        return bridge.EXTENT
     if request.study == "looks":
         return looks.EXTENT
     if request.study == "why":
@@ -50,7 +48,7 @@ def extent_of(request: StudyOptions) -> paper.Extent:
 
 def shown_by_default(request: StudyOptions, plant: PlantSource) -> tuple[str, ...]:
     """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
-    if request.study in ("bridge", "looks"):
+    if request.study == "looks":
         return ("rgb",)
     if request.study == "modalities" and plant.has_camera:
         return paper.MODALITIES
@@ -61,8 +59,6 @@ def players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ..
     """Those that the study has by default; of the modality study's only those that have something to play."""
     if study == "why":
         return why.AGENTS
-    if study == "bridge":
-        return bridge.AGENTS
     if study == "looks":
         return looks.AGENTS
     if study == "modalities":

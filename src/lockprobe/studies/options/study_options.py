@@ -44,7 +44,7 @@ __all__ = [
     "study_options",
 ]
 
-STUDIES = ("flips", "modalities", "why", "bridge", "looks")
+STUDIES = ("flips", "modalities", "why", "looks")
 """The studies by name."""
 
 SHIPPED = ("mechanisms.toml",)
@@ -115,7 +115,7 @@ class StudyOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    study: Annotated[str, _about("flips, modalities, why, bridge, looks, or the study of a file.")] = "flips"
+    study: Annotated[str, _about("flips, modalities, why, looks, or the study of a file.")] = "flips"
     agent: Annotated[
         Several | None,
         _about(
@@ -209,7 +209,7 @@ class StudyOptions(BaseModel):
     shuffle: Annotated[
         Shuffle | None,
         _about(
-            "How often labels and their order are drawn: trial, once for the study, never (trial; modalities, bridge "
+            "How often labels and their order are drawn: trial, once for the study, never (trial; modalities "
             "and looks with pictures of a real box: never)."
         ),
     ] = None

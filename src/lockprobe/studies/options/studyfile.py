@@ -22,12 +22,12 @@ from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.studies.bridge import bridge_conditions
 from lockprobe.studies.looks import looks_conditions
 from lockprobe.studies.modality import is_pictured, refuse_blind
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
+from lockprobe.studies.options.misreadings import with_misreadings
 from lockprobe.studies.options.readings import conditions_for_strategies, flips_of_readings, readings_of
 from lockprobe.studies.options.settings import LONGEST_SPEC
 from lockprobe.studies.options.sizes import sizes_of
@@ -41,8 +41,6 @@ from lockprobe.studies.options.study_defaults import (
 )
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.options.trial_options import trial_options
-from lockprobe.studies.running.followers import check_sources
-from lockprobe.studies.running.other_study import with_sources
 from lockprobe.studies.study import Study
 from lockprobe.studies.why import arm_conditions
 from lockprobe.trial.condition import TRUTH, Condition
@@ -112,8 +110,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     allow(*planned.plants)
     planned.check_agents()
-    check_sources(planned)
-    planned = with_sources(planned)
+    planned = with_misreadings(planned)
     _check_played(planned, request)
     _check_kept(planned.box)
     return planned
@@ -257,8 +254,8 @@ def _conditions(
             raise BadValue(what, list(values), "at least one, and every one once")
     if request.study == "why":
         return _arms(request, p, modalities, plant)
-    if request.study in ("bridge", "looks"):
-        return _pictured(request, modalities, plant)
+    if request.study == "looks":
+        return _looks(request, modalities, plant)
     if request.condition is None and request.sweep is None:
         return flips_of_readings(p, kinds, modalities)
     asked = request.p is not None or request.readings is not None
@@ -336,18 +333,16 @@ def _arms(
     return found
 
 
-def _pictured(request: StudyOptions, modalities: Sequence[str], plant: PlantSource) -> tuple[Condition, ...]:
-    """The conditions of a study of pictures of one modality: ``bridge`` or ``looks``."""
+def _looks(request: StudyOptions, modalities: Sequence[str], plant: PlantSource) -> tuple[Condition, ...]:
+    """The conditions of the study ``looks``: pictures of one modality."""
     if len(modalities) > 1:
-        raise BadValue("modality", list(modalities), f"one, whose pictures {request.study} is about")
+        raise BadValue("modality", list(modalities), "one, whose pictures looks is about")
     for what in ("p", "condition", "sweep"):
         if getattr(request, what) is not None:
-            raise BadValue(what, getattr(request, what), f"none with {request.study}, which has its own conditions")
-    if request.study == "looks":
-        if request.flip is not None:
-            raise BadValue("flip", request.flip, "none with looks, in which no report is false")
-        return looks_conditions(modalities[0], plant)
-    return bridge_conditions(modalities[0], flip_of(_flip(request)))
+            raise BadValue(what, getattr(request, what), "none with looks, which has its own conditions")
+    if request.flip is not None:
+        raise BadValue("flip", request.flip, "none with looks, in which no report is false")
+    return looks_conditions(modalities[0], plant)
 
 
 def _one_condition(
@@ -428,7 +423,7 @@ def _check_lengths(request: StudyOptions) -> None:
 
 def _check_controls(request: StudyOptions) -> None:
     """Refuse options of a study of controls with another, and of flips with it."""
-    if request.full and request.study in ("why", "bridge", "looks"):
+    if request.full and request.study in ("why", "looks"):
         raise BadValue("full", True, f"none with {request.study}, which has trials of its own; --trials says how many")
     if request.parts and request.study != "why":
         raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")

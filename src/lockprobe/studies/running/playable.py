@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.interventions.sources import follows
 from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
@@ -58,7 +57,7 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
 
     Raises:
         BadValue: If a condition changes what is remembered, asks for what cannot be answered, acts on words where a
-            person sees pictures alone, or follows another trial of the same agent: everybody plays a trial once.
+            person sees pictures alone.
         UserMistake: If an intervention is not here.
     """
     for condition in conditions:
@@ -69,8 +68,6 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
 
 def _instead(one: Intervention, condition: Condition, by: Outside) -> str:
     """What can be played instead of an intervention; empty if it can itself."""
-    if follows(condition):
-        return f"a condition that follows no other trials: {by.name} plays each trial once"
     place = place_of(type(one))
     if place == "remembered" or (place == "asked" and not _reaches(one, by)):
         return f"what is told or done, or {', '.join(by.said)}: {by.why}"

@@ -1,14 +1,12 @@
-"""In which order the owed trials of an agent are played: look by look, and trials that follow others after them."""
+"""In which order the owed trials of an agent are played: look by look."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
-from lockprobe.interventions.sources import follows
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import Journal, load
-from lockprobe.studies.running.followers import Followers
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.stopping import due
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
@@ -60,17 +58,8 @@ def rounds(
     """
     now = first
     while now:
-        yield from _followed(study, now, journal)
+        yield now
         ended = any(not journal.owes(plan.key) for plan in now)
         now = owed_plans(more(), journal) if study.until and ended else []
         if now:
             tell(len(now))
-
-
-def _followed(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
-    """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
-    yield [plan for plan in plans if not follows(plan.condition)]
-    if later := [plan for plan in plans if follows(plan.condition)]:
-        trials = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
-        followers = Followers(study, trials)
-        yield [plan for one in later if (plan := followers.bound(one)) is not None]

@@ -1,0 +1,72 @@
+"""The rates of ``flip?like=DIR/CONDITION``, read from a finished study when a study is made."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.interventions.confusion import entries_of
+from lockprobe.interventions.misread_flip import MisreadFlip
+from lockprobe.statistics.confusion import confusion
+from lockprobe.statistics.misinterpretation import claims
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.record import Trial
+
+__all__ = ["with_misreadings"]
+
+
+def with_misreadings(study: Study) -> Study:
+    """A study whose conditions hold the rates that they take from other studies.
+
+    Raises:
+        UserMistake: If another study cannot be read, is of another box, or has not what is taken.
+    """
+    conditions = tuple(_with_rates(one, study) for one in study.conditions)
+    return study if conditions == study.conditions else replace(study, conditions=conditions)
+
+
+def _with_rates(condition: Condition, study: Study) -> Condition:
+    name, acting = condition.label, list(condition.interventions)
+    for i, one in enumerate(acting):
+        if isinstance(one, MisreadFlip) and not one.rates:
+            other, label, trials = _read(one)
+            _check_box(one, study, other)
+            found = confusion(trials)
+            rates = entries_of(found.rates(one.by, study.box.names))
+            acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=found.claims)
+            name = name.replace(one.like, f"{other.name}/{label}")
+    return condition if name == condition.label else replace(condition, interventions=tuple(acting), name=name)
+
+
+def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
+    """The study that a flip names, its condition there, and the trials of the agent."""
+    directory, _, label = one.like.rpartition("/")
+    if not directory:
+        raise BadValue("like", one.like, "DIR/CONDITION, with the directory of a finished study")
+    there = load(Path(directory))
+    trials = [trial for trial in there if trial.condition == label]
+    if not trials:
+        known = dict.fromkeys(trial.condition for trial in there)
+        raise UnknownName(f"condition in {directory}", label, known or ["none, since no trial has ended there"])
+    agents = list(dict.fromkeys(trial.group for trial in trials))
+    if (chosen := one.of or (agents[0] if len(agents) == 1 else "")) not in agents:
+        raise BadValue("of", chosen, f"an agent of {directory}: {', '.join(agents)}")
+    own = [trial for trial in trials if trial.group == chosen]
+    if not any(map(claims, own)):
+        raise BadValue("like", one.like, "a condition whose agent said what its attempts did")
+    return read_study(directory), label, own
+
+
+def _check_box(one: MisreadFlip, study: Study, other: Study) -> None:
+    """Refuse another box where rates are those of joints."""
+    theirs, own = other.box, study.box
+    same = sorted(theirs.names) == sorted(own.names) and theirs.target == own.target
+    if one.by == "joint" and (
+        not same or any(theirs.alternatives(name) != own.alternatives(name) for name in own.names)
+    ):
+        expected = f"a study of {own.name}, not of {theirs.name}; by=direction and by=total fit any box"
+        raise BadValue("like", one.like, expected)

@@ -1,0 +1,69 @@
+"""Flips at the rates at which an agent of a finished study misread its attempts: numbers, once the study is made."""
+
+import json
+from dataclasses import replace
+from shutil import rmtree
+
+import pytest
+
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.interventions.confusion import rates_of
+from lockprobe.report.verify.verification import verify
+from lockprobe.statistics.confusion import confusion
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
+
+THERE = study("flips", agent="cognitive:perseverant", p=[0, 0.4], trials=6, repetitions=1)
+
+
+def like(there, **more):
+    """A study with the rates of another one."""
+    asked = {"agent": "human-inspired", "condition": f"flip?like={there}/flip?p=0.4", "trials": 4, "repetitions": 1}
+    return study("flips", **asked | more)
+
+
+def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
+    """The rates stand in the settings, so the other study may go; no path stands in a key."""
+    run_study(THERE, tmp_path / "there")
+    here = like(tmp_path / "there")
+    matrix = confusion([trial for trial in load(tmp_path / "there") if trial.condition == "flip?p=0.4"])
+    rmtree(tmp_path / "there")
+    trials = run_study(here, tmp_path / "here")
+    condition = here.conditions[1]
+    assert rates_of(condition.interventions[0].rates) == {
+        joint: pytest.approx(rates, abs=1e-5) for joint, rates in matrix.rates().items()
+    }
+    assert condition.interventions[0].size == matrix.claims > 20
+    assert condition.label == "flip?p=1&like=flips/flip?p=0.4"
+    assert str(tmp_path) not in json.dumps(here.settings())
+    told = [trial for trial in trials if trial.condition == condition.label]
+    assert any(step.told_falsely for trial in told for step in trial.steps)
+    for trial in told:
+        entries = rates_of(tuple(str(trial.channels[0]["by_label"]).split(";")))
+        labelled = dict(zip(trial.labels, trial.joints, strict=True))
+        for label, rates in entries.items():
+            assert rates == pytest.approx(matrix.rates()[labelled[label]], abs=1e-5)
+    assert read_study(tmp_path / "here").identity == here.identity
+    assert [check.name for check in verify(tmp_path / "here") if not check.holds] == []
+
+
+def test_a_source_that_does_not_fit_is_refused_before_anything_is_played(tmp_path):
+    run_study(THERE, tmp_path / "there")
+    run_study(replace(THERE, name="silent", assessment=False), tmp_path / "silent")
+    for given, said in (
+        ({"box": "chain-3"}, "expected a study of chain-3, not of chain-4"),
+        ({"condition": f"flip?like={tmp_path}/there/rgb"}, "no condition in .* is called 'rgb'"),
+        ({"condition": f"flip?like={tmp_path}/silent/truth"}, "whose agent said what its attempts did"),
+        ({"condition": f"flip?like={tmp_path}/there/truth&of=random"}, "of: got 'random', expected an agent of"),
+        ({"condition": "flip?like=truth"}, "DIR/CONDITION, with the directory of a finished study"),
+    ):
+        with pytest.raises((BadValue, UnknownName), match=said):
+            like(tmp_path / "there", **given)
+    with pytest.raises(BadFile):
+        like("nowhere")
+    other = like(tmp_path / "there", box="chain-3", condition=f"flip?like={tmp_path}/there/flip?p=0.4&by=total")
+    rates = rates_of(other.conditions[1].interventions[0].rates)
+    assert set(rates) == set(other.box.names)
+    assert len({*rates.values()}) == 1
