@@ -197,10 +197,6 @@ QUOTED = [
      lambda: [100 * bound for bound in both(23, 30)]),
     ("docs/embedded-model.md", "solved 80 (38 %, 95 % Wilson interval {:.0f} to {:.0f} %",
      lambda: [100 * bound for bound in both(80, 210)]),
-    ("docs/gymnasium.md", "of the optimum (95 % interval {:.1f} to 100 %)", lambda: [100 * both(500, 500)[0]]),
-    ("docs/gymnasium.md", "(95 % intervals of at most ±{:.1f} points)",
-     lambda: [max(abs(100 * (bound - 0.68)) for bound in both(340, 500))]),
-    ("docs/gymnasium.md", "Random solves {} %.", lambda: percent(course("random").success)),
     ("docs/embedded-model.md", "Random solves {:.0f} % of such boxes, random without immediate repeats {:.0f} %.",
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
     ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
@@ -288,11 +284,6 @@ MEASURED = [
     ("robot/docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
     ("robot/docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
     ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
-    (
-        "docs/gymnasium.md",
-        "`uv run python examples/fitted_q.py --shuffle --played 0.2 --seed 1`",
-        ["examples/fitted_q.py"],
-    ),
     ("docs/models.md", "--max-steps 5 --estimate`", ["src/lockprobe/cli/run.py"]),
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     (

@@ -16,8 +16,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from lockprobe.interfaces.gymnasium import announce
-
 if TYPE_CHECKING:
     from lockprobe.agents.policy import Policy
     from lockprobe.boxes.box import Joint, Lockbox
@@ -90,9 +88,6 @@ _NAMES = {
 _HOMES = {name: f"lockprobe.{module}" for module, names in _NAMES.items() for name in names.split()}
 _HOMES["box"] = "lockprobe.boxes.families:find_box"
 """Public name -> its module, and its name there where that is another one."""
-
-
-announce()  # a Gymnasium that is loaded, or will be, knows lockprobe/Lockbox-v0; none is loaded here
 
 
 def __dir__() -> list[str]:

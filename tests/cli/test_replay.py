@@ -16,12 +16,12 @@ from lockprobe.boxes.families import box
 from lockprobe.cli.replay import _story
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
 from lockprobe.interfaces.export import tidy_rows
-from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import Album
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.testing import ScriptedAgent
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -105,13 +105,6 @@ def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
     assert "as recorded" not in done.stdout
 
 
-class Target(LearnedAgent):
-    observation = "rgb"
-
-    def act(self, observations, rng):
-        return 0
-
-
 def test_what_was_seen_needs_no_simulation(tmp_path, made):
     study = Study(
         name="modalities", agents=("viewer",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1, max_steps=3,
@@ -119,7 +112,7 @@ def test_what_was_seen_needs_no_simulation(tmp_path, made):
     )  # fmt: skip
     with Journal.open(tmp_path / "study", study) as journal:
         for plan in study.plans("viewer"):
-            played = play_timed(plan, Target(), keep=Album(tmp_path / "study" / "pictures").keep)
+            played = play_timed(plan, ScriptedAgent(joints=(0,)), keep=Album(tmp_path / "study" / "pictures").keep)
             journal.append(*asyncio.run(played))
     made.clear()
     done = replay(tmp_path / "study", "modalities", "--seen", "--out", tmp_path / "a.gif")

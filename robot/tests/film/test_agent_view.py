@@ -10,21 +10,14 @@ from PIL import Image
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
-
-
-class Solver(LearnedAgent):
-    observation = "rgb"
-
-    def act(self, observations, rng):
-        return 4 - len(observations)
+from lockprobe.testing import ScriptedAgent
 
 
 @pytest.fixture
 def trial(monkeypatch, tmp_path):
     painted_twins(monkeypatch)
     return run_trial(
-        agent=Solver(), plant="fast-twin?width=240&height=180", modality="rgbd", shuffle="never",
+        agent=ScriptedAgent(joints=(3, 2, 1, 0)), plant="fast-twin?width=240&height=180", modality="rgbd", shuffle="never",
         pictures=tmp_path / "pictures",
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
-"""The vector of what is told, and agents that play studies by it."""
+"""The vector of what is told is the same in a study."""
 
-from typing import get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 import pytest
@@ -10,21 +10,18 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.boxes.box import Shuffle
 from lockprobe.foundation.errors import ChannelFault
-from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interfaces.gymnasium.observation import (
     UNTOLD,
     colours,
     distances,
     images,
     sizes,
-    so_far,
-    stacked,
     vector,
 )
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
-from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.trial.record import Decision, Percept, Task
 
 TASK = Task(joints=("B", "C", "A"), target="A", budget=5)
 FIRST = Percept(positions=(False, False, True))
@@ -38,12 +35,6 @@ def test_every_entry_says_one_thing():
     assert vector(TASK, Percept(joint="B", outcome="blocked"), positions=False).tolist() == [2, 1, 1]
     assert vector(TASK, Percept(joint="B"), positions=False).tolist() == [2, 1, 0]
     assert vector(TASK, Percept(joint="B"), positions=True).tolist() == [2, 1, 0, UNTOLD, UNTOLD, UNTOLD]
-
-
-def test_the_whole_trial_is_one_row_a_percept():
-    situation = Situation(task=TASK, past=(Turn(percept=FIRST, decision=Decision(joint="C")),), percept=SECOND)
-    assert so_far(situation).tolist() == [[2, 0, 0, 0, 0, 1], [2, 2, 2, 0, 1, 1]]
-    assert so_far(situation, steps_left=True)[:, -1].tolist() == [5, 4]
 
 
 @given(joints=st.integers(2, 8), positions=st.booleans(), budget=st.none() | st.integers(1, 50))
@@ -63,17 +54,20 @@ CONDITIONS = [
 ]
 
 
-class Scripted(LearnedAgent):
+class Scripted:
     """Plays by a hash of the last observation, and keeps what it saw."""
 
-    steps_left = True
+    facts: ClassVar = {}
 
     def __init__(self):
         self.seen = []
 
-    def act(self, observations, rng):
-        self.seen.append(observations)
-        return int(observations[-1] @ np.arange(3, 3 + observations.shape[1])) % 4
+    async def decide(self, situation, rng):
+        task, percepts = situation.task, [*(turn.percept for turn in situation.past), situation.percept]
+        positions = any(percept.positions is not None for percept in percepts)
+        told = [vector(task, one, task.budget - i, positions=positions) for i, one in enumerate(percepts)]
+        self.seen.append(np.array(told))
+        return Decision(joint=task.joints[int(told[-1] @ np.arange(3, 3 + len(told[-1]))) % 4])
 
 
 def test_what_is_never_told_has_one_value_and_what_may_be_missing_one_more():
@@ -99,7 +93,6 @@ def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, tr
 @pytest.mark.parametrize("seed", [1, 2])
 def test_under_every_condition_it_is_shown_the_same(asked, seed):
     agent, asked = Scripted(), {"modality": "symbolic"} | asked
-    agent.observation = asked["modality"]
     played = run_trial(agent=agent, seed=seed, **asked)
     env = LockboxEnv(shuffle="trial", steps_left=True, **asked)
     told = [env.reset(seed=seed)[0]]
@@ -137,10 +130,6 @@ def test_depth_is_what_was_measured_up_to_its_limit():
 def test_an_observation_is_colours_or_both():
     assert (images(percept(), "rgb") == RGB).all()
     assert sorted(images(percept(), "rgbd")) == ["depth", "rgb"]
-    assert stacked([percept(), percept(RGB + 1)], "rgb").shape == (2, 6, 5, 3)
-    both = stacked([percept(), percept(RGB + 1)], "rgbd")
-    assert (both["rgb"][1] == RGB + 1).all()
-    assert both["depth"].shape == (2, 6, 5, 1)
 
 
 def test_what_is_not_there_is_no_picture():

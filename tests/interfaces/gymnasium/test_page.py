@@ -15,8 +15,7 @@ def test_the_programs_on_the_page_run():
         warnings.simplefilter("error")
         for program in ours:
             exec(compile(program, str(PAGE), "exec"), names)
-    assert len(ours) == len(programs) - 1 == 7
-    assert names["trial"].agent == "Mine"
+    assert len(ours) == len(programs) - 1 == 6
     assert names["there"].steps
     assert names["observations"].shape == (1000, 7)
     assert len(names["rows"]) > 0

@@ -13,11 +13,11 @@ from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, PlantFault
 from lockprobe.interfaces.gymnasium import plant as module
-from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interfaces.gymnasium.plant import WatchedPlant, make_plant
 from lockprobe.interfaces.gymnasium.settings import read_settings
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.testing import ScriptedAgent
 from lockprobe.trial.pictures.png import from_png
 from lockprobe.trial.plan import Names
 
@@ -84,33 +84,20 @@ def test_a_forked_process_leaves_the_plant_of_its_parent_alone(made, monkeypatch
     assert (made[0].closed, kept) == (0, made)
 
 
-def test_in_a_fork_of_a_process_with_opengl_it_lives_elsewhere(monkeypatch):
-    asked = []
-    monkeypatch.setattr(module, "needs_subprocess", lambda: True)
-    monkeypatch.setattr(module, "SubprocessPlant", lambda *given: asked.append(given))
-    plan = read_settings({"plant": "fast-twin?width=64", "shuffle": "trial"}).plan(1, 1, 1)
-    make_plant(plan, Names(plan))
-    spec, puzzle, labels, rng = asked[0]
-    assert (spec, puzzle, labels) == ("fast-twin?width=64", plan.box, Names(plan).labels)
-    assert rng.random() == plan.stream("plant").random()
-    symbolic = read_settings({}).plan(1, 1, 1)
-    assert isinstance(make_plant(symbolic, Names(symbolic)), SymbolicPlant)  # which has no camera
-    assert isinstance(rng, np.random.Generator)
-
-
-class Solver(LearnedAgent):
-    observation = "rgbd"
-
-    def act(self, observations, rng):
-        return 4 - len(observations["rgb"])
-
-
 def test_gymnasium_finds_nothing_to_say_against_the_physical_box():
     check_env(gymnasium.make("lockprobe/Lockbox-v0", observation="rgbd", plant=SMALL).unwrapped, skip_render_check=True)
 
 
 def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
-    trial = run_trial(agent=Solver(), plant=SMALL, modality="rgbd", seed=5, trial=3, shuffle="never", pictures=tmp_path)
+    trial = run_trial(
+        agent=ScriptedAgent(joints=(3, 2, 1, 0)),
+        plant=SMALL,
+        modality="rgbd",
+        seed=5,
+        trial=3,
+        shuffle="never",
+        pictures=tmp_path,
+    )
     assert trial.solved
     env = LockboxEnv(observation="rgbd", plant=SMALL, render_mode="rgb_array")
     here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]

@@ -3,6 +3,7 @@
 import copy
 import pickle
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import gymnasium
 import numpy as np
@@ -13,10 +14,11 @@ from painted import painted_twins
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
-from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
+from lockprobe.interfaces.gymnasium.observation import images
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
 from lockprobe.studies.records.picture_store import Album
 from lockprobe.trial.pictures.png import from_png, to_png
+from lockprobe.trial.record import Decision
 
 SMALL = "fast-twin?width=80&height=64"
 SOLUTION = (3, 2, 1, 0)
@@ -60,23 +62,29 @@ def test_depth_is_in_metres_and_zero_where_there_is_none():
     assert (picture["rgb"] == looking().reset(seed=1)[0]).all()
 
 
-class Recorded(LearnedAgent):
-    """Solves the box, and keeps what it was given to look at."""
+class Recorded:
+    """Solves the box, and keeps what it was shown."""
 
-    observation = "rgbd"
+    facts: ClassVar = {}
 
-    def __init__(self, listing):
-        self.given = None
-        self.listing = listing
+    def __init__(self):
+        self.given = []
 
-    def act(self, observations, rng):
-        self.given = observations
-        return self.listing[len(observations["rgb"]) - 1]
+    async def decide(self, situation, rng):
+        self.given.append(images(situation.percept, "rgbd"))
+        return Decision(joint=situation.task.joints[SOLUTION[len(situation.past)]])
+
+
+class Shuffled:
+    facts: ClassVar = {}
+
+    async def decide(self, situation, rng):
+        return Decision(joint=situation.task.joints[int(rng.integers(4))])
 
 
 @pytest.mark.parametrize("observation", ["rgb", "rgbd"])
 def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
-    player = Recorded(SOLUTION)
+    player = Recorded()
     trial = run_trial(
         agent=player, plant=SMALL, modality=observation if observation == "rgbd" else "rgbd", seed=5, repetition=2,
         trial=3, shuffle="never", pictures=tmp_path,
@@ -87,8 +95,8 @@ def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
         kept = from_png((tmp_path / names["rgb"]).read_bytes())
         assert ((picture["rgb"] if observation == "rgbd" else picture) == kept).all()
     if observation == "rgbd":
-        assert (player.given["rgb"] == np.stack([picture["rgb"] for picture in here[:-1]])).all()
-        assert (player.given["depth"] == np.stack([picture["depth"] for picture in here[:-1]])).all()
+        for given, picture in zip(player.given, here, strict=False):
+            assert all((given[kind] == picture[kind]).all() for kind in ("rgb", "depth"))
 
 
 def test_the_record_is_that_of_the_study():
@@ -137,13 +145,6 @@ def test_false_and_damaged_pictures_are_those_of_the_trial(asked, tmp_path):
         replace(step, decision=None, pictures={}) for step in there.steps
     ]
     assert any(step.told_falsely for step in there.steps) == (asked in FALSE)
-
-
-class Shuffled(LearnedAgent):
-    observation = "rgb"
-
-    def act(self, observations, rng):
-        return int(rng.integers(4))
 
 
 def test_an_observation_holds_nothing_but_what_is_seen(monkeypatch):

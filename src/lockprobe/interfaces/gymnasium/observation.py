@@ -1,6 +1,6 @@
 """Observations as arrays: reports as a short vector of whole numbers, pictures as colours and depth.
 
-Training and studies use the same observations. Nothing here needs Gymnasium. With ``n`` joints, numbered as they are
+With ``n`` joints, numbered as they are
 listed to the agent, the vector holds:
 
 =========================  ============  ==================================================================
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import ChannelFault
 from lockprobe.trial.pictures.picture import PictureKind
 from lockprobe.trial.pictures.png import from_png
-from lockprobe.trial.record import Percept, Situation, Task
+from lockprobe.trial.record import Percept, Task
 
 __all__ = [
     "BLOCKED",
@@ -40,8 +40,6 @@ __all__ = [
     "images",
     "laid_out",
     "sizes",
-    "so_far",
-    "stacked",
     "vector",
 ]
 
@@ -97,14 +95,6 @@ def laid_out(target: int, joint: int, outcome: int, positions: Sequence[int], st
     return np.array((target, joint, outcome, *positions, *last), dtype=np.int64)
 
 
-def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:
-    """All reports of a trial so far, shape (1 + steps played, entries), the newest last."""
-    percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    task, positions = situation.task, any(percept.positions is not None for percept in percepts)
-    left = [task.budget - i if steps_left else None for i in range(len(percepts))]
-    return np.stack([vector(task, one, i, positions=positions) for one, i in zip(percepts, left, strict=True)])
-
-
 def colours(percept: Percept) -> NDArray[np.uint8]:
     """The colour picture, shape (height, width, 3), 0 to 255.
 
@@ -128,14 +118,6 @@ def images(percept: Percept, observation: str) -> Images:
     """The pictures of an observation, ``rgb`` or ``rgbd``."""
     seen = colours(percept)
     return seen if observation == "rgb" else {"rgb": seen, "depth": distances(percept)}
-
-
-def stacked(percepts: Sequence[Percept], observation: str) -> Images:
-    """The pictures of several percepts, stacked along a new first axis."""
-    seen = np.stack([colours(percept) for percept in percepts])
-    if observation == "rgb":
-        return seen
-    return {"rgb": seen, "depth": np.stack([distances(percept) for percept in percepts])}
 
 
 def _file(percept: Percept, kind: PictureKind) -> bytes:

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import BadValue, PlantFault
-from lockprobe.interfaces.gymnasium.subprocess_plant import SubprocessPlant, needs_subprocess
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.plan import Names, Plan
@@ -21,11 +20,7 @@ __all__ = ["WatchedPlant", "make_plant"]
 
 def make_plant(plan: Plan, names: Names) -> Plant:
     """A fresh plant for a trial, with the trial's stream, as in studies."""
-    source = resolve_plant(plan.plant)
-    rng = plan.stream("plant")
-    if source.has_camera and needs_subprocess():
-        return SubprocessPlant(plan.plant, plan.box, names.labels, rng)
-    return source.make(plan.box, names.labels, rng)
+    return resolve_plant(plan.plant).make(plan.box, names.labels, plan.stream("plant"))
 
 
 _ABANDONED: list[Plant] = []
