@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 from typed import typed
 
-from lockprobe.simulation.power.conditions import condition_power, played_pools
+from lockprobe.simulation.power.conditions import condition_power
 
 
 def test_power_for_a_stated_effect():
@@ -68,53 +68,6 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
     assert found[1]["measured"][-1]["power"] == 1
 
 
-UNTIL = ("--until", "decided", "--most", 60, "--trials", 9, "--studies", 5, "--workers", 1)
-
-
-def test_what_a_study_plays_until_it_is_decided(lockprobe):
-    told = lockprobe("power", *STATED[1:], *UNTIL, "--json")[1]
-    found = json.loads(told)
-    (row,) = found["agents"]
-    assert (found["until"], found["most"], row["most_trials"]) == ("decided", 60, 240)
-    played = {one["condition"]: one["trials"] for one in row["conditions"]}
-    assert played["flip?p=0.4"]["mean"] < played["told"]["mean"] == 60 == played["truth"]["high"]
-    assert row["trials"]["mean"] == pytest.approx(sum(one["mean"] for one in played.values()))
-    assert row["trials"]["low"] <= row["trials"]["mean"] <= row["trials"]["high"] <= 240
-    asked = {one["name"]: one for one in row["questions"]}
-    assert asked["nudge"]["effect"] == 1
-    assert asked["told"]["open"] == 1
-    assert asked["told"]["fixed"] > 100  # two one-sided tests, ±10 points
-    assert row["decided"]["share"] == 0
-    assert row["steps"] is None
-    said = " ".join(lockprobe("power", "--p", "0,0.4", "--success", "0.2,0.2", *UNTIL)[1].split())
-    assert "as stated, until decided, at most 60 per condition" in said
-    assert "smaller than 10 points" in said
-    assert "Everything is decided within the most in 0 % of studies" in said
-
-
-def test_the_steps_of_an_agent_that_plays_until_it_is_decided_and_what_a_study_file_says(
-    tmp_path, lockprobe, monkeypatch
-):
-    monkeypatch.setattr("lockprobe.simulation.power.conditions.played_pools", partial(played_pools, blocks=60))
-    file = tmp_path / "until.toml"
-    file.write_text('agent = "human-inspired"\np = [0]\nsweep = "tremble?p=0,1"\nuntil = "±20"\nmost = 40\n', "utf-8")
-    (row,) = json.loads(lockprobe("power", file, "--studies", 4, "--workers", 1, "--json")[1])["agents"]
-    assert row["agent"] == "human-inspired"
-    assert row["decided"]["share"] == 1
-    trials, steps = row["trials"]["mean"], row["steps"]["mean"]
-    assert row["questions"][0]["narrow"] == 1
-    assert 10 * trials / 2 < steps < 20 * trials
-    assert row["fixed_trials"] == 2 * row["questions"][0]["fixed"]
-
-
-def test_a_study_of_controls_until_it_is_decided_is_held_against_its_verdict(lockprobe):
-    shares = ("--success", "0.1,0.9,0.9,0.9,0.9,0.9,0.9", "--until", "decided", "--most", 30, "--trials", "20,40")
-    (row,) = json.loads(lockprobe("power", "why", *shares, "--studies", 4, "--workers", 1, "--json")[1])["agents"]
-    assert row["questions"][0]["name"] == "total"
-    assert row["questions"][0]["effect"] == 1
-    assert row["fixed_trials"] in range(7 * 20, 7 * 41)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -144,8 +97,6 @@ def test_a_study_of_controls_until_it_is_decided_is_held_against_its_verdict(loc
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
         (("power", "--condition", "nugde", "--success", "0.2,0.3"), "did you mean 'nudge'?"),
         (("power", "nowhere.toml"), "cannot be read"),
-        (("power", "--most", "5"), "--until with it"),
-        (("power", "--until", "decided", "--trap", "0.1"), "it is decided on success alone"),
     ],
 )
 def test_mistakes_are_one_line(arguments, message):

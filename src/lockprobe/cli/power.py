@@ -13,7 +13,6 @@ from rich.markup import escape
 
 from lockprobe.cli import options
 from lockprobe.cli.power_people import power_people, refuse_other_options
-from lockprobe.cli.power_until import WHY_BLOCKS, assumption, power_until, stops
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
@@ -48,7 +47,7 @@ _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with wh
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
 
 
-@with_study_options(without=("trials", "strategy_trials", "repetitions", "full", "name"))
+@with_study_options(without=("trials", "strategy_trials", "repetitions", "full", "until", "most", "name"))
 def power(
     asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
@@ -78,11 +77,9 @@ def power(
 
     --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
     many and the smallest effect that they detect.
-
-    --until decided (or ±10): what a study that stops there is expected to play, beside the study of fixed size.
     """
     sizes, seed, rates = _whole_numbers("trials", trials), asked.get("seed", 1), asked.get("p")
-    beside = asked.keys() - {"p", "seed", "until", "most"}
+    beside = asked.keys() - {"p", "seed"}
     if what == "why" and (shared or rates or beside):
         raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
@@ -93,11 +90,6 @@ def power(
         return
     processes = Processes(workers or min(os.cpu_count() or 1, 8))
     simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": processes}
-    if stops(what, asked):
-        if trap is not None or harm != 1.0:
-            raise Conflict("--trap and --harm", "--until", "it is decided on success alone")
-        power_until(what, asked, shares, shared, simulated | {"sizes": sizes}, json=json)
-        return
     if what == "why":
         _power_why(success, sizes, studies, seed, json=json)
         return
@@ -180,7 +172,11 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
     if any(one.success == one.control_success for one in found):
         console.print("Where success is equal, there is nothing to detect, and the share is of false positives.")
     _print_brackets([one.needed for one in found])
-    console.print(assumption(shared))
+    if shared is None:
+        console.print("Assumption: the agent goes on as in the blocks of luck that it has played here.")
+        return
+    alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
+    console.print(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
 
 
 def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
@@ -190,7 +186,7 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
     rates = [
         one
         for name, shares in effects.items()
-        for one in stated_rates(name, shares, blocks=sizes or WHY_BLOCKS, studies=studies, seed=seed)
+        for one in stated_rates(name, shares, blocks=sizes or (50, 150, 300, 600), studies=studies, seed=seed)
     ]
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 
-__all__ = ["Blocks", "Played", "played_blocks"]
+__all__ = ["Played", "played_blocks"]
 
 BATCH = 250
 """Blocks that a process plays before it reports."""
@@ -37,18 +36,6 @@ class Played:
     conditions: tuple[Condition, ...]
 
 
-class Blocks(NamedTuple):
-    """Blocks of luck that were played.
-
-    Attributes:
-        solved: Whether each trial was solved, shape (blocks, conditions).
-        steps: Its steps, of the same shape.
-    """
-
-    solved: NDArray[np.bool_]
-    steps: NDArray[np.int64]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _BlockRange:
     """Some blocks, by their numbers from 1: the work of one job."""
@@ -63,7 +50,7 @@ def played_blocks(
     *,
     workers: Pool = THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, of: None,
-) -> list[Blocks]:
+) -> list[NDArray[np.bool_]]:
     """Play blocks of luck.
 
     Args:
@@ -73,36 +60,30 @@ def played_blocks(
         progress: Called with the number of blocks played and their total.
 
     Returns:
-        What each of ``asked`` did.
+        For each of ``asked``, whether each trial was solved, shape (blocks, conditions).
     """
     jobs = [
         _BlockRange(of=one, numbers=range(1, blocks + 1)[first : first + BATCH])
         for one in asked
         for first in range(0, blocks, BATCH)
     ]
-    parts: list[Blocks] = []
+    parts: list[NDArray[np.bool_]] = []
     for part in workers.map(_batch, jobs):
         parts.append(part)
-        progress(sum(len(one.solved) for one in parts), blocks * len(asked))
+        progress(sum(map(len, parts)), blocks * len(asked))
     each = -(-blocks // BATCH)
-    return [_joined(parts[first : first + each]) for first in range(0, len(parts), each)]
+    return [np.concatenate(parts[first : first + each]) for first in range(0, len(parts), each)]
 
 
-def _joined(parts: Sequence[Blocks]) -> Blocks:
-    return Blocks(np.concatenate([one.solved for one in parts]), np.concatenate([one.steps for one in parts]))
-
-
-def _batch(job: _BlockRange) -> Blocks:
+def _batch(job: _BlockRange) -> NDArray[np.bool_]:
     return asyncio.run(_play(job))
 
 
-async def _play(job: _BlockRange) -> Blocks:
+async def _play(job: _BlockRange) -> NDArray[np.bool_]:
     player = resolve(job.of.agent).make()
-    shape = (len(job.numbers), len(job.of.conditions))
-    found = Blocks(np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.int64))
+    found = np.zeros((len(job.numbers), len(job.of.conditions)), dtype=np.bool_)
     for i, number in enumerate(job.numbers):
         for j, condition in enumerate(job.of.conditions):
             plan = job.of.study.plan(job.of.agent, condition, 1, number)
-            trial = (await play_timed(plan, player))[0]
-            found.solved[i, j], found.steps[i, j] = trial.solved, len(trial.steps)
+            found[i, j] = (await play_timed(plan, player))[0].solved
     return found

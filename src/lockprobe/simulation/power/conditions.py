@@ -18,7 +18,7 @@ from lockprobe.agents.catalogue import is_strategy
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.montecarlo.blocks import Blocks, Played, played_blocks
+from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS, TRIALS, Needed, needed
 from lockprobe.simulation.power.rates import Rate
 from lockprobe.statistics.agent_summary import is_reference
@@ -31,12 +31,8 @@ from lockprobe.studies.study_design import design_of
 __all__ = [
     "ConditionPower",
     "Family",
-    "by_success",
-    "check_stated",
     "condition_power",
     "detected",
-    "families_of",
-    "played_pools",
 ]
 
 POOL = 1000
@@ -97,7 +93,7 @@ class ConditionPower:
     needed: Needed
 
 
-def families_of(study: Study) -> tuple[Family, ...]:
+def _families_of(study: Study) -> tuple[Family, ...]:
     """The families of a study's conditions, as the report has them: flip rates, other axes, all others; by modality."""
     design = design_of(study)
     rates = {one.label: one.p for one in study.flip_axis if one.p is not None}
@@ -169,10 +165,10 @@ class _Source:
         """One simulated study: whether each trial was solved, shape (trials, conditions)."""
         if self.pool is not None:
             return self.pool[rng.integers(len(self.pool), size=trials)]
-        return by_success(self.success, self.shared, trials, rng)
+        return _by_success(self.success, self.shared, trials, rng)
 
 
-def by_success(success: Sequence[float], shared: float, trials: int, rng: np.random.Generator) -> Flags:
+def _by_success(success: Sequence[float], shared: float, trials: int, rng: np.random.Generator) -> Flags:
     """Trials of a stated success, with the arguments of :func:`condition_power`; shape (trials, conditions)."""
     own, common = rng.random((trials, len(success))), rng.random((trials, 1))
     alike = rng.random((trials, 1)) < shared
@@ -198,7 +194,7 @@ def condition_power(
     trials: Sequence[int] = TRIALS,
     target: float = 0.8,
     studies: int = 100,
-    pool: int | Sequence[Blocks] = POOL,
+    pool: int = POOL,
     workers: Pool = THIS_PROCESS,
     playing: Progress = lambda done, of: None,
     progress: Progress = lambda done, of: None,
@@ -214,7 +210,7 @@ def condition_power(
         trials: Trials per condition to measure at, 2 to :data:`lockprobe.simulation.power.flip_rates.MOST_TRIALS`.
         target: Power to be reached, (0, 1).
         studies: Simulated studies of each size.
-        pool: Blocks to be played of each agent, or those that :func:`played_pools` has played.
+        pool: Blocks to be played of each agent.
         workers: The pool of processes.
         playing: Called with the number of blocks played.
         progress: Called with the number of studies simulated.
@@ -222,7 +218,7 @@ def condition_power(
     Raises:
         BadValue: If a number is out of range, an agent cannot be played here, or nothing is compared.
     """
-    sizes, families = sorted(set(trials)), families_of(study)
+    sizes, families = sorted(set(trials)), _families_of(study)
     if not sizes or sizes[0] < 2 or sizes[-1] > MOST_TRIALS:
         raise BadValue("trials per condition", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
     if not 0 < target < 1:
@@ -230,10 +226,9 @@ def condition_power(
     if not families:
         raise BadValue("conditions", [one.label for one in study.conditions], "a control and another condition")
     if success is None:
-        pools = played_pools(study, pool, workers, playing) if isinstance(pool, int) else pool
-        sources = _played(study, families, pools)
+        sources = _played(study, families, _played_pools(study, pool, workers, playing))
     else:
-        check_stated(study, success, shared)
+        _check_stated(study, success, shared)
         sources = _stated(study, families, success, shared)
     return [
         one
@@ -293,7 +288,7 @@ def _powers(
         )
 
 
-def check_stated(study: Study, success: Sequence[float], shared: float) -> None:
+def _check_stated(study: Study, success: Sequence[float], shared: float) -> None:
     """Refuse what is no success under the conditions of a study, or no share of shared luck.
 
     Raises:
@@ -322,9 +317,7 @@ def _stated(study: Study, families: Sequence[Family], success: Sequence[float], 
     ]
 
 
-def played_pools(
-    study: Study, blocks: int = POOL, workers: Pool = THIS_PROCESS, progress: Progress = lambda done, of: None
-) -> list[Blocks]:
+def _played_pools(study: Study, blocks: int, workers: Pool, progress: Progress) -> list[Flags]:
     """Blocks of luck that every agent of a study plays under all its conditions.
 
     Raises:
@@ -337,11 +330,11 @@ def played_pools(
     return played_blocks(asked, blocks, workers=workers, progress=progress)
 
 
-def _played(study: Study, families: Sequence[Family], pools: Sequence[Blocks]) -> list[_Source]:
+def _played(study: Study, families: Sequence[Family], pools: Sequence[Flags]) -> list[_Source]:
     labels = [one.label for one in study.conditions]
     found = [
         (agent, family, solved[:, [labels.index(label) for label in family.doses]])
-        for agent, (solved, _) in zip(study.agents, pools, strict=True)
+        for agent, solved in zip(study.agents, pools, strict=True)
         for family in families
     ]
     heeding = Counter(_judged(agent, family) for agent, family, solved in found if (solved != solved[:, :1]).any())

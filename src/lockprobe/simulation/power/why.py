@@ -11,12 +11,10 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power.flip_rates import Needed, needed
-from lockprobe.simulation.power.rates import Rate
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import MARGIN, Claim, Verdict, decide
 
-__all__ = ["STATED", "Mechanism", "VerdictRates", "blocks_needed", "mechanism_of", "stated_rates"]
+__all__ = ["STATED", "Mechanism", "VerdictRates", "mechanism_of", "stated_rates"]
 
 Assertion = Literal["changes", "no change", "says", "form"]
 """What a verdict can assert: that lies change success; that they change it by less than the margin; that they act
@@ -145,26 +143,6 @@ def stated_rates(
             )
         )
     return rates
-
-
-def blocks_needed(
-    success: Sequence[float], *, blocks: Sequence[int], target: float, studies: int = 200, seed: int = 1
-) -> Needed:
-    """The blocks with which the share of right verdicts reaches a target, (0, 1); arguments as of stated_rates."""
-    rates = stated_rates("as stated", success, blocks=sorted(set(blocks)), studies=studies, seed=seed)
-    measured = [
-        Rate(
-            world=one.effect,
-            trials=one.blocks,
-            question="success",
-            test="right verdict",
-            truth=True,
-            studies=studies,
-            rejected=round(one.right * studies),
-        )
-        for one in rates
-    ]
-    return needed(measured, target)
 
 
 def mechanism_of(success: Sequence[float]) -> Mechanism:
