@@ -13,6 +13,7 @@ needs to write an agent, a plant, a box, an intervention or a measure is here to
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -88,6 +89,9 @@ _NAMES = {
 _HOMES = {name: f"lockprobe.{module}" for module, names in _NAMES.items() for name in names.split()}
 _HOMES["box"] = "lockprobe.boxes.families:find_box"
 """Public name -> its module, and its name there where that is another one."""
+
+if "gymnasium" in sys.modules:  # as for gymnasium.make("lockprobe:lockprobe/Lockbox-v0"), which imports this module
+    import_module("lockprobe.interfaces.gymnasium")
 
 
 def __dir__() -> list[str]:

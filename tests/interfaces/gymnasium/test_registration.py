@@ -12,6 +12,7 @@ MADE = "env = gymnasium.make('lockprobe/Lockbox-v0'); env.reset(seed=1); env.clo
     "program",
     [
         f"import gymnasium; gymnasium.make('lockprobe.interfaces.gymnasium:lockprobe/Lockbox-v0'); {MADE}",
+        "import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0').close()",
         f"import lockprobe.interfaces.gymnasium; import gymnasium; {MADE}",
         "import sys; import lockprobe; assert 'gymnasium' not in sys.modules",
     ],
