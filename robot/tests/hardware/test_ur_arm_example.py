@@ -2,7 +2,6 @@
 
 import ast
 import importlib.util
-import re
 import sys
 import types
 from functools import partial
@@ -165,13 +164,6 @@ def test_it_has_every_member_of_the_protocol_and_is_short(monkeypatch, robot):
     assert members == {"period", "time", "home", "reach", "follow", "position", "force", "stop"}
     assert all(hasattr(arm, name) for name in members)
     assert len([line for line in PATH.read_text("utf-8").splitlines() if line.strip()]) <= 60
-
-
-def test_the_page_shows_the_file():
-    page = (ROOT / "robot" / "docs" / "robot-parts.md").read_text("utf-8")
-    shown = re.search(r"^`examples/ur_arm.py`:\n\n```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
-    assert shown is not None
-    assert shown[1] == PATH.read_text("utf-8")
 
 
 def test_the_library_has_the_names_that_are_called():

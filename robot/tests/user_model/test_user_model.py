@@ -150,8 +150,3 @@ def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):
     frame = plant(settings=replace(CALM, model=str(path))).observe().look()
     assert frame.handles[1, 1] - frame.handles[1, 0] == pytest.approx([0.08, 0, 0], abs=1e-6)
     assert 0 < frame.handles[1, 0, 2] < 0.012  # the bar's centre of mass, in the world
-
-
-def test_the_page_shows_the_example():
-    page = (EXAMPLES.parent / "robot" / "docs" / "twin.md").read_text("utf-8")
-    assert f"```xml\n{OWN.read_text('utf-8')}```\n" in page
