@@ -25,7 +25,6 @@ from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 MAP = "cognitive:random-map?window=1&avoid=last"
@@ -49,8 +48,8 @@ def pace(agent, steps=".1f"):
     return [f"{found.steps:{steps}}", found.by(0.8), found.by(1)]
 
 
-def dealt_pace(agent):
-    """The same over all deals of the joints to the panel."""
+def dealt_steps(agent):
+    """Mean steps over all deals of the joints to the panel."""
     known = box("chain-4")
     spots = [joint.place for joint in known.joints]
     deals = [permuted(known, order) for order in permutations(range(4))]
@@ -58,10 +57,7 @@ def dealt_pace(agent):
         replace(deal, joints=tuple(replace(joint, place=spot) for joint, spot in zip(deal.joints, spots, strict=True)))
         for deal in deals
     ]
-    courses = [propagate(agent, panel) for panel in panels]
-    solved = [fmean(steps) for steps in zip(*(found.solved for found in courses), strict=True)]
-    by = [next(step for step, share in enumerate(solved) if share > most - 1e-9) for most in (0.8, 1)]
-    return [f"{fmean(found.steps for found in courses):.1f}", *by]
+    return f"{fmean(propagate(agent, panel).steps for panel in panels):.1f}"
 
 
 def blind(name):
@@ -86,10 +82,6 @@ def hardness(key, form=""):
 def sampled(p, flip=DEFAULT):
     found = lockprobe.population(MAP, p=p, flip=flip, trials=100_000, streams="fast")
     return proportion(int(found.solved.sum()), len(found))
-
-
-def thousands(number):
-    return f"{number:,}".replace(",", " ")
 
 
 def percent(*shares):
@@ -122,24 +114,6 @@ def widest_gap(*several):
     )
 
 
-@cache
-def told(modality, flip=DEFAULT):
-    """How many of the 300 trials of seed 1 the human-inspired strategy solves at a flip rate of 0.4, and between what."""
-    played = [
-        lockprobe.population("human-inspired", p=0.4, flip=flip, modality=modality, repetition=part, trials=100)
-        for part in (1, 2, 3)
-    ]
-    solved = sum(int(part.solved.sum()) for part in played)
-    found = proportion(solved, 300)
-    return [solved, 100 * found.low, 100 * found.high]
-
-
-def share_told(modality, flip):
-    """The same, with the share of trials in percent first."""
-    solved, low, high = told(modality, flip)
-    return [solved, 100 * solved / 300, low, high]
-
-
 DESIGNS = ("within", "between")
 
 
@@ -158,22 +132,11 @@ QUOTED = [
       for modality in ("symbolic", "symbolic?tell=state")),
     ("docs/limits.md", "and the probability is {:.3f}. Without false reports it is {:.0f} (exact:",
      lambda: [course(p=0.4, flip="memoryless").success, course().success]),
-    ("docs/agents.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
-    ("docs/agents.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8.",
-     lambda: success("cognitive:perseverant", 0, 0.8)),
-    ("docs/agents.md", "**They hurt `human-inspired`**, which believes its reports: from {:.0f} to {:.3f} at the same rates.",
-     lambda: [course(p=0).success, course(p=0.8).success]),
     ("docs/readings.md", "differs by at most {:.2f} at flip rates of 0.1 to 0.4", lambda: [widest_gap(0.1, 0.2, 0.3, 0.4)]),
     ("docs/readings.md", "with probability {:.3f} by default, and with {:.3f} under memoryless state noise",
      lambda: [course(p=1, flip=kind).success for kind in (DEFAULT, "memoryless")]),
     ("docs/readings.md", "solves {} % of its trials without false reports, {} % by default and {} % with `others=kept`",
      lambda: percent(sampled(0).value, sampled(0.4).value, sampled(0.4, "integrated").value)),
-    ("docs/agents.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
-     lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
-    ("docs/agents.md", "95 % intervals of ±{:.1f} points",
-     lambda: [max(50 * (sampled(p).high - sampled(p).low) for p in (0, 0.3, 1))]),
-    ("docs/agents.md", "solves the box with probability {:.9g} at every flip rate.",
-     lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
     ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
@@ -189,7 +152,7 @@ QUOTED = [
     ("docs/tutorial-people.md", "ethics forms: {:.2f} to {:.2f}, and {:.2f} to {:.2f} within persons with four boxes",
      lambda: [end(persons("power", *asked)) for asked in ((DESIGNS, 1), (DESIGNS[:1], 4)) for end in (min, max)]),
     ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
-     lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
+     lambda: [pace(NEAREST)[0], dealt_steps(NEAREST)]),
     ("robot/docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
     ("docs/embedded-model.md", "of 10 in 30 is {:.0f} to {:.0f} %, of 15 it is {:.0f} to {:.0f} %",
      lambda: [100 * bound for count in (10, 15) for bound in both(count, 30)]),
@@ -211,23 +174,15 @@ QUOTED = [
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
     ("benchmarks/README.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
-    ("robot/docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
-     lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
-     + [100 * bound for count in (179, 142) for bound in both(count, 200)]),
+    ("robot/docs/twin.md", "200 is {:.1f} to 100 % (95 % interval)", lambda: [100 * both(200, 200)[0]]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
      lambda: pace("human-inspired")),
-    ("docs/modalities.md", "| `human-inspired:proximity` | {}, {}, {} | {}, {}, {} |",
-     lambda: [*pace(NEAREST), *dealt_pace(NEAREST)]),
-    ("docs/modalities.md", "| `human-inspired:target-any` | {}, {}, {} | {}, {}, {} |",
-     lambda: [*pace("human-inspired:target-any"), *dealt_pace("human-inspired:target-any")]),
-    ("docs/modalities.md", "| `human-inspired` | {}, {}, {} | {}, {}, {} |",
-     lambda: [*pace("human-inspired"), *dealt_pace("human-inspired")]),
 ]  # fmt: skip
 """File, what is quoted, and its numbers."""
 
 PRESETS = ("target-last", "target-any", "proximity", "target-first-per-configuration")
 HARD = {
-    "optimum": "", "optimal_plans": "", "depth": "", "undone": "", "free": "", "reachable": "", "dead_ends": "",
+    "optimum": "", "optimal_plans": "", "depth": "", "undone": "",
     "cycle_success": ".3g", "random_steps": ".1f", "random_blocked": ".3f",
 }  # fmt: skip
 ROWS = [
@@ -255,16 +210,6 @@ ROWS = [
     *(("docs/boxes.md", f"`{key}`", lambda key=key, form=form: hardness(key, form)) for key, form in HARD.items()),
     ("docs/boxes.md", "`random_success`", lambda: [blind(name)[0] for name in COMPARED]),
     ("docs/boxes.md", "`random_no_repeat_success`", lambda: [blind(name)[1] for name in COMPARED]),
-    *(("docs/modalities.md", f"`{flip}`{shown} | {tell}", lambda flip=flip, of=of: [
-        "{1:.0f} % ({2:.0f} to {3:.0f})".format(*share_told(of, flip)),
-        f"{propagate('human-inspired', 'chain-4', p=0.4, flip=flip, modality=of).success:.3f}"])
-      for flip, shown, tell, of in (
-        ("re-observed", " (default)", "`state` or `both` | 41 %", "symbolic?tell=state"),
-        ("re-observed", " (default)", "`state` or `both` | 41 %", "symbolic"),
-        ("integrated", "", "`state` or `both` | 41 %", "symbolic?tell=state"),
-        ("integrated", "", "`state` or `both` | 41 %", "symbolic"),
-        ("memoryless", "", "`both` | 41 %", "symbolic"), ("memoryless", "", "`state` | 43 %", "symbolic?tell=state"),
-        ("latched", "", "`both` | 41 %", "symbolic"), ("latched", "", "`state` | 46 %", "symbolic?tell=state"))),
     *(("docs/readings.md", f"{inverts} inverted", lambda kinds=kinds: [
         f"{course('cognitive:perseverant', 0.4, kind).success:.2f}" for kind in kinds])
       for inverts, kinds in (("position", ("memoryless", "latched")), ("outcome", ("re-observed", "integrated")))),
@@ -280,7 +225,6 @@ MEASURED = [
     ("docs/models.md", "[benchmarks](../benchmarks/README.md)", ["benchmarks/makespan.py"]),
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
-    ("docs/modalities.md", "lockprobe run modalities --layout fixed", ["src/lockprobe/cli/run.py"]),
     ("robot/docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
     ("robot/docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
     ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),

@@ -63,7 +63,7 @@ def test_the_intervention_of_the_tutorial_is_played(tmp_path):
 
 
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
-    rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "tutorial-loops.md").read_text("utf-8"), re.MULTILINE))
+    rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "why.md").read_text("utf-8"), re.MULTILINE))
     planned = study(
         "flips",
         agent="cognitive:loop-breaker",
@@ -87,8 +87,8 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
         f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
         f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."
     )
-    assert said in words("tutorial-loops.md")
-    assert f"One random step instead adds {step} points ({step_between})" in words("tutorial-loops.md")
+    assert said in words("why.md")
+    assert f"One random step instead adds {step} points ({step_between})" in words("why.md")
 
 
 def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
