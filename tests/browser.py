@@ -286,9 +286,6 @@ class Reader:
         outcomes = {"moved": self._found("moved", look.report), "blocked": self._found("blocked", look.report)}
         outcome, joint = next(((said, label) for said, label in outcomes.items() if label), (None, None))
         joint = joint or self._found("attempted", look.report)
-        if look.view == "text":
-            there = self._found("positions", look.report)
-            positions = [None if there is None else label in there.split(", ") for label in labels]
         known = None if None in positions else tuple(map(bool, positions))
         return Percept(joint=joint, outcome=outcome, positions=known)
 

@@ -70,15 +70,15 @@ def test_a_file_s_agents_play_beside_people(tmp_path):
 
 def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
     people = tmp_path / "people.toml"
-    people.write_text('view = "text"\ntrials_each = 3\n')
+    people.write_text("feedback = true\ntrials_each = 3\n")
     assert _experiment(None, {}, tmp_path) == Experiment()
     asked = _experiment(people, {"trials_each": 5, "language": "en"}, tmp_path)
-    assert (asked.view, asked.trials_each, asked.language) == ("text", 5, "en")
+    assert (asked.feedback, asked.trials_each, asked.language) == (True, 5, "en")
     (tmp_path / "people").mkdir()
     (tmp_path / "people" / "experiment.json").write_text(asked.model_dump_json())
     assert _experiment(None, {}, tmp_path) == asked
-    assert _experiment(None, {"view": "panel"}, tmp_path) == asked.model_copy(update={"view": "panel"})
-    assert _experiment(people, {}, tmp_path) == Experiment(view="text", trials_each=3)
+    assert _experiment(None, {"trials_each": 2}, tmp_path) == asked.model_copy(update={"trials_each": 2})
+    assert _experiment(people, {}, tmp_path) == Experiment(feedback=True, trials_each=3)
 
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
@@ -125,7 +125,6 @@ def test_it_notes_where_those_who_do_not_finish_have_no_code(settings, noted):
         (("",), "study: got ''"),
         (("flips", "--out", ""), "out: got '', expected a directory"),
         (("flips", "--host", ""), "host: got '', expected a name or IP address"),
-        (("flips", "--view", "film"), "view: got 'film', expected 'text' or 'panel'"),
         (("flips", "--trials-each", "0"), "trials_each: got 0, expected greater"),
         (("flops",), "no study is called 'flops' (did you mean 'flips'?)"),
         (("flips", "--flip", "often"), "flip: got 'often'"),

@@ -38,7 +38,7 @@ def shown(situation, plan=PLAN, number=2, **settings):
 
 def test_the_panel_is_drawn_from_what_was_told():
     situation = after([0, 1, 0])
-    panel = panel_to_show(PLAN, situation, "panel")
+    panel = panel_to_show(PLAN, situation)
     assert percept_of(panel) == situation.percept
     by_label = {label: PLAN.box.joints[i] for i, label in enumerate(Names(PLAN).labels)}
     assert [joint.label for joint in panel.joints] == list(situation.task.joints)
@@ -48,17 +48,10 @@ def test_the_panel_is_drawn_from_what_was_told():
     assert [joint.label for joint in panel.joints if joint.target] == [situation.task.target]
 
 
-def test_as_text_it_has_no_places():
-    panel = panel_to_show(PLAN, after([0]), "text")
-    assert (panel.view, panel.outcome is not None, panel.told.startswith(panel.last)) == ("text", True, True)
-    assert {(joint.kind, joint.place, joint.handle) for joint in panel.joints} == {(None, None, None)}
-    assert all(joint.position in (0, 1) for joint in panel.joints)
-
-
 def test_where_no_positions_are_told_none_are_shown():
     plan = replace(PLAN, condition=flips((0.4,), "outcome-only")[0])
     situation = after([1, 1], plan)
-    panel = panel_to_show(plan, situation, "panel")
+    panel = panel_to_show(plan, situation)
     assert {line.ones for line in shown(situation, plan).history} == {None}
     assert {joint.position for joint in panel.joints} == {None}
     assert panel.outcome in ("moved", "blocked")
@@ -117,9 +110,9 @@ def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(camera,
     assert [x for joint in seen.handles for place in joint for x in place] == pytest.approx(flat, abs=1e-3)
 
 
-def test_a_modality_with_pictures_shows_pictures_whatever_reports_look_like():
-    assert [view_of_modality(m, "text") for m in ("symbolic", "rgb", "rgbd?depth=height")] == [
-        "text", "pictures", "pictures",
+def test_a_modality_with_pictures_shows_pictures():
+    assert [view_of_modality(m) for m in ("symbolic", "rgb", "rgbd?depth=height")] == [
+        "panel", "pictures", "pictures",
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ def keep(directory, text):
 
 def test_what_is_kept_reads_back_and_where_nothing_is_kept_there_are_none(tmp_path):
     assert kept_experiment(tmp_path) is None
-    settings = Experiment(view="text", trials_each=3)
+    settings = Experiment(feedback=True, trials_each=3)
     keep(tmp_path, settings.model_dump_json())
     assert kept_experiment(tmp_path) == settings
 
@@ -38,7 +38,7 @@ def test_an_id_is_required_only_where_one_is_kept():
         Experiment(require_id=True, recruitment=())
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"view": "film"}', "[" * 100_000])
+@pytest.mark.parametrize("text", ["{", "[]", '{"design": "film"}', "[" * 100_000])
 def test_settings_that_are_none_are_refused(tmp_path, text):
     keep(tmp_path, text)
     with pytest.raises(BadFile):

@@ -15,8 +15,11 @@ CHECK = '[[checks]]\nafter = 1\nquestion = "q"\n'
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('viev = "panel"', "viev: no key is called 'viev' (did you mean 'view'?); there are: view, history,"),
-        ('view = "film"', "view: got 'film', expected 'text' or 'panel'"),
+        (
+            'desing = "within"',
+            "desing: no key is called 'desing' (did you mean 'design'?); there are: history, history_open,",
+        ),
+        ('design = "film"', "design: got 'film', expected 'within' or 'between'"),
         ("trials_each = 0", "trials_each: got 0, expected greater than or equal to 1"),
         ('away_minutes = "x"', "away_minutes: got 'x', expected number"),
         ('completion_url = "http://x"', "completion_url: got 'http://x', expected pattern '^(https:"),

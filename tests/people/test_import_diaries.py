@@ -72,9 +72,9 @@ def test_whose_trials_were_all_played_by_others_here_stays_away_and_who_only_lef
 
 def test_the_settings_come_along_where_there_are_none(there, tmp_path):
     here = write_study(tmp_path / "here", STUDY, load(there))
-    (there / "people" / "experiment.json").write_text('{"view": "text"}')
+    (there / "people" / "experiment.json").write_text('{"feedback": true}')
     arriving(here, there).take(by_key(here))
-    assert kept_experiment(here).view == "text"
+    assert kept_experiment(here).feedback
     assert kept_experiment(tmp_path) is None
 
 

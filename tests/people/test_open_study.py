@@ -92,11 +92,11 @@ def test_another_study_in_the_same_directory_is_refused(tmp_path, change):
 
 
 @pytest.mark.parametrize(
-    "change", [{"view": "text"}, {"feedback": True}, {"practice": "chain-2"}, {"design": "between"}]
+    "change", [{"history": False}, {"feedback": True}, {"practice": "chain-2"}, {"design": "between"}]
 )
 def test_other_settings_are_refused_once_somebody_has_joined(tmp_path, change):
     take_part(tmp_path, STUDY, short(), until=lambda shown: shown.scene.kind == "consent")
-    begun(tmp_path, experiment=short(**{"view": "panel", **change}))
+    begun(tmp_path, experiment=short(**change))
     with pytest.raises(SettingsChanged, match=next(iter(change))):
         begun(tmp_path)
 

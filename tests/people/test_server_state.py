@@ -54,7 +54,7 @@ def test_under_any_condition_the_record_is_that_of_an_agent(tmp_path, spec):
         "drop?p=0.3", "delay?lag=2", "yoked?p=0.4", "tremble?p=0.3", "force?at=3",
         "flip?p=0.4&only=blocked + symbolic", trials=11,
     )  # fmt: skip
-    take_part(tmp_path, study, short(view="text"), spec)
+    take_part(tmp_path, study, short(), spec)
     trials = load(tmp_path)
     assert {trial.condition for trial in trials} == {one.label for one in study.conditions}
     for trial in trials:
@@ -81,13 +81,13 @@ def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
 
 def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
     study = people_study()
-    (shown,) = take_part(tmp_path, study, short(view="text"), platform={"PROLIFIC_PID": "xyz", "STUDY_ID": "x"})
+    (shown,) = take_part(tmp_path, study, short(), platform={"PROLIFIC_PID": "xyz", "STUDY_ID": "x"})
     trials = load(tmp_path)
     assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
     assert [trial.facts["position"] for trial in trials] == [1, 2]
     words = diary_of(tmp_path, shown.identity)[0].words
     assert dict(trials[0].facts) == {
-        "view": "text", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
+        "view": "panel", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
         "history_open": True, "feedback": False,
     }  # fmt: skip
     assert "xyz" not in (tmp_path / "trials.jsonl").read_text()

@@ -1,14 +1,12 @@
 import { element } from "../element.js";
 import { filled } from "../words.js";
 import { claimOf } from "./claim.js";
-import { labelButton, nameOf } from "./joint.js";
+import { nameOf } from "./joint.js";
 import { panelOf } from "./panel.js";
 import { picturesOf } from "./pictures.js";
 import { reportOf } from "./report.js";
 
 const VIEWS = {
-  text: (scene, words) =>
-    element("div", { class: "labels" }, ...scene.panel.joints.map((joint) => labelButton(joint, words, "text"))),
   panel: panelOf,
   pictures: (scene, words) => picturesOf(scene, words, () => {}),
 };
@@ -56,7 +54,6 @@ function captionOf(panel, words, some, first) {
   const said = [some ? words.example_some : words.example];
   if (panel.last !== null) said.push(filled(words.example_step, { label: panel.last }));
   if (panel.last === null || first) {
-    if (panel.view === "text") said.push(words.example_text, told ? words.example_listed : "");
     if (panel.view === "panel") said.push(words.example_panel, told ? words.example_positions : "");
     if (panel.view === "pictures") said.push(words.example_pictures);
     if (panel.pictures.length > 1) said.push(words.example_depth);

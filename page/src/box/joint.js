@@ -6,7 +6,7 @@ import { filled } from "../words.js";
  *
  * @param {object} joint
  * @param {Record<string, string>} words
- * @param {"text" | "panel" | "pictures"} view
+ * @param {"panel" | "pictures"} view
  */
 export function nameOf(joint, words, view) {
   const parts = [filled(words.joint, { label: joint.label })];
@@ -20,13 +20,12 @@ export function nameOf(joint, words, view) {
 }
 
 /**
- * The button of a joint in words.
+ * The button of a joint beside pictures.
  *
  * @param {object} joint
  * @param {Record<string, string>} words
- * @param {"text" | "pictures"} view
  */
-export function labelButton(joint, words, view) {
+export function labelButton(joint, words) {
   return element(
     "button",
     {
@@ -34,7 +33,7 @@ export function labelButton(joint, words, view) {
       class: "label",
       "data-joint": joint.label,
       "data-target": joint.target,
-      "aria-label": nameOf(joint, words, view),
+      "aria-label": nameOf(joint, words, "pictures"),
     },
     element("span", { class: "letter" }, joint.label),
     " ",

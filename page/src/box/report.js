@@ -2,19 +2,18 @@ import { element } from "../element.js";
 import { filled } from "../words.js";
 
 /**
- * What was told of one step, in the language of the page. In English it is, word for word, what models read; beside a
- * drawn box it also says where the joint is now.
+ * What was told of one step, in the language of the page, and where the joint is now.
  *
  * @param {{joint: string | null, outcome: "moved" | "blocked" | null, ones: readonly string[] | null}} report `ones`
  *   are the joints that are told to be at position 1; null where no positions are told.
  * @param {Record<string, string>} words
  * @returns {string[]}
  */
-function sentences({ joint, outcome, ones }, words, drawn = false) {
+function sentences({ joint, outcome, ones }, words) {
   const found = [];
   if (outcome) found.push(filled(words[outcome], { label: joint }));
   else if (ones && joint !== null) found.push(filled(words.attempted, { label: joint }));
-  if (drawn && ones && joint !== null) found.push(filled(words.now, { label: joint, position: Number(ones.includes(joint)) }));
+  if (ones && joint !== null) found.push(filled(words.now, { label: joint, position: Number(ones.includes(joint)) }));
   if (ones) found.push(filled(words.positions, { labels: ones.join(", ") || words.none }));
   return found;
 }
@@ -29,7 +28,7 @@ function now({ view, last, outcome, joints, told, verbatim }, words) {
   if (view === "pictures") return [];
   if (verbatim) return [told];
   const ones = known({ joints }) ? joints.filter(({ position }) => position).map(({ label }) => label) : null;
-  return sentences({ joint: last, outcome, ones }, words, view === "panel");
+  return sentences({ joint: last, outcome, ones }, words);
 }
 
 /**
@@ -42,11 +41,10 @@ function now({ view, last, outcome, joints, told, verbatim }, words) {
 export function reportOf(scene, words) {
   const { view, last, verbatim, pictures } = scene.panel;
   const said = now(scene.panel, words);
-  const whole = view === "text" || verbatim;
-  if (isFirst(scene)) return whole ? [words.first, ...said] : [words.first];
+  if (isFirst(scene)) return verbatim ? [words.first, ...said] : [words.first];
   if (view === "pictures" && pictures.length) return [filled(words.seen, { label: last })];
   if (!said.length) return [words.no_report];
-  return whole ? said : said.slice(0, last !== null && known(scene.panel) ? 2 : 1);
+  return verbatim ? said : said.slice(0, last !== null && known(scene.panel) ? 2 : 1);
 }
 
 /** Whether nothing was attempted. An example has no step, and a late report names no joint. */
@@ -80,7 +78,7 @@ let open = null; // as somebody set it; before that as the study has it, on ever
 export function historyOf(scene, words) {
   if (!scene.history.length) return null;
   const rows = [...scene.history].reverse().map((report) => {
-    const told = report.verbatim ? report.told : sentences({ ...report, joint: report.about }, words, scene.panel.view === "panel").join(" ");
+    const told = report.verbatim ? report.told : sentences({ ...report, joint: report.about }, words).join(" ");
     const said = [told || filled(words.joint, { label: report.joint }), report.remark].filter(Boolean).join(" ");
     return element("li", { value: report.step }, said);
   });

@@ -1,7 +1,6 @@
 import { ParameterType } from "jspsych";
 
 import { claimOf, showClaimed } from "../box/claim.js";
-import { labelButton } from "../box/joint.js";
 import { panelOf } from "../box/panel.js";
 import { picturesOf } from "../box/pictures.js";
 import { historyOf, reportOf, spokenReport } from "../box/report.js";
@@ -185,8 +184,6 @@ class Step {
 }
 
 const VIEWS = {
-  text: (scene, words) =>
-    element("div", { class: "labels" }, ...scene.panel.joints.map((joint) => labelButton(joint, words, "text"))),
   panel: panelOf,
   pictures: picturesOf,
 };

@@ -64,7 +64,6 @@ RequireId = Annotated[
 ]
 JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code that participants need to join.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-View = Annotated[str | None, typer.Option(metavar="text|panel", help=options.with_brackets(options.VIEW, "panel"))]
 TrialsEach = Annotated[int | None, typer.Option(help=options.with_brackets(options.TRIALS_EACH, "each condition once"))]
 Host = Annotated[str, typer.Option(help=options.HOST)]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
@@ -87,7 +86,6 @@ def serve(
     what: Name = None,
     people: People = None,
     texts: Texts = None,
-    view: View = None,
     trials_each: TrialsEach = None,
     require_id: RequireId = None,
     join_code: JoinCode = None,
@@ -117,7 +115,7 @@ def serve(
         raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
     file, number = _people(people or [])
     own = {
-        "view": view, "trials_each": trials_each, "language": texts, "participants": number,
+        "trials_each": trials_each, "language": texts, "participants": number,
         "require_id": require_id, "join_code": join_code,
     }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}

@@ -18,12 +18,12 @@ from lockprobe.trial.record import Percept, Situation, Task
 
 __all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
 
-View = Literal["text", "panel", "pictures"]
+View = Literal["panel", "pictures"]
 
 
-def view_of_modality(modality: str, view: Literal["text", "panel"]) -> View:
-    """The view of a modality: pictures where it has them, else ``view``."""
-    return "pictures" if is_pictured(modality) else view
+def view_of_modality(modality: str) -> View:
+    """The view of a modality: pictures where it has them, else the drawn panel."""
+    return "pictures" if is_pictured(modality) else "panel"
 
 
 def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, number: int, of: int) -> Box:
@@ -35,7 +35,7 @@ def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, num
         step=len(situation.past) + 1,
         budget=situation.task.budget,
         ask=is_asked(situation),
-        panel=panel_to_show(plan, situation, experiment.view),
+        panel=panel_to_show(plan, situation),
         remark=situation.briefing.remark,
         warning=situation.briefing.warning,
         history=_history(plan, situation) if experiment.history else (),
@@ -49,10 +49,10 @@ def is_asked(situation: Situation) -> bool:
     return situation.task.assessment and situation.percept.joint is not None
 
 
-def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> BoxPanel:
+def panel_to_show(plan: Plan, situation: Situation) -> BoxPanel:
     """What the agent's channel shows now."""
     task, percept = situation.task, situation.percept
-    seen = view_of_modality(plan.modality, view)
+    seen = view_of_modality(plan.modality)
     kinds = [plan.box.joints[i].kind for i in Names(plan).order]
     handles = _handles(percept) if seen == "pictures" else {}
     joints = tuple(

@@ -2,7 +2,6 @@
 
 ::
 
-    view = "panel"                 # how reports are shown: text, or panel (drawn)
     trials_each = 4                # boxes for each participant; each condition once if left out
     recruitment = ["PROLIFIC_PID", "STUDY_ID", "SESSION_ID"]
     completion_url = "https://app.prolific.com/submissions/complete?cc=ABC123"
@@ -101,8 +100,6 @@ class Experiment(SettingsPart):
     """How people take part.
 
     Attributes:
-        view: How reports are shown: ``text``, in words as models read them; ``panel``, drawn from the report. A
-            modality with pictures shows pictures.
         history: Whether earlier reports of the trial stay in view, as they do in a model's conversation.
         history_open: Whether earlier reports are unfolded when a box begins; the same on every device.
         device: Whether the diary keeps the device of each choice (mouse, finger, pen, keyboard) and the size of the
@@ -128,7 +125,6 @@ class Experiment(SettingsPart):
         questions: Questions at the end.
     """
 
-    view: Literal["text", "panel"] = "panel"
     history: bool = True
     history_open: bool = True
     device: bool = True

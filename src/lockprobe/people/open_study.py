@@ -141,7 +141,7 @@ async def open_study(
                 study=study,
                 experiment=experiment,
                 words=words,
-                texts=TextScenes(words, study, experiment, await examples_of(study, experiment, place)),
+                texts=TextScenes(words, study, experiment, await examples_of(study, place)),
                 practice=practice,
                 journal=journal,
                 invited=invited,

@@ -60,14 +60,13 @@ def example_box(study: Study) -> Lockbox:
     return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
 
 
-async def examples_of(study: Study, experiment: Experiment, place: Executor = here) -> Mapping[str, ExamplePanels]:
+async def examples_of(study: Study, place: Executor = here) -> Mapping[str, ExamplePanels]:
     """The example in each modality of people, without its doses; none where the plant breaks.
 
     It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.
 
     Args:
         study: The study.
-        experiment: How people take part.
         place: Where plants run.
     """
     found: dict[str, ExamplePanels] = {}
@@ -77,10 +76,10 @@ async def examples_of(study: Study, experiment: Experiment, place: Executor = he
         try:
             if trial.situation is None:
                 continue
-            before = panel_to_show(plan, trial.situation, experiment.view)
+            before = panel_to_show(plan, trial.situation)
             await trial.attempt(Names(plan).labels[0])
             if trial.situation is not None:
-                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation, experiment.view))
+                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation))
         finally:
             await trial.close()
     return found

@@ -97,7 +97,7 @@ class BoxPanel(StrictModel):
     """What the agent's channel shows now.
 
     Attributes:
-        view: ``text`` shows the report in words, ``panel`` draws it, ``pictures`` shows camera pictures.
+        view: ``panel`` draws the report, ``pictures`` shows camera pictures.
         joints: The joints in listed order.
         told: The report in words; empty with pictures, and where nothing is reported.
         verbatim: Whether ``told`` is shown as it is, because the sentences of the page do not say the same.
@@ -107,7 +107,7 @@ class BoxPanel(StrictModel):
         pictures: PNG files as data URLs, colours first.
     """
 
-    view: Literal["text", "panel", "pictures"]
+    view: Literal["panel", "pictures"]
     joints: tuple[BoxJoint, ...]
     told: str
     verbatim: bool = False

@@ -247,7 +247,7 @@ class Session:
         slot, experiment = self.journey.joined.slots[box - 1], self._opened.experiment
         plan = slot.plan(self._opened.study, self.journey.identity)
         facts: dict[str, Fact] = {
-            "view": view_of_modality(plan.modality, experiment.view),
+            "view": view_of_modality(plan.modality),
             "words": self.journey.joined.words,
             "page": self.journey.pages.get(box, self._opened.page),
             "position": box,

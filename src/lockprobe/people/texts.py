@@ -14,7 +14,7 @@ from lockprobe.people.file_errors import check_visible, first_error
 from lockprobe.people.right_answers import ComprehensionQuestion
 from lockprobe.people.right_answers import SettingsPart as _Part
 
-__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]
+__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "read_words", "words_file"]
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -108,7 +108,7 @@ class _Closed(_Part):
 
 
 class _OfThePage(_Part):
-    """Buttons and labels. Later releases added those that may be None; see :func:`page_texts`."""
+    """Buttons and labels."""
 
     next: Text
     begin: Text
@@ -152,22 +152,20 @@ class _OfThePage(_Part):
     required: Text
     all_required: Text
     progress: Text
-    code: Text | None = None
-    wrong_code: Text | None = None
-    attempted: Text | None = None
-    number: Text | None = None
-    integer: Text | None = None
-    closed_code: Text | None = None
-    closed_leave: Text | None = None
-    example: Text | None = None
-    example_step: Text | None = None
-    example_some: Text | None = None
-    example_panel: Text | None = None
-    example_text: Text | None = None
-    example_pictures: Text | None = None
-    example_depth: Text | None = None
-    example_positions: Text | None = None
-    example_listed: Text | None = None
+    code: Text
+    wrong_code: Text
+    attempted: Text
+    number: Text
+    integer: Text
+    closed_code: Text
+    closed_leave: Text
+    example: Text
+    example_step: Text
+    example_some: Text
+    example_panel: Text
+    example_pictures: Text
+    example_depth: Text
+    example_positions: Text
 
 
 class Words(_Part):
@@ -210,13 +208,6 @@ def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
     if number == 1 and len(pages) > 1:
         return "box"
     return "step" if number <= 2 else "none"
-
-
-def page_texts(words: Words) -> dict[str, str]:
-    """Buttons and labels; texts that an older file lacks come from its language as shipped, or from English."""
-    language = words.language.partition("-")[0].lower()
-    shipped = read_words(language if language in LANGUAGES else "en").page.model_dump()
-    return shipped | words.page.model_dump(exclude_none=True)
 
 
 def read_words(name: str) -> Words:

@@ -88,22 +88,21 @@ async def check_example(page, words, asks):
 
 
 LOOKS = {
-    "words, German": (STUDY, "text", {"locale": "de-DE"}),
-    "panel": (STUDY, "panel", {}),
-    "eight joints": (LARGE, "panel", {}),
-    "pictures": (PICTURES, "panel", {}),
+    "German": (STUDY, {"locale": "de-DE"}),
+    "eight joints": (LARGE, {}),
+    "pictures": (PICTURES, {}),
 }
 
 
 @pytest.mark.parametrize("case", LOOKS.values(), ids=LOOKS)
 def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
-    study, view, settings = case
+    study, settings = case
     if study is PICTURES:
         pytest.importorskip("mujoco")
 
     async def on_a_phone():
         context = {"viewport": {"width": 360, "height": 740}, **settings}
-        shown = {"view": view, "practice": "chain-3", "language": settings.get("locale", "en")[:2], **WHOLE}
+        shown = {"practice": "chain-3", "language": settings.get("locale", "en")[:2], **WHOLE}
         async with browser() as chromium, served(tmp_path, study, **shown) as url:
             tab = await new_tab(chromium, "touch", **context)
             page, told, seen_so_far = tab.page, [], Counter()
@@ -225,7 +224,7 @@ def test_a_whole_session_tells_no_truth_and_asks_nobody_else(tmp_path):
     sent = []
 
     async def overheard():
-        async with browser() as chromium, served(tmp_path, STUDY, view="panel", **WHOLE) as url:
+        async with browser() as chromium, served(tmp_path, STUDY, **WHOLE) as url:
             tab = await new_tab(chromium)
             tab.page.on("requestfinished", lambda request: sent.append(request))  # noqa: PLW0108 - it has to be a function
             doms = []

@@ -16,7 +16,7 @@ from traceback import walk_stack
 from urllib.parse import urlsplit
 
 import pytest
-from served import STUDY, at_the_box, experiment, logged, served, visiting, written
+from served import STUDY, at_the_box, logged, served, visiting, written
 from visitor import in_short, without_the_page
 
 import lockprobe
@@ -49,10 +49,9 @@ async def raw(url, request):
 
 
 @pytest.mark.parametrize("strategy", ["human-inspired", "ideal-observer", "random"])
-@pytest.mark.parametrize("view", ["panel", "text"])
-def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, strategy, view):
+def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, strategy):
     async def play():
-        async with served(tmp_path, people=experiment(view=view)) as place, visiting(place, strategy=strategy) as one:
+        async with served(tmp_path) as place, visiting(place, strategy=strategy) as one:
             await one.play()
             return one
 

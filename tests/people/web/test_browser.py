@@ -60,31 +60,20 @@ def check_equal(directory, study, strategy, who, boxes, *, claims=True):
 
 
 CASES = {
-    "words, clicks": ("text", "click", "human-inspired", {}),
-    "a drawn panel, keys, false positions that stay": ("panel", "key", "ideal-observer", {"flip": "integrated"}),
-    "a drawn panel, touch, outcomes only": (
-        "panel",
-        "touch",
-        "human-inspired",
-        {"flip": "outcome-only", "assessment": False},
-    ),
-    "words, keys, outcomes only, unasked": (
-        "text",
-        "key",
-        "human-inspired",
-        {"flip": "outcome-only", "assessment": False},
-    ),
-    "a panel dealt anew": ("panel", "click", "ideal-observer", {"layout": "shuffled"}),
-    "six joints": ("text", "touch", "random", {"box": box("random-6-4")}),
+    "clicks": ("click", "human-inspired", {}),
+    "keys, false positions that stay": ("key", "ideal-observer", {"flip": "integrated"}),
+    "touch, outcomes only, unasked": ("touch", "human-inspired", {"flip": "outcome-only", "assessment": False}),
+    "a panel dealt anew": ("click", "ideal-observer", {"layout": "shuffled"}),
+    "six joints": ("touch", "random", {"box": box("random-6-4")}),
 }
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
-    view, how, strategy, settings = case
+    how, strategy, settings = case
     study = a_study(**{"max_steps": 6, **settings})
     language = "de" if how == "touch" else "en"
-    shown = {"view": view, "language": language, "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
+    shown = {"language": language, "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
     run(_takes_part(tmp_path, study, strategy, how, **shown))
     trials = check_equal(tmp_path, study, strategy, "w1", 2, claims=strategy != "random")
     assert len(trials) == 2
@@ -224,7 +213,7 @@ def test_a_page_that_is_loaded_again_shows_the_same_in_every_scene(tmp_path):
 
 
 async def _restless(directory, study):
-    shown = {"view": "panel", "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
+    shown = {"practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
     async with browser() as chromium, served(directory, study, **shown) as url:
         tab = Restless((await new_tab(chromium)).page)
         look = await tab.open(f"{url}?PROLIFIC_PID=w1")

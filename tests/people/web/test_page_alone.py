@@ -33,10 +33,18 @@ def refusal(status, code, language=None):
 
 
 def joint(label, **more):
-    return {"label": label, "target": label == "A", "kind": None, "place": None, "position": 0, "handle": None, **more}
+    return {
+        "label": label,
+        "target": label == "A",
+        "kind": "revolute",
+        "place": (0.5, 0.5),
+        "position": 0,
+        "handle": None,
+        **more,
+    }
 
 
-def a_box(step=1, *, view="text", joints=None, ask=False, last=None, outcome=None, pictures=()):
+def a_box(step=1, *, view="panel", joints=None, ask=False, last=None, outcome=None, pictures=()):
     panel = {"view": view, "joints": joints or [joint(label) for label in "BAC"], "told": "", "last": last,
              "outcome": outcome, "pictures": list(pictures)}  # fmt: skip
     return {"kind": "box", "practice": False, "number": 1, "of": 2, "step": step, "budget": 20, "ask": ask,
@@ -299,7 +307,7 @@ def test_drawn_joints_never_lie_on_each_other_however_they_sit_on_the_panel():
     def scene(places):
         kinds = ("prismatic", "revolute")
         joints = [joint("ABCDEFGH"[i], place=place, kind=kinds[i % 2]) for i, place in enumerate(places)]
-        return a_box(view="panel", joints=joints)
+        return a_box(joints=joints)
 
     async def todo():
         server = Server(*map(scene, panels), scene(panels[0]))
@@ -390,7 +398,7 @@ def test_to_withdraw_one_has_to_say_so_twice():
 def test_the_page_says_its_language_and_keeps_to_the_policy():
     async def todo():
         said = []
-        server = Server(a_box(view="panel", joints=[joint(x, kind="revolute", place=(0.5, 0.5)) for x in "AB"]))
+        server = Server(a_box(joints=[joint(x) for x in "AB"]))
         async with page_of(server) as page:
             page.on("console", lambda message: said.append(message.text))
             await page.reload()

@@ -26,7 +26,7 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act
 from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import PageReply, ServerState
-from lockprobe.people.texts import Words, page_texts
+from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.files import Files
 from lockprobe.people.web.guard import Guard, body_of
@@ -109,7 +109,7 @@ def _of_the_page(words: Words) -> Mapping[str, object]:
         "title": words.title,
         "consent": words.consent.model_dump(include={"agree", "decline"}),
         "debrief": words.debrief.model_dump(include={"completion", "code"}),
-        "page": page_texts(words),
+        "page": words.page.model_dump(),
     }
 
 
