@@ -1,7 +1,5 @@
 """The report of a modality study: what stands on its page, what agents saw, and how the panel was dealt."""
 
-import re
-from dataclasses import replace
 from html import unescape
 
 import numpy as np
@@ -42,17 +40,9 @@ def report(directory):
 
 def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(report):
     found, page = report
-    (said,) = found.said("findings", "modalities")
-    assert "10 of 10 trials (100 %) with RGB, 80 % by step 7" in said
-    assert "The higher the fidelity, the later or more rarely it solves the box (log-rank" in said
     text = unescape(page.replace("<i>P</i>", "P"))
-    test = re.search(r" \(log-rank [^()]*\)", said)[0]
-    assert f"<summary>{said.replace(test, '')}</summary>{test[2:-1]}<" in text
     assert found.answer in text
     assert found.answer.startswith("The higher the fidelity of what viewer sees, the later or more rarely it solves")
-    (verdicts,) = found.said("findings", "verdicts")
-    assert "was wrong at" in verdicts
-    assert verdicts in text
     assert page.count("data:image/png;base64,") == 6
     assert len(page) < 3_000_000
     assert "What agents saw" in page
@@ -81,28 +71,6 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report)
     tables = tables_of(found)
     for name in ("loops", "speed", "optimal-actions"):
         assert {"viewer (RGB)", "viewer (positions and outcomes in words)"} <= {row[0] for row in tables[name]}, name
-
-
-@pytest.mark.parametrize(
-    ("layout", "beginning"),
-    [
-        ("fixed", "The panel was the same in every trial: of the"),
-        ("shuffled", "In every trial the joints were assigned to"),
-    ],
-)
-def test_the_report_says_whether_the_panel_was_dealt(tmp_path, layout, beginning):
-    planned = replace(modality_study(("viewer",), trials=2), layout=layout)
-    found, page = reported(write_study(tmp_path / "study", planned, []))
-    (said,) = found.said("findings", "panel")
-    assert said.startswith(beginning)
-    (summary,) = re.findall(r'<div class="finding">(.*?)</div>', page, re.DOTALL)
-    assert f"<li>{said}</li>" in summary
-
-
-def test_without_pictures_nothing_is_said_of_the_panel(tmp_path):
-    found, page = reported(write_study(tmp_path / "study", modality_study(("viewer",), ("symbolic",), trials=2), []))
-    assert found.said("findings", "panel") == []
-    assert "the panel" not in page
 
 
 def test_captions_are_short(report):

@@ -8,9 +8,8 @@ from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
-from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.loops import loop_finding
-from lockprobe.report.prose.success import baselines_said, courses_said, finding
+from lockprobe.report.prose.success import courses_said, finding
 from lockprobe.statistics.summary import summarise
 
 FAILED = (0,) * 20
@@ -176,13 +175,6 @@ def test_loops_are_held_against_chance():
     assert "more than by chance" in loop_finding(all_of_them)
 
 
-def test_references_are_named_for_comparison():
-    played = [*condition(0.0, 1, 2), *condition(0.0, 1, 2, agent="random")]
-    assert baselines_said(summarise(played)) == "For comparison, when told the truth: random 1 of 2 trials (50 %)."
-    assert baselines_said(summarise(played[2:])) == ""
-    assert baselines_said(summarise([])) == ""
-
-
 def test_trials_of_two_boxes_are_not_analysed_together():
     other = replace(make_trial(SOLUTION), box="chain-5", key="elsewhere")
     with pytest.raises(BadValue, match="boxes chain-4, chain-5"):
@@ -204,7 +196,6 @@ def test_no_effect_is_not_said_above_a_rise_and_fall():
     """Success rises and falls again, and no single p is shown to differ: one order of sentences that agree."""
     agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
     assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
-    assert "Success rises with false reports and falls again" in " ".join(conclusions(agent))
     assert finding(agent).startswith(
         "No change of the success of llm:local was detected at a single flip rate; the course"
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.trial.record import Trial
-from lockprobe.trial.source import CAMERA, VERDICT, SourceKind, camera_outcomes, source_of, verdict_outcomes
+from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
 __all__ = ["Judged", "RobotSenses", "SensedAttempts", "robot_senses"]
 
@@ -65,12 +65,10 @@ class RobotSenses:
     Attributes:
         all: All attempts.
         joints: Those at each joint, by name, in the panel order of the first trial.
-        told: What reports were made of -> the modalities in which they were.
     """
 
     all: SensedAttempts
     joints: Mapping[str, SensedAttempts]
-    told: Mapping[SourceKind, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,16 +94,11 @@ def robot_senses(trials: Sequence[Trial]) -> RobotSenses | None:
     attempts = [one for trial in sensing for one in _attempts(trial) if one.has_verdict or one.has_reading]
     if not attempts:
         return None
-    told = defaultdict[SourceKind, dict[str, None]](dict)
-    for trial in trials:
-        source = source_of(trial.modality)
-        told["truth" if source is None else source.of][trial.modality] = None
     names = dict.fromkeys(joint for trial in trials for joint in trial.joints)
     by_joint = {name: [one for one in attempts if one.joint == name] for name in names}
     return RobotSenses(
         all=_sensed(attempts),
         joints={name: _sensed(members) for name, members in by_joint.items() if members},
-        told={kind: tuple(modalities) for kind, modalities in told.items()},
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from lockprobe.boxes.families import box
 from lockprobe.report.prose.first_screen import flips_answer
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
-from lockprobe.report.prose.success import baselines_said, finding
+from lockprobe.report.prose.success import finding
 from lockprobe.statistics.idle import Idle, Unheeded
 from lockprobe.statistics.summary import summarise
 from lockprobe.testing import play_trials
@@ -64,14 +64,3 @@ def test_such_a_flip_rate_is_not_the_one_that_is_compared():
     assert "it solved 8 of 8 trials (100 %) when told the truth and 8 of 8 trials (100 %) at a flip rate of 0.02" in (
         finding(agent)
     )
-
-
-def test_such_a_flip_rate_of_a_baseline_is_named_too():
-    played = [trial for agent in ("cognitive:careful", "random") for p in (0.0, 0.0001, 0.4)
-              for trial in play_trials(agent, 6, p=p)]  # fmt: skip
-    summary = summarise(played, box("chain-4"))
-    assert [agent.agent for agent in summary.subjects] == ["cognitive:careful"]
-    steps = sum(len(trial.steps) for trial in played if (trial.agent, trial.p) == ("random", 0.0001))
-    said = f"At a flip rate of 0.0001, no report was false (random, {steps} steps), so nothing is concluded from it."
-    assert baselines_said(summary).endswith(said)
-    assert said not in baselines_said(summarise([one for one in played if one.p != 0.0001], box("chain-4")))

@@ -1,19 +1,10 @@
 """A robot that breaks the rules of the box is said to, and no claim of the paper is judged by that."""
 
-from lockprobe.report.prose.robot import broken_said, not_judged, rules_said
+from lockprobe.report.prose.robot import broken_said, not_judged
 from lockprobe.statistics.rules import RuleBreaks
 
 BROKEN = RuleBreaks(attempts=60, against=12, free=30, missed=11, forced=1, others=0)
 KEPT = RuleBreaks(attempts=60, against=0, free=30, missed=0, forced=0, others=0)
-
-
-def test_attempts_against_the_rules_are_said_by_kind():
-    said = rules_said(BROKEN)
-    assert said.startswith(
-        "12 of 60 attempts (20.0 %) broke the rules of the box: 11 of 30 at free joints moved nothing, "
-        "1 of 30 at locked joints moved them. The plant did that, not the agent."
-    )
-    assert rules_said(KEPT) == ""
 
 
 def test_no_claim_is_judged_where_there_are_any():

@@ -1,15 +1,11 @@
 """Sentences call people people, with verbs that fit, and every other agent by its spec."""
 
-import re
 from dataclasses import replace
 
 import pytest
 from builders import play_study, played_by_people, small_study
-from known_truth import records
 
-from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.agent_comparison import comparison_said
-from lockprobe.report.prose.hypothesis_tests import conclusions, conclusions_of
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.report.prose.success import courses_said, finding
 from lockprobe.statistics.summary import summarise
@@ -24,13 +20,11 @@ def summary():
 
 def test_no_sentence_calls_people_by_their_spec(summary):
     said = [finding(agent) for agent in summary.agents] + [courses_said(summary)]
-    said += [sentence for agent in summary.agents for sentence in conclusions(agent)]
     said += [sentence for one in summary.comparisons for sentence in comparison_said(one, summary)]
     assert not [sentence for sentence in said if "participant" in sentence]
     assert not [sentence for sentence in said if sentence.startswith("people")]
     assert not [sentence for sentence in said for many in ("eople solves", "eople needs") if many in sentence]
     (people,) = (agent for agent in summary.agents if agent.agent == "participant")
-    assert not [sentence for sentence in conclusions(people) if "the agent" in sentence]
     assert (subject_of(people).name, people.name) == ("people", "participant")
     assert subject_of(replace(people, shown="reports")).name == "people (reports)"
 
@@ -49,20 +43,3 @@ def test_specs_stay_as_they_are():
     random, people = Subject.of("random"), Subject.of("participant")
     assert (random.name, random.first, Subject.of("peopled").first) == ("random", "random", "peopled")
     assert (random.form("it", "they"), people.form("it", "they")) == ("it", "they")
-    assert conclusions_of(people, "harm")[2] == "No difference in the success of people after a loop was detected"
-
-
-def test_every_conclusion_can_be_said_of_people():
-    """With no pronoun or verb that stands for one."""
-    people = Subject.of("participant")
-    every = [conclusions_of(people, question) for question in ("speed", "shape", "looping", "harm")]
-    of_many = [sentence for three in every for sentence in three]
-    assert len(of_many) == 12
-    assert not [said for said in of_many if re.search(r"\b(its?|the agent)\b|people (is|has|\w+s)\b", said)]
-
-
-def test_a_sentence_on_loops_names_what_the_test_assumes():
-    """Trials that are solved end before they can loop; that they would have looped like the others nobody can see."""
-    (agent,) = summarise(records("loop-trapped", generator(1, "loops"))).agents
-    (said,) = (sentence for sentence in conclusions(agent) if "delay the first loop" in sentence)
-    assert "assuming that solved trials would have looped like those still running" in said

@@ -43,7 +43,7 @@ def test_a_dose_is_called_by_its_name(lab):
     assert axis.key == "tremble p"
     assert axis.doses == {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4}
     findings = [one for one in lab.findings if one.section == "doses"]
-    assert {one.kind for one in findings} == {"answer", "finding", "loops", "conclusion"}
+    assert {one.kind for one in findings} == {"answer", "finding", "loops"}
     assert "Tremble p</h2>" in section(lab)
     said = [one.text for one in findings] + [row.note for row in lab.where("test", axis=axis.key)]
     assert any("tremble" in one for one in said)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.report.prose.modalities import modality_finding
 from lockprobe.statistics.conditions.modalities import by_fidelity, modality_effect, spoken
 from lockprobe.statistics.summary import summarise
 
@@ -73,29 +72,6 @@ def test_a_modality_without_a_rank_stays_out_of_the_trend():
     assert beside.modalities == ("rgb", "symbolic", "smell")
     assert len(beside.pairs) == 3
     assert modality_effect([ranked[0], trials_of("smell", MIDDLE)]).p_value is None
-
-
-@pytest.mark.parametrize(
-    ("modalities", "waits", "said"),
-    [
-        (("rgb", "symbolic"), (SOON, LATE), "The higher the fidelity, the later or more rarely it solves the box (log"),
-        (("rgb", "symbolic"), (SOON, SOON), "No effect of fidelity on how soon it solves the box was detected (log"),
-        (("rgb", "symbolic"), (SOON[:3], LATE[:3]), "There are too few trials to compare how soon."),
-        (
-            ("rgbd", "rgbd?depth=gray"),
-            (SOON, LATE),
-            "How soon it solves the box differs with the modality",
-        ),
-        (("rgbd", "rgbd?depth=gray"), (SOON, SOON), "No effect of the modality on how soon it solves the"),
-        (("rgbd", "rgbd?depth=gray"), (SOON[:3], LATE[:3]), "There are too few trials to compare how soon."),
-    ],
-)
-def test_the_finding_speaks_of_fidelity_only_where_there_are_two(modalities, waits, said):
-    trials = [trial for modality, wait in zip(modalities, waits, strict=True) for trial in trials_of(modality, wait)]
-    summary = summarise(trials)
-    finding = modality_finding(summary.modalities[0], summary)
-    assert said in finding
-    assert ("fidelity" in finding) == ("fidelity" in said)
 
 
 def test_who_solves_it_at_all_is_compared_in_pairs():

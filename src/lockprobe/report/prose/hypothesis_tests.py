@@ -1,20 +1,15 @@
-"""Sentences on hypothesis tests: what each asks, what it is called, and what it concludes of an agent."""
+"""Sentences on hypothesis tests: what each asks, what it is called, and how to read it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lockprobe.foundation.formatting import capital, minus, p_value
 from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.subject import Subject, subject_of
-from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import MEAN_STEPS, ONE_LOOK, Question, TestResult
 
 __all__ = [
     "asked",
-    "conclusions",
-    "conclusions_of",
     "effect_said",
     "limits_said",
     "note_said",
@@ -35,63 +30,6 @@ _ASKED: Mapping[Question, str] = {
 def asked(question: Question, axis: Axis = FLIPS) -> str:
     """What a test asks, of the doses of this axis."""
     return _ASKED[question].format(cause=cause(axis), dose=axis.name, doses=axis.plural)
-
-
-def conclusions(agent: AgentSummary) -> list[str]:
-    """The conclusions of the tests on success, on looping and on its harm, a sentence each."""
-    if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
-        return []
-    tests = {test.question: test for test in agent.inference.tests}
-    said = []
-    for question in _CONCLUDED:
-        test = tests[question]
-        if test.p_value is None:
-            continue
-        interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
-        told = test.effect is not None and question != "shape"
-        effect = f"{effect_said(test.name, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
-        fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis)
-        found = no if not test.rejects else more if test.direction > 0 else fewer
-        said.append(f"{found} ({effect}{test.name}, {p_value(test.p_value)}).")
-    return said
-
-
-_AS_THE_REST = "assuming that solved trials would have looped like those still running"
-"""What a log-rank test of loops assumes, which the records cannot show."""
-
-_RISES_AND_FALLS = "Success rises with {cause} and falls again"
-
-_CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
-    "speed": (
-        "{Cause} increase the mean number of steps",
-        "{Cause} decrease the mean number of steps",
-        "No effect of {cause} on the mean number of steps was detected",
-    ),
-    "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "No rise and fall of success with the {dose} was detected"),
-    "looping": (
-        f"{{Cause}} delay the first loop of {{agent}}, {_AS_THE_REST}",
-        f"{{Cause}} bring the first loop of {{agent}} forward, {_AS_THE_REST}",
-        "No effect of {cause} on how soon {agent} {loops} was detected",
-    ),
-    "harm": (
-        "After a loop {agent} {is_} less likely to solve the box",
-        "After a loop {agent} {is_} more likely to solve the box",
-        "No difference in the success of {agent} after a loop was detected",
-    ),
-}
-"""What a test concludes: less, more, and no difference detected."""
-
-
-def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS) -> tuple[str, ...]:
-    """The three possible conclusions of a test, without its numbers: less, more, no difference detected.
-
-    Args:
-        who: The subject of the sentences.
-        question: What the test asks.
-        axis: What conditions differ in.
-    """
-    words = who.words | {"cause": cause(axis), "Cause": capital(cause(axis)), "dose": axis.name}
-    return tuple(one.format(**words) for one in _CONCLUDED[question])
 
 
 _EFFECTS: Mapping[str, tuple[str, str]] = {

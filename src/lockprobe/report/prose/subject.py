@@ -56,21 +56,6 @@ class Subject:
         """
         return capital(self.name) if self.plural else self.name
 
-    @property
-    def words(self) -> dict[str, str]:
-        """The words of a template that agree with it, where the sentence does not name the agent.
-
-        >>> "After a loop {agent} {is_} slower".format(**Subject.of("participant").words)
-        'After a loop people are slower'
-        """
-        return {
-            "agent": self.form("the agent", "people"),
-            "is_": self.form("is", "are"),
-            "loops": self.form("loops", "loop"),
-            "solves": self.form("solves", "solve"),
-            "its": self.form("its", "their"),
-        }
-
 
 def subject_of(agent: AgentSummary) -> Subject:
     """The subject of sentences about one agent of a study."""

@@ -1,4 +1,4 @@
-"""Sentences on success: the effect of a dose, the course over all doses, and the success of baselines."""
+"""Sentences on success: the effect of a dose, and the course over all doses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["alike_said", "baselines_said", "course_said", "courses_said", "finding", "of_trials"]
+__all__ = ["alike_said", "course_said", "courses_said", "finding", "of_trials"]
 
 
 _MANY, _COPIES = 50, 3
@@ -123,19 +123,6 @@ def _broken_said(agent: AgentSummary) -> str:
         f"permutation test, {p_value(broken.p_value)}), so the remaining trials are a selected sample. A difference "
         "counts as detected only if it holds with all broken trials counted as unsolved and with all counted as solved."
     )
-
-
-def baselines_said(summary: StudySummary) -> str:
-    """The success of the baselines at their lowest p, and where nothing happened to them; empty without baselines."""
-    baselines = [agent for agent in summary.agents if agent not in summary.subjects]
-    shares = [
-        f"{subject_of(agent).name} {of_trials(first.success)}"
-        for agent in baselines
-        if (first := agent.conditions[0]).success.n
-    ]
-    lowest = at_dose(summary.conditions[0].dose, summary.axis) if shares else ""
-    said = f"For comparison, {lowest}: {', '.join(shares)}." if shares else ""
-    return " ".join(filter(None, (said, *map(idle_doses_said, baselines))))
 
 
 def courses_said(summary: StudySummary, *, brief: bool = False) -> str:

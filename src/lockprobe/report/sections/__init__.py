@@ -10,7 +10,7 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "findings", "people", "factorial", "stopping", "success", "readings", "effects",
+    "first_screen", "trials", "people", "factorial", "stopping", "success", "readings", "effects",
     "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
     "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules", "conditions",
     "study_design", "agents", "broken", "limits", "claims", "why", "forks",

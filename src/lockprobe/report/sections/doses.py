@@ -7,7 +7,6 @@ from typing import Any
 
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.report.captions import best_dose_said, model_said, share_intervals_said
-from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import courses_said, finding
@@ -20,7 +19,7 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.axis import FLIPS, Axis, axis_key
 from lockprobe.trial.record import PLAIN_WORDS
 
-__all__ = ["SECTIONS", "dose_sections"]
+__all__ = ["SECTIONS"]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -35,8 +34,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))
             if said := loop_finding(agent):
                 yield Finding(**about, kind="loops", text=said, rests_on=("loop_rate", "loop_rate_chance"))
-            for said in conclusions(agent):
-                yield Finding(**about, kind="conclusion", text=said, rests_on=("test",))
         if said := courses_said(summary, brief=True):
             yield Finding(
                 section=_name(i), kind="answer", text=said, rests_on=("success_difference", "success_two_lines")
@@ -50,11 +47,6 @@ def _name(number: int) -> str:
 def _axes(found: Results) -> list[tuple[int, DoseAxis]]:
     """The axes that are not flip rates, each with its place among all axes."""
     return [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
-
-
-def dose_sections(found: Results) -> list[str]:
-    """The names under which sentences on each axis are kept whose lowest dose is the control, in order."""
-    return [_name(i) for i, (_, axis) in enumerate(_axes(found), 1) if not axis.rest]
 
 
 def _show(found: Results) -> Iterator[Part]:
