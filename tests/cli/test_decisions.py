@@ -37,13 +37,3 @@ def test_as_json_the_decisions_are_an_event(lockprobe, played):
     (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
     assert event["message"].startswith("The difference is decided")
     assert event["answers"][0]["verdict"] == "effect"
-
-
-def test_more_trials_are_added_and_said(lockprobe, tmp_path):
-    asked = (*ASKED[:-2], "--repetitions", "1", "--no-report", "--out", str(tmp_path / "b"))
-    assert lockprobe(*asked, "--trials", "3")[0] == 0
-    status, _, told = lockprobe(*asked, "--trials", "5")
-    assert status == 0
-    assert told.startswith("To be extended: planned for 3 trials per condition, and since ")
-    assert "after 6 trials, for 5 trials per condition. The report shows what holds at every look." in told
-    assert "extended    it was planned for 3 trials" in lockprobe("status", str(tmp_path / "b"))[1]

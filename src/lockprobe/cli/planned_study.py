@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.studies.extension import extended, extension_said
+from lockprobe.studies.extension import extended
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
@@ -17,9 +16,7 @@ from lockprobe.studies.options.study_options import StudyOptions, read_options_f
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study
 
-__all__ = ["planned_study", "say_extended"]
-
-AT_EVERY_LOOK = "The report shows what holds at every look."
+__all__ = ["planned_study"]
 
 
 def planned_study(
@@ -44,13 +41,6 @@ def planned_study(
     planned = planned.ordered_as(there.settings())
     planned = sized_as_there(planned, there, said)
     return extended(planned, directory), directory
-
-
-def say_extended(planned: Study, directory: Path) -> None:
-    """Say that a study is about to be extended, if it is."""
-    before = len(read_study(directory).earlier) if (directory / SETTINGS).exists() else 0
-    if len(planned.earlier) > before:
-        print(f"To be extended: {extension_said(planned)}. {AT_EVERY_LOOK}", file=sys.stderr)
 
 
 def _unsized(request: StudyOptions, asked: Mapping[str, object]) -> Study:

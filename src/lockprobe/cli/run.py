@@ -86,7 +86,7 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
-    from lockprobe.cli.planned_study import planned_study, say_extended
+    from lockprobe.cli.planned_study import planned_study
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.runner import Limits
 
@@ -107,7 +107,6 @@ def run(
         from lockprobe.cli.format_cost import say_unlimited
         from lockprobe.cli.run_study import allowed_budget, play_study
 
-        say_extended(planned, directory)
         allowed = allowed_budget(planned, budget, directory)
         say_unlimited(planned, budget)
         if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):

@@ -25,12 +25,10 @@ from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
-from lockprobe.studies.extension import extension_said
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
-from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import load, time_played
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import hash_of_digest
@@ -57,8 +55,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     facts |= {"not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records)}
     facts |= _took(directory, records)
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
-    added = {study.label_of(agent): when for agent, when in added_agents(directory).items()}
-    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added}
+    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign}
     invalid = [] if of_forks else invalid_conditions(study, records)
     unchanged = [] if of_forks else idle_conditions(study, records)
     said: list[tuple[str, str]] = []
@@ -67,9 +64,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         decided, filled = answers_by_agent(study, trials), study.places_filled(trials)
         facts |= {"until": str(study.until), "decided": decision_facts(decided)}
         said = [("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, filled))]
-    if study.earlier:
-        facts["extended"] = extension_said(study)
-        said.append(("extended", f"it was {extension_said(study)}"))
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
     facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
     facts |= _in_progress(directory, index)
@@ -236,11 +230,7 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
 
 
 def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
-    """What was added, how long it took, what broke, what was asked again or tidied, and the hashes."""
-    added = facts["added"]
-    assert isinstance(added, dict)
-    for agent, when in added.items():
-        yield "added", f"{agent} at {when}"
+    """How long it took, what broke, what was asked again or tidied, and the hashes."""
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"

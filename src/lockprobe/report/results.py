@@ -66,10 +66,8 @@ def _progress(opened: OpenedStudy) -> Progress:
 
 def _settings(opened: OpenedStudy) -> dict[str, object]:
     """The settings, with what pages call the agents in place of their specs, which may say more than is shown."""
-    study = opened.study
     found = {name: value for name, value in opened.settings.items() if name not in ("agents", "names")}
-    added = {study.label_of(agent): when for agent, when in opened.settings.get("added", {}).items()}
-    return {**found, "agents": list(study.labels), **({"added": added} if added else {})}
+    return {**found, "agents": list(opened.study.labels)}
 
 
 def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -> list[Row]:

@@ -1,30 +1,27 @@
-"""A study that is larger than it was first planned: what was planned before, and when that changed."""
+"""A study that becomes larger than it was when its trials began."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.formatting import count
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.records.directory import is_begun
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
-from lockprobe.studies.until import EarlierPlan, Until
+from lockprobe.studies.until import EarlierSize
 
-__all__ = ["extended", "extension_said"]
+__all__ = ["extended"]
 
 
 def extended(planned: Study, directory: Path) -> Study:
-    """A study with the plans that its directory was played by before, the present one too if the new one is larger.
+    """A study with the sizes that its directory had before, the present one too if the new one is larger.
 
-    Trials that are added after a look are valid if everything is then tested at every look. The plans say in which
-    order blocks were planned, and the page says that there were several.
+    Trials that are added after a look are valid if everything is then tested at every look. The sizes say in which
+    order blocks were planned.
 
     Args:
         planned: The study as it is asked for now.
@@ -50,15 +47,7 @@ def extended(planned: Study, directory: Path) -> Study:
     if PEOPLE in {*there.agents, *planned.agents}:
         raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")
 
-    before = EarlierPlan(
-        repetitions=there.repetitions,
-        trials=there.trials,
-        strategy_trials=there.strategy_trials,
-        until=there.until,
-        settings_hash=there.settings_hash,
-        finished=sum(not trial.owed_again for trial in load(directory)),
-        when=datetime.now(UTC).isoformat(timespec="seconds"),
-    )
+    before = EarlierSize(there.repetitions, there.trials, there.strategy_trials)
     return replace(planned, earlier=(*there.earlier, before))
 
 
@@ -70,15 +59,3 @@ def _larger(there: Study, planned: Study) -> bool:
     """Whether there are no fewer repetitions and trials than before, for each agent too."""
     before, now = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
     return all(more >= less for more, less in zip(now, before, strict=True))
-
-
-def extension_said(study: Study) -> str:
-    """What the last extension of a study changed, in words."""
-    before = study.earlier[-1]
-    there, now = (_plan_said(one.repetitions, one.trials, one.until) for one in (before, study))
-    return f"planned for {there}, and since {before.when[:10]}, after {before.finished} trials, for {now}"
-
-
-def _plan_said(repetitions: int, trials: int, until: Until | None) -> str:
-    number = f"{count(repetitions * trials, 'trial')} per condition"
-    return f"{number} at most, until {until}" if until else number

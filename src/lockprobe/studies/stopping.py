@@ -21,7 +21,7 @@ from lockprobe.statistics.why.mechanism import CONTRASTS, PART
 from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, decisions, numbers_of, wanted
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of
-from lockprobe.studies.until import LOOK_EVERY, EarlierPlan
+from lockprobe.studies.until import LOOK_EVERY, EarlierSize
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
@@ -60,7 +60,7 @@ class Answer:
 def block_orders(study: Study) -> dict[str, BlockOrder]:
     """Agent -> the order of its blocks, for what must hold at every look; people have none, who come in any order."""
     margin = study.until.margin if study.until else None
-    plans: tuple[Study | EarlierPlan, ...] = (*study.earlier, study)
+    plans: tuple[Study | EarlierSize, ...] = (*study.earlier, study)
     return {
         study.label_of(agent): BlockOrder(
             plans=tuple((one.repetitions, trials_planned(agent, one)) for one in plans), margin=margin

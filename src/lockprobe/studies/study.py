@@ -25,7 +25,7 @@ from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study_checks import check_doses, check_people, check_plant, check_sizes
-from lockprobe.studies.until import EarlierPlan, Until
+from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Plan
@@ -68,7 +68,7 @@ class Study:
         assessment: Whether agents are asked what their last action did. Asking may change behaviour.
         hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
         until: When it stops, before ``trials`` are played; None if all of them are.
-        earlier: The sizes that it was planned with before it was extended; no setting, since they change no trial.
+        earlier: The sizes that it had before it was extended; no setting, since they change no trial.
         shard: The part of its trials that is played; None for all. It is no setting either.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
             Keys, tables and pages show it in place of the spec. It changes no draw.
@@ -95,7 +95,7 @@ class Study:
     assessment: bool = True
     hypothesis: Ask = "before"
     until: Until | None = None
-    earlier: tuple[EarlierPlan, ...] = field(default=(), compare=False)
+    earlier: tuple[EarlierSize, ...] = field(default=(), compare=False)
     shard: Shard | None = field(default=None, compare=False)
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
@@ -440,6 +440,6 @@ class Study:
         return sum(self.in_shard(agent, condition, *block) for condition, block in every)
 
 
-def trials_planned(agent: str, plan: Study | EarlierPlan) -> int:
+def trials_planned(agent: str, plan: Study | EarlierSize) -> int:
     """Trials per repetition and condition that a plan has for an agent."""
     return plan.strategy_trials if plan.strategy_trials is not None and is_strategy(agent) else plan.trials

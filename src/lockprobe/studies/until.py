@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Literal, NamedTuple, Self
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["LOOK_EVERY", "MARGIN", "MOST", "EarlierPlan", "Until"]
+__all__ = ["LOOK_EVERY", "MARGIN", "MOST", "EarlierSize", "Until"]
 
 MARGIN = 0.1
 """The largest difference in success that counts as none where a study plays until it is decided. It is a convention."""
@@ -70,33 +69,12 @@ class Until:
         return {"rule": self.rule, "points": self.points}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EarlierPlan:
-    """The size that a study was planned with, before it was extended.
+class EarlierSize(NamedTuple):
+    """The size that a study had before it was extended, in the fields of :class:`lockprobe.studies.study.Study`.
 
-    Attributes:
-        repetitions, trials, strategy_trials, until: As in :class:`lockprobe.studies.study.Study`.
-        settings_hash: That of the study as it was planned.
-        finished: Trials that had ended when it was extended.
-        when: Time of the extension (UTC, ISO 8601).
+    Blocks of an earlier size come before those that were added to it, in what holds at every look.
     """
 
     repetitions: int
     trials: int
     strategy_trials: int | None
-    until: Until | None
-    settings_hash: str
-    finished: int
-    when: str
-
-    def settings(self) -> Mapping[str, object]:
-        """The plan as JSON holds it."""
-        return {
-            "repetitions": self.repetitions,
-            "trials": self.trials,
-            "strategy_trials": self.strategy_trials,
-            "until": self.until and self.until.settings(),
-            "settings_hash": self.settings_hash,
-            "finished": self.finished,
-            "when": self.when,
-        }

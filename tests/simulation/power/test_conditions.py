@@ -7,7 +7,7 @@ from builders import numbers_of, play_study
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
-from lockprobe.simulation.power.conditions import STATED, condition_power, detected, families_of
+from lockprobe.simulation.power.conditions import STATED, _families_of, condition_power, detected
 from lockprobe.studies.options.studyfile import study
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
@@ -18,16 +18,16 @@ def planned(seed=1, trials=40, agent="cognitive:perseverant", **more):
 
 
 def test_families_are_those_of_the_report():
-    rates, tremble, others = families_of(planned())
+    rates, tremble, others = _families_of(planned())
     assert (rates.name, rates.control, rates.doses) == (
         "flip rate", "truth", {"truth": 0, "flip?p=0.3": 0.3, "flip?p=0.6": 0.6},
     )  # fmt: skip
     assert (tremble.name, tremble.doses) == ("tremble p", {"truth": 0, "tremble?p=0.4": 0.4, "tremble?p=0.8": 0.8})
     assert (others.name, list(others.doses)) == ("", ["truth", "nudge", "drop?p=0.5"])
-    two = families_of(planned(sweep=None, modality=["symbolic", "symbolic?tell=state"]))
+    two = _families_of(planned(sweep=None, modality=["symbolic", "symbolic?tell=state"]))
     assert [one.control for one in two] == ["symbolic", "symbolic", "symbolic", "truth", "truth"]
     assert list(two[2].doses) == ["symbolic", "truth"]  # the control of the other modality is compared too
-    assert families_of(study("flips", agent="random", p=[0])) == ()
+    assert _families_of(study("flips", agent="random", p=[0])) == ()
 
 
 def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
@@ -37,7 +37,7 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
     played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
     decisions = []
     for agent, (solved, _) in zip(asked.agents, played_blocks(played, 30), strict=True):
-        for family in families_of(asked):
+        for family in _families_of(asked):
             own = solved[:, [labels.index(label) for label in family.doses]]
             shown = detected(own, family, generator(1, family.name), agents=2)
             (found,) = (e for e in (*report.effects, *report.on_axes) if (e.agent, e.axis) == (agent, family.name))
@@ -50,7 +50,7 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
 
 def test_power_is_the_share_of_studies_in_which_it_is_detected_and_grows():
     small = condition_power(planned(), success=[0.3, 0.7, 0.7, 0.3, 0.7, 0.7, 0.7], trials=(10, 60), studies=20)
-    assert [one.condition for one in small] == [label for f in families_of(planned()) for label in list(f.doses)[1:]]
+    assert [one.condition for one in small] == [label for f in _families_of(planned()) for label in list(f.doses)[1:]]
     for one in small:
         first, last = one.needed.measured
         assert (one.agent, one.control, one.control_success, one.choices) == (STATED, "truth", 0.3, 2)

@@ -11,7 +11,6 @@ from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.settings import read_study, study_from
 from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load, read_records
 from lockprobe.studies.running.runner import run_study
@@ -112,7 +111,6 @@ def test_agents_with_names_are_added(tmp_path):
     write_study(tmp_path, NAMED)
     run_study(small("steady=round-robin"), tmp_path)
     assert read_study(tmp_path).labels == ("careful", "random", "steady")
-    assert [*read_settings(tmp_path)["added"]] == ["round-robin"]
 
 
 def test_named_agents_that_were_played_apart_are_one_study(tmp_path):

@@ -14,7 +14,7 @@ from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.studies.stopping import answers, counted, due
-from lockprobe.studies.until import EarlierPlan
+from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.record import TrialError
 
 AGENT = "round-robin"
@@ -66,9 +66,7 @@ def test_neither_the_order_of_arrival_nor_interruptions_nor_faults_change_it(eve
 @pytest.mark.parametrize("seed", range(6))
 def test_what_lies_behind_an_open_block_is_not_counted(every, seed):
     luck = random.Random(seed)
-    before = EarlierPlan(
-        repetitions=2, trials=3, strategy_trials=None, until=None, settings_hash="0", finished=12, when="then"
-    )
+    before = EarlierSize(repetitions=2, trials=3, strategy_trials=None)
     planned = replace(FIXED, repetitions=3, trials=6, earlier=(before,))
     order = [(r, t) for r in (1, 2) for t in (1, 2, 3)]
     order += [(r, t) for r in (1, 2, 3) for t in range(1, 7) if (r, t) not in order]

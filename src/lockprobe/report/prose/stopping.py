@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.foundation.formatting import listed
 from lockprobe.report.prose.subject import Subject
-from lockprobe.studies.extension import extension_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
@@ -44,7 +43,7 @@ def every_look_said(study: Study, kind: str, answers: Mapping[str, Sequence[Answ
     if kind == "until":
         return f"{progress_said(study, answers, played)}. {_HOLDS}."
     if kind == "extended":
-        return f"This study was {extension_said(study)}. {_HOLDS}."
+        return f"Trials were added to this study after it had begun. {_HOLDS}."
     return f"{_HOLDS}, so that reading them now and playing on is valid." if kind else ""
 
 

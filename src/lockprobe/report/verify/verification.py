@@ -31,7 +31,6 @@ from lockprobe.report.verify.replayed_trials import UNPLAYED, Replay, ReplayedTr
 from lockprobe.report.verify.unplayed_replies import other_words
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS
-from lockprobe.studies.records.directory import added_agents
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
@@ -191,21 +190,9 @@ def _of_hashes(opened: OpenedStudy, settings: str | None, results: str | None) -
     """Whether settings and records are those of the published hashes."""
     study = opened.study
     if settings is not None:
-        yield _before_additions(opened, settings) or hash_check("settings", settings, study.settings_hash)
+        yield hash_check("settings", settings, study.settings_hash)
     if results is not None:
         yield hash_check("results", results, results_hash(study, opened.trials))
-
-
-def _before_additions(opened: OpenedStudy, given: str) -> Check | None:
-    """Whether a hash is that of the settings before agents were added; None if it is not."""
-    agents = opened.study.agents
-    added = sorted(added_agents(opened.directory).items(), key=lambda one: one[1], reverse=True)
-    for agent, when in added:
-        agents = tuple(one for one in agents if one != agent)
-        if agents and given.strip().lower() == replace(opened.study, agents=agents).settings_hash:
-            said = f"this was the hash of the settings before {agent} was added, at {when}"
-            return Check(name="settings hash", holds=True, said=said)
-    return None
 
 
 def hash_check(what: str, given: str, found: str) -> Check:

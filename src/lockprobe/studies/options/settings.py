@@ -17,7 +17,7 @@ from lockprobe.studies.options.condition_settings import ConditionSettings
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import LARGEST_SEED, Study
-from lockprobe.studies.until import EarlierPlan, Until
+from lockprobe.studies.until import EarlierSize, Until
 
 __all__ = ["LONGEST_SPEC", "read_study", "study_from"]
 
@@ -45,15 +45,6 @@ class _Earlier(BaseModel):
     repetitions: Count
     trials: Count
     strategy_trials: Count | None
-    until: _Until | None
-    settings_hash: Text
-    finished: Count
-    when: Text
-
-    def plan(self) -> EarlierPlan:
-        """The plan."""
-        known = self.model_dump(exclude={"until"})
-        return EarlierPlan(until=self.until.until() if self.until else None, **known)
 
 
 class _Settings(BaseModel):
@@ -77,7 +68,6 @@ class _Settings(BaseModel):
     layout: Text
     assessment: bool
     hypothesis: Text
-    added: dict[Text, Text] = {}
 
 
 _AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {
@@ -114,7 +104,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             conditions=tuple(one.condition() for one in found.conditions),
             until=found.until.until() if found.until else None,
             shard=None if found.shard is None else Shard.parse(found.shard),
-            earlier=tuple(one.plan() for one in found.extended),
+            earlier=tuple(EarlierSize(**one.model_dump()) for one in found.extended),
             **found.model_dump(include=_AS_THEY_STAND),
         )
     except UserMistake as error:

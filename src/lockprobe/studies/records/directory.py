@@ -12,7 +12,6 @@ import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -31,7 +30,6 @@ from lockprobe.trial.record import STATES
 
 __all__ = [
     "StudyDirectory",
-    "added_agents",
     "claim",
     "is_begun",
     "read_settings",
@@ -45,7 +43,7 @@ _KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
 _SIZE = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
 
-_BESIDE = frozenset({"agents", "names", "added", "extended", "shard"})
+_BESIDE = frozenset({"agents", "names", "extended", "shard"})
 """What stands beside the settings that a study on disk must have in common with the one that is asked for."""
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
@@ -149,36 +147,21 @@ def _are_of_a_study(settings: Mapping[str, object]) -> bool:
 def write_settings(directory: Path, study: Study) -> None:
     """Write the settings of a study atomically.
 
-    If trials were already played, the settings say when each later agent was added. What they say of earlier plans is
-    never forgotten.
+    What they say of earlier sizes is never forgotten.
 
     Raises:
         BadFile: If they cannot be written.
     """
-    added: dict[str, str] = {}
-    earlier: object = [plan.settings() for plan in study.earlier]
+    earlier: object = [size._asdict() for size in study.earlier]
     if _played(directory) and (directory / SETTINGS).exists():
         there = read_settings(directory)
         earlier = there["extended"] if _plans(there) > len(study.earlier) else earlier
-        now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(there["agents"])
-        added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
     settings = {
         **study.settings(),
-        **({"added": added} if added else {}),
         **({"extended": earlier} if earlier else {}),
         **({"shard": str(study.shard)} if study.shard else {}),
     }
     write_file(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n", alone=True)
-
-
-def added_agents(directory: Path) -> dict[str, str]:
-    """The agents that were added after the first trials, each with the time of addition (UTC, ISO 8601).
-
-    Raises:
-        BadFile: If it is not the directory of a study.
-    """
-    added = read_settings(directory).get("added")
-    return {str(agent): str(when) for agent, when in added.items()} if isinstance(added, dict) else {}
 
 
 def claim(directory: Path, study: Study) -> None:

@@ -27,7 +27,7 @@ from lockprobe.studies.records.journal import Journal, Timing, load, read_timing
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
-from lockprobe.studies.until import EarlierPlan
+from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Fact, Trial
@@ -166,8 +166,8 @@ def gather(
     )
 
 
-def _earlier(known: Study | None, sources: Sequence[MergeSource]) -> tuple[EarlierPlan, ...]:
-    """The plans before the present one: those of the study that was extended most often."""
+def _earlier(known: Study | None, sources: Sequence[MergeSource]) -> tuple[EarlierSize, ...]:
+    """The sizes before the present one: those of the study that was extended most often."""
     return max((one.earlier for one in (*([known] if known else ()), *(one.study for one in sources))), key=len)
 
 
