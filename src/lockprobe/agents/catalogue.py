@@ -29,7 +29,6 @@ from lockprobe.agents.participant import check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
-from lockprobe.foundation.garbage import spared
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.foundation.terminal_text import printable
@@ -223,8 +222,7 @@ def _client(spec: Spec, access: Access) -> AgentSource:
 
 def _hosted(name: str, *given: object) -> Any:
     """Call a function of the module of hosted models, imported only when needed because that takes seconds."""
-    with spared():
-        return getattr(importlib.import_module("lockprobe.agents.llm.model"), name)(*given)
+    return getattr(importlib.import_module("lockprobe.agents.llm.model"), name)(*given)
 
 
 def _language_model(spec: Spec, access: Access) -> AgentSource:

@@ -13,7 +13,6 @@ from typing import ClassVar, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.quick import quick
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
@@ -35,9 +34,6 @@ class Traces:
     opened: int = 0
     last: int = -1
     moved: bool = False
-
-
-_traces = quick(Traces)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +94,7 @@ class SoftmaxMemory(Policy[Traces]):
         failures = [trace * kept for trace in memory.failures]
         if not told.moved:
             failures[told.joint] = 1.0
-        return _traces(tuple(failures), opened_after(memory.opened, told), told.joint, told.moved)
+        return Traces(tuple(failures), opened_after(memory.opened, told), told.joint, told.moved)
 
     def probabilities(self, view: View, memory: Traces) -> tuple[float, ...]:
         """The softmax of the pulls."""

@@ -23,7 +23,6 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after, pick
-from lockprobe.foundation.quick import quick
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
@@ -57,9 +56,6 @@ class Tried:
     opened: int = 0
     moved: int = -1
     seen: int = 0
-
-
-_tried = quick(Tried)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +103,7 @@ class HumanInspired(Policy[Tried]):
         seen = memory.seen
         if self.memory == "configuration":
             seen |= 1 << (memory.opened * view.joints + told.joint)
-        return _tried(
+        return Tried(
             failed=0 if told.moved else memory.failed | 1 << told.joint,
             opened=opened_after(memory.opened, told),
             moved=told.joint if told.moved else memory.moved,

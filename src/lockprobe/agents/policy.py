@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy_check import check_returns
-from lockprobe.foundation.quick import quick
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
@@ -66,12 +65,9 @@ class Told:
         return self.corrects is not None or self.remarked
 
 
-_decision, _told, _view = quick(Decision), quick(Told), quick(View)
-
-
 def view_of(task: Task) -> View:
     """A task in numbers."""
-    return _view(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
+    return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
@@ -97,7 +93,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         if start is not None:
             pairs = enumerate(zip(positions, start, strict=True))
             shifted = sum([1 << j for j, (now, then) in pairs if now != then])
-    return _told(
+    return Told(
         joint=joint,
         moved=moved,
         shifted=shifted,
@@ -210,7 +206,7 @@ class Policy(Generic[Memory]):
             joint = draw(chances, rng)  # as choose does, which would compute them again
         else:
             joint = self.choose(view, memory, rng)
-        return _decision(
+        return Decision(
             joint=situation.task.joints[joint],
             claimed=_outcome(situation.percept, known.told) if self.looks else None,
             probabilities=chances,

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.quick import quick_replace
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.second_draw import survival
 from lockprobe.trial.record import Moment, Outcome, Percept, Task
@@ -28,7 +27,6 @@ DEFAULT: FlipKind = "re-observed"
 inverts a share p of the outcomes (Sec. 3.2), tells them through states, and shows the other joints as they are, as the
 next picture would ("mimicking the effect of misinterpreting a visual observation")."""
 
-_replace = quick_replace(Percept)
 
 Inverts = Literal["position", "outcome"]
 Others = Literal["fresh", "kept", "partly", "noisy"]
@@ -207,7 +205,7 @@ class OutcomeFlip:
         positions = self._positions(percept, past, task, drawn, flipped)
         if (outcome, positions) == (percept.outcome, percept.positions):
             return percept
-        return _replace(percept, outcome=outcome, positions=positions)
+        return replace(percept, outcome=outcome, positions=positions)
 
     def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
         if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):

@@ -10,7 +10,6 @@ from typing import ClassVar, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from lockprobe.foundation.quick import quick
 from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.record import Moment, Outcome, Percept, Task
 from lockprobe.trial.told_outcome import in_words
@@ -30,7 +29,6 @@ _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
-_percept = quick(Percept)
 _BETWEEN: Mapping[str, str] = {"words": " ", "json": "\n", "table": "\n"}
 
 
@@ -69,7 +67,7 @@ class TextChannel:
         if percept.corrects is not None:
             first = self.perceive(percept.corrects, past, task, rng).text
             text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
-        return _percept(
+        return Percept(
             joint=percept.joint,
             outcome=outcome,
             positions=positions,

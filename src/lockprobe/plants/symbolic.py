@@ -6,13 +6,9 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.quick import quick
 from lockprobe.trial.record import Fact, Snapshot
 
 __all__ = ["SymbolicPlant"]
-
-
-_snapshot = quick(Snapshot)
 
 
 class SymbolicPlant:
@@ -31,7 +27,7 @@ class SymbolicPlant:
     def attempt(self, joint: int) -> Snapshot:
         """Attempt a joint, by index in panel order."""
         self._configuration, moved = self._box.attempt(self._configuration, joint)
-        return _snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")
+        return Snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")
 
     def close(self) -> None:
         """Do nothing: there are no resources to release."""

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import Configuration, bits
 from lockprobe.foundation.errors import ChannelFault, ModelFault, ReplyFault, TrialFault
-from lockprobe.foundation.quick import quick
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.foundation.seeds import UNDRAWN
 from lockprobe.trial.boundary import AGENT, INTERVENTIONS, PLANT
@@ -59,9 +58,6 @@ if TYPE_CHECKING:
 __all__ = ["Executor", "broken", "here", "play", "streams_of"]
 
 _T = TypeVar("_T")
-
-_moment, _situation, _step = quick(Moment), quick(Situation), quick(Step)
-_trial, _turn = quick(Trial), quick(Turn)
 
 
 class Executor(Protocol):
@@ -171,7 +167,7 @@ def _error(fault: TrialFault, step: int) -> TrialError:
 def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
     """The record of a trial: what its plan says of it, and what was played."""
     nothing = {"facts": {}, "channels": (), "opening": "", "steps": ()}
-    return _trial(
+    return Trial(
         key=plan.key,
         study=plan.study,
         agent=plan.agent,
@@ -293,7 +289,7 @@ class _Loop:
                 if (passed.value.outcome, passed.value.positions) != (percept.outcome, percept.positions):
                     facts = None  # something after the words changed what is told: that holds the facts now
                 percept = self.changes.note_report(passed)
-        return _moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+        return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
 
     def _reported(self, snapshot: Snapshot) -> Percept:
         """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
@@ -331,7 +327,7 @@ class _Loop:
         if self._prompts:
             with INTERVENTIONS:
                 briefing = self.changes.note(pass_through(self._prompts, briefing, self._briefed))
-        return _situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
+        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
 
     def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
         return acting.one.recall(turns, self._task, acting.rng)
@@ -366,7 +362,7 @@ class _Loop:
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)
         self.changes.end()
-        told = _turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
+        told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
         self._configuration = snapshot.configuration
         if self._plan.fork is not None:
@@ -414,7 +410,7 @@ class _Loop:
     def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
         """The record of one step."""
         told = moment.told
-        return _step(
+        return Step(
             step=len(self.steps) + 1,
             state=bits(self._configuration),
             joint=self._joints[joint],

@@ -10,7 +10,6 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox, Shuffle, bits
 from lockprobe.boxes.layouts import locking_pairs, neutral_order
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.quick import quick
 from lockprobe.foundation.seeds import study_stream, trial_stream
 from lockprobe.foundation.spec import group_of
 from lockprobe.trial.briefing import Ask
@@ -24,8 +23,6 @@ __all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
-
-_percept, _task, _trial_name = quick(Percept), quick(Task), quick(TrialName)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +96,7 @@ class Plan:
     @property
     def name(self) -> TrialName:
         """Its place in the study; of a fork that of its parent."""
-        return _trial_name(self.study, self.group, self.label, self.repetition, self.trial)
+        return TrialName(self.study, self.group, self.label, self.repetition, self.trial)
 
     @property
     def label(self) -> str:
@@ -182,7 +179,7 @@ class Names:
     def task(self, plan: Plan) -> Task:
         """The agent's knowledge before it begins."""
         joints = [plan.box.joints[i] for i in self.order]
-        return _task(
+        return Task(
             joints=self.listing,
             target=self.labels[plan.box.target_index],
             budget=plan.budget,
@@ -197,7 +194,7 @@ class Names:
 
     def percept(self, snapshot: Snapshot) -> Percept:
         """The truth in the agent's terms."""
-        return _percept(
+        return Percept(
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
             positions=tuple(map(snapshot.configuration.__getitem__, self.order)),

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.quick import quick
 from lockprobe.trial.record import Decision, Step, Trial
 from lockprobe.trial.trial_json import check_step, check_whole, record_end, trial_from_json
 
@@ -36,7 +35,6 @@ _BETWEEN = _NAMES[_NAMES.index("seed") : _NAMES.index("steps")]
 _BEHIND = _NAMES[_NAMES.index("ending") :]
 
 _step: TypeAdapter[Step] = TypeAdapter(Step)
-_trial = quick(Trial)
 
 
 class _Cut(NamedTuple):
@@ -130,7 +128,7 @@ class TrialReader:
         try:
             steps = self._parsed(line[slice(*cut.steps)], between["joints"], between["labels"])
             key = cut.key.decode()
-            trial = _trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
+            trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
             check_whole(trial)
         except (BadValue, ValidationError):  # parsed whole, the line says what is wrong with it
             return None

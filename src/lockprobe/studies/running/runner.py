@@ -34,7 +34,6 @@ from lockprobe.foundation.errors import (
     SettingsChanged,
     UserMistake,
 )
-from lockprobe.foundation.garbage import spared
 from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
@@ -347,10 +346,7 @@ async def _play_here(
     try:
         if source.engine == "network":
             finish.expect(agent.facts)
-        with spared():
-            await play_in_lanes(
-                plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end
-            )
+        await play_in_lanes(plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end)
     finally:
         if isinstance(agent, Closable):
             with closed_in_one_line("agent", source.spec):
