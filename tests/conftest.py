@@ -84,7 +84,6 @@ SLOW = {
     "test_no_interval_of_the_differences_leaves_out_the_truth": (),
     "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
     "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
-    "test_over_many_agents_a_course_is_seldom_said_that_is_none": (),
     "test_p_values_are_corrected_within_a_kind_as_statsmodels_does": (),
     "test_several_processes_change_no_byte": (),
     "test_the_first_lie_in_a_truthful_world_is_that_of_forks": (),

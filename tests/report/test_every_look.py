@@ -119,7 +119,6 @@ def test_an_interval_that_does_not_hold_at_every_look_says_so_in_a_study_of_seve
         for p in (0.0, 0.4)
     ]
     found = found_in(tmp_path, study, trials)
-    assert "the 95 % set of the best flip rate, for one look;" in caption(success, "fig4-corrected", found)
     bars = "Bars are 95 % intervals of means over blocks, which hold at every look."
     assert bars in caption(agents_compared, "side-by-side", found)
 

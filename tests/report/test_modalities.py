@@ -67,7 +67,7 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report)
     assert [cell.label for cell in found.cells] == [found.label(c.agent, c.modality) for c in found.cells] == labels
     drawn = {path.name for path in (directory / "figures").iterdir()}
     assert {"fig3.png", "fig3-corrected.svg"} <= drawn
-    assert not {"fig4.png", "fig5b.png", "courses.png"} & drawn
+    assert not {"fig4.png", "fig5b.png"} & drawn
     tables = tables_of(found)
     for name in ("loops", "speed", "optimal-actions"):
         assert {"viewer (RGB)", "viewer (positions and outcomes in words)"} <= {row[0] for row in tables[name]}, name

@@ -9,7 +9,7 @@ from builders import SOLUTION, make_trial, play_study, small_study
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.report.prose.loops import loop_finding
-from lockprobe.report.prose.success import courses_said, finding
+from lockprobe.report.prose.success import finding
 from lockprobe.statistics.summary import summarise
 
 FAILED = (0,) * 20
@@ -72,23 +72,6 @@ def test_variants_of_a_reference_are_references():
     agents = ("human-inspired:proximity", "human-inspired?lapse=0.1", "ideal-observer?noise=aware", "cognitive:careful")
     summary = summarise([trial for agent in agents for trial in condition(0.0, 2, 4, agent=agent)])
     assert [agent.agent for agent in summary.subjects] == ["cognitive:careful"]
-
-
-def test_courses_are_said_of_several_agents_only():
-    rising = [*condition(0.0, 5, 30), *condition(0.4, 25, 30)]
-    falling = [*condition(0.0, 25, 30, agent="human-inspired"), *condition(0.4, 5, 30, agent="human-inspired")]
-    blind = play_study(small_study(("random",), p=(0.0, 0.4)))
-    assert courses_said(summarise(rising)) == ""
-    assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "Success compared with flip rate 0: higher at some flip rate for llm:local; lower for "
-        "human-inspired; the same for random (played alike whatever was reported)."
-    )
-    other = [*condition(0.0, 15, 30, agent="b"), *condition(0.4, 16, 30, agent="b")]
-    assert courses_said(summarise([*rising, *other])).endswith("Tests are corrected for 2 agents (Bonferroni).")
-    assert courses_said(summarise([*rising, *other, *falling])).endswith(
-        "Tests are corrected for 2 agents and, apart, for 1 baseline (Bonferroni)."
-    )
-    assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 
 
 def test_an_agent_that_ignores_reports_is_called_blind():
@@ -195,7 +178,7 @@ def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum(
 def test_no_effect_is_not_said_above_a_rise_and_fall():
     """Success rises and falls again, and no single p is shown to differ: one order of sentences that agree."""
     agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
-    assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
+    assert (agent.contrast.detectable, agent.inference.lines.direction) == (False, "inverted U")
     assert finding(agent).startswith(
         "No change of the success of llm:local was detected at a single flip rate; the course"
     )

@@ -29,17 +29,17 @@ def test_a_file_of_the_same_name_here_goes_before(tmp_path, monkeypatch):
 
 def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     kinds = {
-        "human-inspired": "falls",
-        "ideal-observer": "no change detectable",
-        "cognitive:perseverant": "rises",
-        "cognitive:random-map?window=1&avoid=last": "rises and falls",
+        "human-inspired": ({-1}, False),
+        "ideal-observer": (set(), False),
+        "cognitive:perseverant": ({1}, False),
+        "cognitive:random-map?window=1&avoid=last": ({1}, True),
     }
     whole = study("mechanisms.toml")
     assert set(kinds) <= set(whole.agents)
     part = replace(whole, agents=tuple(kinds), conditions=flips((0.0, 0.5, 1.0)), repetitions=1, trials=90)
     trials = play_study(part)
-    found = [
-        infer(outcomes([trial for trial in trials if trial.agent == agent]), np.random.default_rng(1), agents=4)
-        for agent in kinds
-    ]
-    assert {agent: one.course.kind for agent, one in zip(kinds, found, strict=True)} == kinds
+    for agent, (ways, both) in kinds.items():
+        own = outcomes([trial for trial in trials if trial.agent == agent])
+        found = infer(own, np.random.default_rng(1), agents=4)
+        assert {np.sign(one.value) for one in found.difference.at if one.p_value < 0.05} == ways, agent
+        assert (found.lines.direction == "inverted U") is both, agent

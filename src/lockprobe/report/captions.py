@@ -1,4 +1,4 @@
-"""What captions say of things that only some figures and tables have: stars, fits, best doses, kinds of intervals."""
+"""What captions say of things that only some figures and tables have: stars, fits, kinds of intervals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from lockprobe.report.rows import Course
 from lockprobe.statistics.published import PEAK
 
 __all__ = [
-    "best_dose_said",
     "fit_said",
     "interval_kind",
     "model_said",
@@ -35,29 +34,11 @@ def fit_said(courses: Iterable[Course], curve: str) -> str:
 
 def model_said(courses: Sequence[Course]) -> str:
     """The line of the binomial model, as a sentence; empty where none is drawn."""
-    models = [model for course in courses if _several(course) and (model := course.curve("success_model"))]
+    models = [model for course in courses if (model := course.curve("success_model")) and model.x[0] < model.x[-1]]
     if not models:
         return ""
     band = ", with its 95 % band" * any(model.low for model in models)
     return f"The line is a binomial model of the order with the lowest AICc{band}."
-
-
-def best_dose_said(courses: Sequence[Course], dose: str) -> str:
-    """The marks of the best dose, as a sentence; empty where none is drawn."""
-    several = [course for course in courses if _several(course)]
-    marks = []
-    if any(course.where("best_dose_set") for course in several):
-        looks = ", for one look" * any(course.found.progress.every_look != "" for course in several)
-        marks.append(f"triangles mark the 95 % set of the best {dose}{looks}")
-    if any(course.value("success_at_best_dose") is not None for course in several):
-        marks.append("the diamond is the highest share, corrected for selection of the maximum")
-    said = "; ".join(marks)
-    return f"{said[:1].upper()}{said[1:]}." if said else ""
-
-
-def _several(course: Course) -> bool:
-    """Whether several doses may be the best."""
-    return len(course.where("best_dose_probability")) > 1
 
 
 def interval_kind(every_look: object) -> str:

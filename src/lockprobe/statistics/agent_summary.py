@@ -18,7 +18,6 @@ from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.battery import Inference, infer
-from lockprobe.statistics.inference.peak import Peak, peak
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
 from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.reference import Reference
@@ -45,7 +44,6 @@ class AgentSummary:
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
-        peak: The p of highest success, with its uncertainty.
         inference: The tests.
         contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
         axis: The dose in which its conditions differ.
@@ -61,7 +59,6 @@ class AgentSummary:
     success_fit: TrendFit
     loop_fit: TrendFit
     correlation: Correlation
-    peak: Peak
     inference: Inference
     contrast: Contrast | None
     axis: Axis = FLIPS
@@ -171,7 +168,6 @@ class _Fits(TypedDict):
     success_fit: TrendFit
     loop_fit: TrendFit
     correlation: Correlation
-    peak: Peak
 
 
 def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
@@ -197,11 +193,6 @@ def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
             "Correlation of loops and success",
             lambda: correlation(shares, draws.loop_rate, draws.success),
             lambda: correlation((), empty, empty),
-        ),
-        peak=section(
-            "Best flip rate",
-            lambda: peak(counted, _stream(trials, "peak")),
-            lambda: peak(none, _stream(trials, "peak")),
         ),
     )
 

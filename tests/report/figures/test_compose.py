@@ -60,7 +60,7 @@ def test_what_cannot_be_compared_takes_no_room(studies):
 
 def test_a_single_flip_rate_is_no_axis(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
-    assert not {"fig4", "fig4-corrected", "courses", "fig5a", "fig5b", "fig3-by-p"} & pictures(studies["one p"]).keys()
+    assert not {"fig4", "fig4-corrected", "fig5a", "fig5b", "fig3-by-p"} & pictures(studies["one p"]).keys()
     axes, *_ = loops_with_chance(studies["one p"]).axes
     assert not len(axes.get_xticks())
     assert axes.get_xlabel() == "flip rate $p$ = 0"

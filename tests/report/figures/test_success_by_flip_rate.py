@@ -1,14 +1,13 @@
-"""Figures of success by flip rate show the shares, fits and best flip rates of the results."""
+"""Figures of success by flip rate show the shares and fits of the results."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from drawn import bars, dots, labelled, lines, published, shades
+from drawn import bars, dots, lines, published, shades
 
 from lockprobe.foundation.formatting import p_value
-from lockprobe.report.figures import success_by_flip_rate
 from lockprobe.report.figures.success_by_flip_rate import (
     draw_success_by_dose,
     draw_success_by_p,
@@ -105,20 +104,8 @@ def test_the_figure_has_the_p_value_of_the_table(tmp_path, axes, model):
         axes.clear()
 
 
-def test_marks_of_the_peak(axes, model):
-    draw_success_by_dose(axes, model)
-    members, heights = labelled(axes, "95 % set of the best flip rate")
-    assert members == [row.value for row in model.where("best_dose_set")]
-    assert 0 < len(members) < 7
-    assert axes.get_ylim()[0] < max(heights) < 0
-    (x,), (y,) = labelled(axes, "highest share, corrected for selection")
-    assert y == model.value("success_at_best_dose")
-    assert x == pytest.approx(model.value("best_dose"), abs=0.03)
-
-
 def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axes, studies):
     course = next(course for course in studies["few people"].courses() if not course.blind)
-    assert len(course.where("best_dose_probability")) == 2
     draw_success_by_dose(axes, course)
     assert title(axes).endswith("rise and fall: not tested; needs three doses")
 
@@ -126,7 +113,6 @@ def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axe
 def test_what_is_not_there_is_not_drawn(axes, studies):
     (course,) = studies["one trial"].courses()
     assert course.curve("success_model") is None
-    assert course.get("success_at_best_dose") is None
     draw_success_by_dose(axes, course)
     assert not shades(axes)
     assert axes.get_legend_handles_labels()[1] == ["share solved with 95 % interval"]
@@ -138,31 +124,3 @@ def test_a_blind_agent_has_no_model_of_p(axes, studies):
     assert len(bars(axes)) == len(blind.cells)
     assert not shades(axes)
     assert "the same at every flip rate" in title(axes)
-
-
-def panels(found):
-    """Every agent with the panel of its course."""
-    return zip(
-        found.courses(), (axes for axes in success_by_flip_rate.courses(found).axes if axes.get_visible()), strict=True
-    )
-
-
-def test_a_course_is_success_and_loops_with_their_intervals(typical):
-    for course, axes in panels(typical):
-        shares = [(cell.p, cell.get(quantity)) for quantity in ("success", "loop_rate") for cell in course.cells]
-        assert np.allclose(bars(axes), [(p, share.value, share.low, share.high) for p, share in shares])
-
-
-def test_the_course_is_named(typical):
-    said = set()
-    for course, axes in panels(typical):
-        kind = typical.fact("course of success", f"{course.label}, flip rate")
-        assert kind in title(axes)
-        said.add(kind)
-    assert "the same at every flip rate" in said
-    assert len(said) > 1
-
-
-def test_one_agent_or_one_flip_rate_has_no_courses(studies):
-    assert success_by_flip_rate.courses(studies["one p"]) is None
-    assert success_by_flip_rate.courses(studies["one trial"]) is None

@@ -18,7 +18,6 @@ from lockprobe.report.prose.first_screen import (
     interaction_said,
     no_advantage_said,
     not_above_chance,
-    smaller_budget_said,
     trial_said,
 )
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
@@ -75,29 +74,6 @@ def test_the_answer_says_what_the_tests_say(courses, said):
     assert found.startswith(said)
     assert len(found.split()) <= 30
     assert found.count(".") - found.count("0.") == 1
-
-
-LATE = [1] * 15 + SOLVED
-FEWER = "Within 4 steps a solved fewer at a flip rate of 0.4 (0 %) than when told the truth (50 %)."
-MORE = "Within 4 steps a solved more at a flip rate of 0.4 (50 %) than when told the truth (0 %)."
-
-
-@pytest.mark.parametrize(
-    ("told", "lied_to", "said"),
-    [
-        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, FEWER),
-        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, MORE),
-        ([SOLVED] * 20 + [UNSOLVED] * 20, [SOLVED] * 35 + [UNSOLVED] * 5, ""),
-    ],
-)
-def test_an_effect_that_reverses_within_fewer_steps_is_said_to(told, lied_to, said):
-    trials = [
-        make_trial(actions, agent="a", p=p, trial=i + 1)
-        for p, played in ((0, told), (0.4, lied_to))
-        for i, actions in enumerate(played)
-    ]
-    found = smaller_budget_said(summarise(trials, box("chain-4")))
-    assert found == said
 
 
 def test_many_agents_are_counted_and_not_all_named():
@@ -385,7 +361,7 @@ def test_a_tie_has_no_single_best(solved, said):
     assert flips_answer(answer(**{agent: {0: count} for agent, count in solved.items()})) == said
 
 
-def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
+def test_the_first_sentence_is_corrected_for_many_agents():
     """One of ten agents differs by chance as one in a hundred would: of ten that is nothing."""
     courses = {name: {0: 20, 0.4: 20} for name in "bcdefghij"}
     assert flips_answer(answer(a={0: 12, 0.4: 25})).startswith("False reports raise the success of a")
@@ -393,7 +369,6 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
     assert flips_answer(together).startswith("Inconclusive: no effect of false reports on the success of a, b or 8")
     for agent in together.agents:
         gap = agent.contrast.difference
-        assert agent.contrast.detectable == (agent.inference.course.kind in ("rises", "falls"))
         assert agent.contrast.detectable == (gap.low > 0 or gap.high < 0)
 
 

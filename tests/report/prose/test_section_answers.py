@@ -17,7 +17,6 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     found = section_answers(summary)
     assert set(found) == {
         "agents_compared",
-        "success",
         "speed",
         "loops",
         "optimal_actions",

@@ -7,7 +7,7 @@ from builders import play_study, played_by_people, small_study
 
 from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.subject import Subject, subject_of
-from lockprobe.report.prose.success import courses_said, finding
+from lockprobe.report.prose.success import finding
 from lockprobe.statistics.summary import summarise
 
 
@@ -19,7 +19,7 @@ def summary():
 
 
 def test_no_sentence_calls_people_by_their_spec(summary):
-    said = [finding(agent) for agent in summary.agents] + [courses_said(summary)]
+    said = [finding(agent) for agent in summary.agents]
     said += [sentence for one in summary.comparisons for sentence in comparison_said(one, summary)]
     assert not [sentence for sentence in said if "participant" in sentence]
     assert not [sentence for sentence in said if sentence.startswith("people")]

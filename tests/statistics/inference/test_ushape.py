@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 from known_truth import simulated
-from scipy.stats import norm
 from solved import people
 from statsmodels.genmod.families import Binomial
 from statsmodels.genmod.generalized_linear_model import GLM
@@ -15,7 +14,7 @@ from lockprobe.report.prose.hypothesis_tests import why_missing
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference import ushape
 from lockprobe.statistics.inference.logrank import loop_onset_logrank
-from lockprobe.statistics.inference.ushape import lind_mehlum, onset_lines, two_lines
+from lockprobe.statistics.inference.ushape import onset_lines, two_lines
 from lockprobe.statistics.outcomes import Outcomes
 
 EXPECTED = (7, 12, 16, 19, 20, 18, 15)
@@ -33,7 +32,6 @@ def wald(p, solved):
 
 
 def test_the_expected_counts_of_the_paper():
-    assert round(lind_mehlum(*trials(EXPECTED)).p_value, 3) == 0.016
     lines = two_lines(*trials(EXPECTED))
     assert (lines.break_p, lines.direction) == (0.3, None)
     assert 0.1 < lines.p_value < 0.3
@@ -50,51 +48,28 @@ def test_the_lines_are_logit_regressions_that_share_the_break():
     assert lines.p_value == max(lines.first.p_value, lines.second.p_value)
 
 
-def test_lind_mehlum_is_the_slope_at_both_ends():
-    p, solved = trials(EXPECTED)
-    fit = GLM(solved.astype(float), np.vander(p, 3, increasing=True), family=Binomial()).fit()
-    low, high = (fit.t_test([0, 1, 2 * end]) for end in (0.0, 0.6))
-    found = lind_mehlum(p, solved)
-    assert (found.slope_low, found.slope_high) == pytest.approx((low.effect[0], high.effect[0]), abs=1e-4)
-    assert found.p_value == pytest.approx(norm.sf(min(low.tvalue.item(), -high.tvalue.item())), rel=1e-3)
-    assert found.extremum == pytest.approx(-fit.params[1] / (2 * fit.params[2]))
-
-
-def test_fieller_holds_exactly_where_a_slope_of_zero_is_not_refuted():
-    p, solved = trials(EXPECTED)
-    fit = GLM(solved.astype(float), np.vander(p, 3, increasing=True), family=Binomial()).fit()
-    found = lind_mehlum(p, solved)
-    assert found.low < found.extremum < found.high
-    for end in (found.low, found.high):
-        assert abs(fit.t_test([0, 1, 2 * end]).tvalue.item()) == pytest.approx(norm.ppf(0.975), abs=1e-3)
-    assert lind_mehlum(*trials((10, 11, 9, 10, 11))).low is None
-
-
-@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
-def test_failing_is_the_mirror_of_solving(test):
+def test_failing_is_the_mirror_of_solving():
     """Solved and unsolved exchanged: the same p-value, the other shape."""
     other = {"U": "inverted U", "inverted U": "U", None: None}
     for solved in (EXPECTED, (2, 12, 25, 28, 20, 10, 3), (20, 5, 20), (9, 3, 15, 2)):
         p, wins = trials(solved)
-        found, mirrored = test(p, wins), test(p, ~wins)
+        found, mirrored = two_lines(p, wins), two_lines(p, ~wins)
         assert mirrored.p_value == pytest.approx(found.p_value)
         assert mirrored.direction == other[found.direction]
 
 
-@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
-def test_shape_is_found_where_it_is_plain_and_named(test):
-    assert test(*trials((2, 12, 25, 28, 20, 10, 3))).direction == "inverted U"
-    assert test(*trials((28, 12, 5, 2, 10, 18, 27))).direction == "U"
-    assert test(*trials((2, 6, 10, 14, 18, 22, 26))).direction is None
-    assert test(*trials((20, 5, 20), p=(0, 0.4, 0.6))).direction == "U"
+def test_shape_is_found_where_it_is_plain_and_named():
+    assert two_lines(*trials((2, 12, 25, 28, 20, 10, 3))).direction == "inverted U"
+    assert two_lines(*trials((28, 12, 5, 2, 10, 18, 27))).direction == "U"
+    assert two_lines(*trials((2, 6, 10, 14, 18, 22, 26))).direction is None
+    assert two_lines(*trials((20, 5, 20), p=(0, 0.4, 0.6))).direction == "U"
 
 
-@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
-def test_the_order_of_trials_and_the_unit_of_p_do_not_matter(test):
+def test_the_order_of_trials_and_the_unit_of_p_do_not_matter():
     p, solved = trials(EXPECTED)
     mixed = np.random.default_rng(1).permutation(len(p))
-    assert test(p[mixed], solved[mixed]) == test(p, solved)
-    assert test(p / 0.6, solved).p_value == pytest.approx(test(p, solved).p_value)
+    assert two_lines(p[mixed], solved[mixed]) == two_lines(p, solved)
+    assert two_lines(p / 0.6, solved).p_value == pytest.approx(two_lines(p, solved).p_value)
 
 
 @pytest.fixture
@@ -118,8 +93,7 @@ def test_a_separated_line_has_a_test_but_no_slope():
 
 def test_nothing_to_test():
     assert two_lines(*trials((7, 20))).p_value is None
-    assert "three flip rates" in why_missing(lind_mehlum(*trials((7, 20))).note)
-    assert "separates" in why_missing(lind_mehlum(*trials((0, 0, 0, 30, 30))).note)
+    assert "three flip rates" in why_missing(two_lines(*trials((7, 20))).note)
     assert two_lines(*trials((0,) * 7)).p_value == 1.0
     assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None
 
@@ -137,8 +111,7 @@ def test_two_lines_hold_their_level_when_nothing_falls(without_slopes, truth):
     assert rejected(two_lines, truth) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
 
 
-def test_two_lines_find_a_decline_and_lind_mehlum_a_mere_levelling_off(monkeypatch):
-    assert rejected(lind_mehlum, SATURATING, studies=150) > 0.08
+def test_two_lines_find_a_decline(monkeypatch):
     monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
     assert rejected(two_lines, np.array(EXPECTED) / 30, n=100) > 0.5
 

@@ -78,19 +78,18 @@ def _rise(agent: AgentSummary) -> tuple[ClaimPattern, DifferenceAt | None]:
 
 
 def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
-    """Success rises to p = 0.4, and no other p is shown to be better."""
-    candidates, other = agent.peak.candidates, _at_peak(counted)
-    inside = next((candidate.in_set for candidate in candidates if math.isclose(candidate.dose, PEAK)), None)
-    if agent.blind or len(candidates) < 2 or inside is None or other is None or agent.peak.best is None:
+    """Success rises to p = 0.4 by as much as in the paper, and is nowhere shown to be higher."""
+    other = _at_peak(counted)
+    if agent.blind or len(counted) < 2 or other is None:
         return NOT_MEASURED
     change = counted[0].success, other.success
     rise = difference(*change)
     assert rise is not None
-    among = ", ".join(f"{candidate.dose:g}" for candidate in candidates if candidate.in_set)
-    here = f"highest at {agent.peak.best:g}; 95 % set {among}; from 0 to 0.4 {in_points(rise)}"
+    here = f"from 0 to 0.4 {in_points(rise)}"
+    above = [difference(other.success, one.success) for one in counted]
+    if "shown" in _patterns([one for one in above if one], 1):
+        return here, "not compatible", "Fisher, against every flip rate (Holm): higher at another", None
     shown, at = _rise(agent)
-    if not inside:
-        return here, "not compatible", "95 % bootstrap set of the best flip rate", None
     if shown != "open" and at:
         return here, verdict_of(None, shown), "permutation test, corrected for all flip rates", at.p_value
     published = SOLVED_AT_40.value - SOLVED_AT_0.value

@@ -1,4 +1,4 @@
-"""Success by flip rate: the paper's Fig. 4, its companion with intervals and chance, and its course beside loops."""
+"""Success by flip rate: the paper's Fig. 4, and its companion with intervals and chance."""
 
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ from lockprobe.report.figures.primitives import (
     curve_with_band,
     dots,
     key,
-    numbers,
     published,
     published_by_p,
     repetitions,
@@ -42,8 +41,6 @@ from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
 
 __all__ = [
-    "_draw_course",
-    "courses",
     "draw_success_by_dose",
     "draw_success_by_p",
     "fig4",
@@ -53,12 +50,6 @@ __all__ = [
 
 _SHARE = Style(colour=INK)
 """Of the share of trials solved, where an agent is shown by itself; entries of the legend have this colour."""
-
-_SHARES = {
-    "success": (Style(colour=INK), 0.0, "solved"),
-    "loop_rate": (Style(colour=INK, marker="s", dash=(0, (5, 1.5))), 0.4, "with an action loop"),
-}
-"""What the course of an agent shows: marks and dashes, how light its colour is, and its name in the legend."""
 
 
 @own_settings()
@@ -84,13 +75,6 @@ def success_by_dose(found: Results, place: int) -> Figure | None:
     played = [course for course in found.courses(axis) if course.played]
     several = [course for course in played if len(course.played) > 1 and not course.blind]
     return sheet(several or played, draw_success_by_dose, note=axis_note(axis))
-
-
-@own_settings()
-def courses(found: Results) -> Figure | None:
-    """The course of success with the loop rate, a panel for each agent; None for a single agent or flip rate."""
-    shown = _shown(found)
-    return sheet(shown if len(shown) > 1 else [], _draw_course, heights=(2.1,))
 
 
 def _shown(found: Results) -> list[Course]:
@@ -121,24 +105,17 @@ def draw_success_by_p(axes: Axes, courses: Sequence[Course]) -> None:
 
 
 def draw_success_by_dose(axes: Axes, course: Course) -> None:
-    """Fig. 4 by counts: intervals, a binomial model of the order that AICc prefers, chance, and the peak.
-
-    Triangles under the shares stand at the doses that may be the best (95 % set); the diamond is the highest share less
-    what it owes to having been chosen.
-    """
+    """Fig. 4 by counts: intervals, a binomial model of the order that AICc prefers, and chance."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     style = of_agent(course, _SHARE)
     by_dose(axes, course.played, "success", style)
     key(axes, replace(_SHARE, dash=""), "share solved with 95 % interval")
-    several = len(course.where("best_dose_probability")) > 1
-    curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
-    if curve is not None:
+    curve, order = course.curve("success_model"), course.value("success_model_order", "AICc")
+    if curve is not None and (curve := curve if curve.x[0] < curve.x[-1] else None):
         curve_with_band(axes, curve, style)
         key(axes, replace(_SHARE, marker=""), "binomial model with 95 % band")
     dose_axes(axes, course, "success rate")
-    if several:
-        _peak(axes, course)
     labels = []
     for of, (name, dash) in EXACT.items():
         if (level := course.value("success_chance", of)) is not None:
@@ -149,7 +126,7 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
         axes,
         heading(course),
         f"{counts(course.played)} per {course.name}" + (f"; model of order {order:g} (AICc)" if curve else ""),
-        _rises_and_falls(course) if several else "",
+        _rises_and_falls(course) if len(course.played) > 1 and not course.blind else "",
     )
 
 
@@ -159,26 +136,3 @@ def _rises_and_falls(course: Course) -> str:
     if test is None or test.p_value is None:
         return "rise and fall: not tested; needs three doses"
     return f"rise and fall, two-lines test: {p_value(test.p_value, '$P$')}"
-
-
-def _peak(axes: Axes, course: Course) -> None:
-    """The doses that may be the best, and the highest share corrected for having been chosen."""
-    if members := numbers(row.value for row in course.where("best_dose_set")):
-        axes.set_ylim(-0.13, 1.03)
-        label = f"95 % set of the best {course.name}"
-        axes.plot(members, [-0.07] * len(members), "^", color=INK, markersize=4.5, zorder=3, label=label)
-    best, honest = course.value("best_dose"), course.value("success_at_best_dose")
-    if best is not None and honest is not None:
-        low, high = axes.get_xlim()
-        x, label = best + 0.025 * (high - low), "highest share, corrected for selection"
-        axes.plot(x, honest, "D", color=INK, markersize=4.5, markerfacecolor="white", zorder=5, label=label)
-
-
-def _draw_course(axes: Axes, course: Course) -> None:
-    """Success and loop rate by flip probability, with the course that the tests detect."""
-    dose_axes(axes, course, "share of trials")
-    for quantity, (style, white, label) in _SHARES.items():
-        by_dose(axes, course.played, quantity, of_agent(course, style, white), linestyle=style.dash)
-        key(axes, style, label)
-    kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
-    title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")

@@ -19,7 +19,6 @@ from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects
 from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
-from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.statistics.sequential.shares import SequentialShare
@@ -41,7 +40,6 @@ __all__ = [
     "modality_answer",
     "no_advantage_said",
     "not_above_chance",
-    "smaller_budget_said",
     "trial_said",
     "varied_by",
 ]
@@ -55,12 +53,8 @@ _WORDS = 30
 _NAMED = 3
 """Names in a list; the others are counted."""
 
-_DOES: dict[CourseKind, str] = {
-    "rises": "raise the success of {who}",
-    "falls": "lower the success of {who}",
-    "rises and falls": "first raise and then lower the success of {who}",
-    "falls and rises": "first lower and then raise the success of {who}",
-}
+_DOES = ("raise", "lower")
+"""What may be done to success: more of it, and less."""
 
 
 _VARIED = {
@@ -132,8 +126,8 @@ def heeding_baselines(summary: StudySummary) -> tuple[AgentSummary, ...]:
 
 
 def is_changed(agent: AgentSummary) -> bool:
-    """Whether an effect on its success was detected over all doses."""
-    return _course(agent) in _DOES
+    """Whether an effect on its success was detected at any dose."""
+    return agent.contrast is not None and agent.contrast.detectable
 
 
 def changed_baselines(summary: StudySummary) -> list[AgentSummary]:
@@ -196,14 +190,16 @@ def _not_excluded(differences: Iterable[DifferenceAt | Paired]) -> int:
     return most if most > 100 * NARROW else 0
 
 
-def _course(agent: AgentSummary) -> CourseKind:
-    """How its success runs over the dose."""
-    return agent.inference.course.kind if agent.inference.course else "not tested"
+def _done_to(agent: AgentSummary) -> str:
+    """What its clearest difference says was done to its success; empty if none was detected."""
+    if agent.contrast is None or not agent.contrast.detectable:
+        return ""
+    return _DOES[agent.contrast.difference.value < 0]
 
 
 def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = False) -> str:
-    """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
-    hidden = [agent for agent in agents if _course(agent) not in _DOES]
+    """The agents by what was done to their success, with their rates where the sentence stays short."""
+    hidden = [agent for agent in agents if not is_changed(agent)]
     differences = [agent.contrast.difference for agent in hidden if agent.contrast]
     if len(hidden) == len(agents):
         return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
@@ -212,10 +208,10 @@ def _changes(agents: Sequence[AgentSummary], axis: Axis, *, baselines: bool = Fa
     open_ = f" (within ±{most} points)" if most else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
-        courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
+        changed = {does: [name(agent) for agent in agents if _done_to(agent) == does] for does in _DOES}
         parts = [
-            _DOES[kind].format(who=f"the baseline{'s' * (len(own) > 1)} " * baselines + _listed(own))
-            for kind, own in courses.items()
+            f"{does} the success of " + f"the baseline{'s' * (len(own) > 1)} " * baselines + _listed(own)
+            for does, own in changed.items()
             if own
         ]
         said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}"
@@ -237,7 +233,7 @@ def _with_rates(agent: AgentSummary) -> str:
 
 def interaction_said(summary: StudySummary) -> str:
     """Whether a detected effect differs from those that were not detected; empty without such a pair of agents."""
-    detected = {(one.agent, one.modality): _course(one) in _DOES for one in summary.subjects if not one.blind}
+    detected = {(one.agent, one.modality): is_changed(one) for one in summary.subjects if not one.blind}
     tested = [
         (pair, pair.interaction, pair.interaction.p_adjusted)
         for pair in summary.comparisons
@@ -278,17 +274,6 @@ def _differs(affected: Sequence[str], unlike: Sequence[str], rest: Sequence[str]
     effects = f"The effect{'s' * (len(affected) > 1)} on {_listed(affected)}"
     open_ = f"; no difference from that on {those} was detected" if rest else ""
     return f"{effects} {'were' if affected[1:] else 'was'} found to differ from that on {_listed(unlike)}{open_}."
-
-
-def smaller_budget_said(summary: StudySummary) -> str:
-    """The first agent whose detected effect reverses within fewer steps, with the shares solved there."""
-    for agent in summary.subjects:
-        if one := agent.inference.reversal:
-            more = "more" if one.second.count > one.first.count else "fewer"
-            changed = f"{at_dose(one.clearest, agent.axis)} ({percent(one.second.value)})"
-            usual = f"{at_dose(one.lowest, agent.axis)} ({percent(one.first.value)})"
-            return f"Within {one.budget} steps {subject_of(agent).name} solved {more} {changed} than {usual}."
-    return ""
 
 
 def _listed(names: Sequence[str], last: str = "and") -> str:

@@ -68,7 +68,6 @@ _MISSING: Mapping[str, str] = {
     "fewer than three doses": "No test: it needs three {doses} with trials.",
     "no common trial": "No test: no trial was played at two {doses}.",
     "no trial at the lowest dose": "No test: no trial at a higher {dose} was also played at the lowest.",
-    "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     ONE_LOOK: "No test: it holds for one look, at a number of trials that was planned before and is played.",
@@ -86,8 +85,6 @@ _MISSING: Mapping[str, str] = {
         for order in range(4)
     },
     "no band": "No band: resampling within repetitions needs two trials in each.",
-    "no resamples": "No resamples: resampling within repetitions needs two trials in each.",
-    "no trials": "No peak: there are no trials.",
     "": "",
 }
 """Why a test or an estimate is missing, by the code that the analysis gives."""

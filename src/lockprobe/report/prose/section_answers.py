@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from lockprobe.foundation.formatting import capital, first_three, minus, percent, range_of
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import subject_of
-from lockprobe.report.prose.success import courses_said
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.summary import StudySummary
@@ -27,7 +26,6 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "agents_compared": _best(summary),
-        "success": courses_said(summary, brief=True),
         "speed": _said(agents, f"Area under the success curve {where} (random agent 0, shortest plan 1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
         "optimal_actions": _said(agents, capital(where), _optimal),

@@ -1,23 +1,18 @@
-"""Sentences on success: the effect of a dose, and the course over all doses."""
+"""Sentences on success: the effect of a dose."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import chain
 from math import ceil
 
-from lockprobe.foundation.formatting import capital, change, first_three, interval, p_value, percent, points
+from lockprobe.foundation.formatting import capital, change, interval, p_value, percent, points
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.idle import idle_doses_said
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast
-from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["alike_said", "course_said", "courses_said", "finding", "of_trials"]
+__all__ = ["alike_said", "finding", "of_trials"]
 
 
 _MANY, _COPIES = 50, 3
@@ -123,60 +118,3 @@ def _broken_said(agent: AgentSummary) -> str:
         f"permutation test, {p_value(broken.p_value)}), so the remaining trials are a selected sample. A difference "
         "counts as detected only if it holds with all broken trials counted as unsolved and with all counted as solved."
     )
-
-
-def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
-    """Which agents' success is higher with false reports, lower, or both; empty for one agent or one p.
-
-    In brief, at most three agents are named for each course; blind agents and the correction of the tests are left
-    out.
-    """
-    heeding = [agent for agent in summary.agents if not agent.blind]
-    shown = [p for agent in heeding for p in (condition.dose for condition in agent.conditions if condition.success.n)]
-    if len(summary.agents) < 2 or len(set(shown)) < 2:
-        return ""
-    courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
-    listed = first_three if brief else ", ".join
-    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: list(_COURSES).index(course[1])))
-    names = {kind: listed(name for name, found in courses if found == kind) for kind in kinds}
-    parts = [f"{course_said(kind, summary.axis)} for {names[kind]}" for kind in kinds]
-    if {"rises", "falls"} <= names.keys():
-        parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
-    blind = [agent.name for agent in summary.agents if agent.blind and not brief]
-    parts += [f"the same for {listed(blind)} (played alike whatever was reported)"] if blind else []
-    many = "" if brief else _corrected_said(heeding)
-    compared = "Compared" if brief else "Success compared"  # brief, it stands in a heading on success
-    return f"{compared} with {summary.axis.name} {min(shown):g}: {'; '.join(parts)}.{many}" if parts else ""
-
-
-def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
-    """For how many agents the courses are corrected."""
-    sizes: dict[bool, set[int]] = {}
-    for agent in heeding:
-        sizes.setdefault(agent.reference, set()).add(agent.inference.difference.agents)
-    if max(chain(*sizes.values()), default=1) < 2:
-        return ""
-    each = ", in each modality," * (len({agent.modality for agent in heeding}) > 1)
-    many = {kind: " or ".join(map(str, sorted(found))) for kind, found in sorted(sizes.items())}
-    what = {False: "agent", True: "baseline" if len(sizes) > 1 else "agent"}
-    kinds = [f"{n} {what[kind]}{'s' * (n != '1')}" for kind, n in many.items()]
-    return f" Tests are corrected{each} for {' and, apart, for '.join(kinds)} (Bonferroni)."
-
-
-_COURSES: dict[CourseKind, str] = {
-    "rises": "higher at some {dose}",
-    "falls": "lower at some {dose}",
-    "rises and falls": "first rises, then falls",
-    "falls and rises": "first falls, then rises",
-    "no change detectable": "no difference detected",
-    "not tested": "not tested",
-}
-
-
-def course_said(kind: CourseKind, axis: Axis = FLIPS) -> str:
-    """A course in words; a rise or a fall at one dose is none at all of them.
-
-    >>> course_said("rises"), course_said("no change detectable")
-    ('higher at some flip rate', 'no difference detected')
-    """
-    return _COURSES[kind].format(dose=axis.name)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import ceil
 from statistics import NormalDist
 
-from lockprobe.report.prose.first_screen import NARROW, is_changed
+from lockprobe.report.prose.first_screen import NARROW
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.effects import Effects
@@ -28,7 +28,7 @@ def flips_needed(summary: StudySummary, *, named: bool = False) -> str:
     hidden = [
         (subject_of(agent) if len(summary.subjects) > 1 else None, over, one.difference, one.choices * one.agents)
         for agent in summary.subjects
-        if (one := agent.contrast) and not one.detectable and not agent.blind and not is_changed(agent)
+        if (one := agent.contrast) and not one.detectable and not agent.blind
     ]
     axis = summary.axis
     dose = axis.name if axis.name == FLIPS.name else f"dose of {axis.name}"

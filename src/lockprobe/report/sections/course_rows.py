@@ -1,4 +1,4 @@
-"""One agent over the doses of one axis: fits, the best dose, differences from the lowest dose, and tests.
+"""One agent over the doses of one axis: fits, differences from the lowest dose, and tests.
 
 Flip rates and every other dose have the same quantities, with another value in the column ``axis``.
 """
@@ -11,7 +11,6 @@ from itertools import chain
 from typing import Any
 
 from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
-from lockprobe.report.prose.success import course_said
 from lockprobe.report.rows import Curve, Estimate, Fact, Row
 from lockprobe.report.study_numbers import share_rows
 from lockprobe.statistics.agent_summary import AgentSummary
@@ -28,7 +27,6 @@ from lockprobe.trial.condition import Condition
 
 __all__ = [
     "CONTROL",
-    "COURSE",
     "DOSE",
     "LOWEST",
     "PERMUTED",
@@ -39,9 +37,6 @@ __all__ = [
     "trend_rows",
     "two_lines_rows",
 ]
-
-COURSE = "course of success"
-"""The fact that names the course of an agent over an axis."""
 
 LOWEST = "lowest dose"
 """Part of a quantity: at the lowest dose."""
@@ -126,14 +121,9 @@ def course_rows(course: AgentCourse, reference: Reference | None) -> Iterator[Ro
     yield from _doses(course, reference)
     yield from trend_rows(course, "success_fit", agent.success_fit)
     yield from _model(course)
-    yield from _best(course)
     yield from _differences(course)
     yield from two_lines_rows(course, "success_two_lines", found.lines)
-    yield from _lind_mehlum(course)
     yield from _broken(course)
-    if found.course:
-        said = f"the same at every {course.dose}" if agent.blind else course_said(found.course.kind, agent.axis)
-        yield from course.fact(COURSE, said)
     for test in () if agent.blind else found.tests:
         yield from _test(course, test)
 
@@ -192,24 +182,6 @@ def _model(course: AgentCourse) -> Iterator[Row]:
     if (curve := found.curve) is not None:
         yield course.curve("success_model", n=found.n, x=curve.dose, value=curve.value, low=curve.low, high=curve.high)
     yield from course.missing("success_model", found.note)
-
-
-def _best(course: AgentCourse) -> Iterator[Row]:
-    """The dose of the highest success, the doses that may be it, and success there."""
-    found = course.agent.peak
-    for one in found.candidates:
-        yield course.estimate("best_dose_probability", one.share, n=one.n, **course.under(one.dose))
-        if one.in_set:
-            yield course.estimate("best_dose_set", one.dose, unit=DOSE, **course.under(one.dose))
-    if found.best is not None:
-        yield course.estimate("best_dose", found.best, unit=DOSE)
-        yield course.estimate("success_at_best_dose", found.success, of="uncorrected")
-    if found.honest is not None:
-        yield course.estimate("success_at_best_dose", found.honest, note="corrected for selection of the maximum")
-    if found.turning is not None:
-        ends = {"low": found.turning_low, "high": found.turning_high}
-        yield course.estimate("best_dose", found.turning, of="parabola", unit=DOSE, **ends)
-    yield from course.missing("best_dose", found.note)
 
 
 def _differences(course: AgentCourse) -> Iterator[Row]:
@@ -278,17 +250,6 @@ def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Itera
             if line.slope is not None:
                 yield course.estimate(quantity, line.slope, of=f"{of}, slope", unit="logits")
     yield from course.missing(quantity, found.note)
-
-
-def _lind_mehlum(course: AgentCourse) -> Iterator[Row]:
-    found = course.agent.inference.bend
-    if found.extremum is not None or found.p_value is not None:
-        ends = {"low": found.low, "high": found.high, "p_value": found.p_value, "test": "Lind-Mehlum"}
-        yield course.estimate("success_lind_mehlum", found.extremum, unit=DOSE, note=found.direction or "", **ends)
-    for of, slope in ((LOWEST, found.slope_low), ("highest dose", found.slope_high)):
-        if slope is not None:
-            yield course.estimate("success_lind_mehlum", slope, of=f"slope at the {of}", unit="logits")
-    yield from course.missing("success_lind_mehlum", found.note)
 
 
 def log_rank_rows(course: AgentCourse, ratio: str, events: str, found: LogRanks) -> Iterator[Estimate]:

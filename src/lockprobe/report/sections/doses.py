@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, listed
-from lockprobe.report.captions import best_dose_said, model_said, share_intervals_said
+from lockprobe.report.captions import model_said, share_intervals_said
 from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
-from lockprobe.report.prose.success import courses_said, finding
+from lockprobe.report.prose.success import finding
 from lockprobe.report.rows import DoseAxis, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
@@ -34,10 +34,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))
             if said := loop_finding(agent):
                 yield Finding(**about, kind="loops", text=said, rests_on=("loop_rate", "loop_rate_chance"))
-        if said := courses_said(summary, brief=True):
-            yield Finding(
-                section=_name(i), kind="answer", text=said, rests_on=("success_difference", "success_two_lines")
-            )
 
 
 def _name(number: int) -> str:
@@ -55,7 +51,7 @@ def _show(found: Results) -> Iterator[Part]:
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         doses = listed([f"{dose:g}" for dose in sorted(set(axis.doses.values()))])
-        answer = found.answer_of(_name(i)) or f"Shares of trials solved at {doses}."
+        answer = f"Shares of trials solved at {doses}."
         blocks = list(_blocks(found, axis, i, place))
         called = f"{axis.name.capitalize()}{options}{rest}"
         if axis.of_flips and axis.options:
@@ -83,8 +79,7 @@ def _figures(found: Results, axis: DoseAxis, number: int, place: int) -> tuple[F
         f"series-{number}-success",
         f"Success by {axis.name}",
         Caption(
-            f"Share of trials solved by {axis.name}, with the exact success of random agents. "
-            f"{best_dose_said(shown, 'dose')}".strip(),
+            f"Share of trials solved by {axis.name}, with the exact success of random agents.",
             f"{of_success} {model_said(shown)}".strip(),
         ),
         "lockprobe.report.figures.success_by_flip_rate:success_by_dose",

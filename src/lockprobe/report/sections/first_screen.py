@@ -19,7 +19,6 @@ from lockprobe.report.prose.first_screen import (
     modality_answer,
     no_advantage_said,
     not_above_chance,
-    smaller_budget_said,
     trial_said,
     varied_by,
 )
@@ -221,7 +220,7 @@ def _of_flips(summary: StudySummary, study: Study, lacking: Container[str] = ())
         answer=answer or several_answers(answered_questions(summary, lacking)),
         changed_nothing=_joined(*map(idle_doses_said, subjects)),
         chance=not_above_chance(summary),
-        interaction=_joined(smaller_budget_said(summary), interaction_said(summary)),
+        interaction=interaction_said(summary),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         by_chance=_chance(summary.reference),

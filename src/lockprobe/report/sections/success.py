@@ -1,4 +1,4 @@
-"""Success and false reports: how success depends on the flip rate, agent by agent, and its course."""
+"""Success and false reports: how success depends on the flip rate, agent by agent."""
 
 from __future__ import annotations
 
@@ -8,18 +8,15 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent, points
 from lockprobe.report.captions import (
-    best_dose_said,
     fit_said,
     model_said,
     paper_rates,
     share_intervals_said,
-    success_and_loops_said,
 )
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.format import DETECTED
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.prose.success import course_said, courses_said
-from lockprobe.report.rows import Cell, Course, Estimate, Finding, Results, Row
+from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import (
     Block,
     Caption,
@@ -28,10 +25,9 @@ from lockprobe.report.section import (
     Note,
     Part,
     Section,
-    Table,
     Template,
 )
-from lockprobe.report.sections.course_rows import CONTROL, COURSE, AgentCourse, at, course_rows
+from lockprobe.report.sections.course_rows import CONTROL, AgentCourse, at, course_rows
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -44,61 +40,6 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for agent in numbers.flips.agents:
         yield from course_rows(AgentCourse(agent, FLIPS.name, numbers.conditions), numbers.flips.reference)
-    yield from numbers.answer("success", "success_difference", "success_two_lines")
-    if said := courses_said(numbers.flips):
-        rests_on = ("success_difference", "success_two_lines")
-        yield Finding(section="success", kind="courses", text=said, rests_on=rests_on)
-
-
-def _course_table(found: Results) -> TextTable:
-    """The course of success and of the loop rate over the flip rate, one row per agent."""
-    head = ["agent", "solved at the lowest flip rate", "highest", "lowest", "solved at the highest flip rate"]
-    loops = ["loops at the lowest flip rate", "fewest loops", "loops at the highest flip rate", "loops begin"]
-    table = [[*head, "course of success", *loops]]
-    for course in found.courses():
-        acting = _analysed(course)
-        if not acting:
-            continue
-        highest, lowest = (pick(acting, key=lambda cell: cell.value("success") or 0.0) for pick in (max, min))
-        rates = [cell.value("loop_rate") for cell in course.played]
-        fewest = min((rate for rate in rates if rate is not None), default=None)
-        table.append(
-            [
-                course.label,
-                percent(acting[0].value("success")),
-                *(f"{percent(cell.value('success'))} at {cell.dose:g}" for cell in (highest, lowest)),
-                percent(acting[-1].value("success")),
-                _kind(course),
-                *map(percent, (rates[0], fewest, rates[-1])),
-                _loops_begin(course),
-            ]
-        )
-    return table
-
-
-def _analysed(course: Course) -> list[Cell]:
-    """The cells with trials that fits and tests use: not what changed nothing, and one of an agent that plays alike."""
-    cells = course.cells[:1] if course.blind else course.cells
-    return [cell for cell in cells if (row := cell.get("success")) and (cell is cells[0] or row.note != "never acted")]
-
-
-def _kind(course: Course) -> str:
-    return course.found.fact(COURSE, f"{course.label}, {course.axis}")
-
-
-def _loops_begin(course: Course) -> str:
-    """Whether loops begin later or sooner as the dose rises."""
-    if course.blind:
-        return _kind(course)
-    test = course.get("test", "looping")
-    if test is None or test.p_value is None:
-        return "not tested"
-    if test.p_value >= ALPHA:
-        return "no change detected"
-    return "later" if (course.value("test_direction", "looping") or 0) < 0 else "sooner"
-
-
-_COURSES = Table("courses", _course_table, numeric_from=1)
 
 
 _STARS = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
@@ -120,19 +61,8 @@ def _corrected_caption(found: Results) -> Caption:
     subjects = _subjects(found)
     of_success = share_intervals_said((course.agent for course in subjects), every_look=bool(found.progress.every_look))
     return Caption(
-        "Success by flip rate, with the exact success of random agents. "
-        f"{best_dose_said(subjects, 'flip rate')}".strip(),
+        "Success by flip rate, with the exact success of random agents.",
         f"{of_success} {model_said(subjects)}".strip(),
-    )
-
-
-def _courses_caption(found: Results) -> Caption:
-    return Caption(
-        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
-        "The heading compares success with that at the lowest flip rate.",
-        success_and_loops_said(
-            (course.agent for course in found.courses()), every_look=bool(found.progress.every_look)
-        ),
     )
 
 
@@ -155,35 +85,25 @@ _FIG4_CORRECTED = Figure(
     f"{_DRAWN}:fig4_corrected",
     applies=lambda found: found.several_p,
 )
-_COURSES_DRAWN = Figure(
-    "courses",
-    "Success and loop rate by flip rate, one panel per agent",
-    _courses_caption,
-    f"{_DRAWN}:courses",
-    applies=lambda found: found.several_p,
-)
 
 
 def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
         rates = listed([f"{p:g}" for p in found.flip_rates])
-        said = found.answer_of("success") or f"Shares of trials solved at flip rates of {rates}."
+        said = f"Shares of trials solved at flip rates of {rates}."
         yield Part("Success and false reports", said, list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
     judged = [course for course in found.courses() if course.subject]
     fits = [(_name(course), _fit_said(course)) for course in judged]
-    best = [(_name(course), said) for course in judged if not course.blind and (said := _best_said(course))]
     yield _FIG4_CORRECTED
     if rows := list(_contrast_rows(found)):
         yield Detail(
             "The clearest difference of each agent, tested",
             [Template("contrasts", {"rows": rows}), note_at(found, _CONTRAST_NOTE)],
         )
-    yield Detail("The paper's Fig. 4, orders of fits, best flip rates", [_FIG4, *_of_agents(fits), *_of_agents(best)])
-    if found.said("success", "courses"):
-        yield Detail("Courses of success and loops", [_COURSES_DRAWN, _COURSES, note_at(found, _COURSE_NOTE)])
+    yield Detail("The paper's Fig. 4 and orders of fits", [_FIG4, *_of_agents(fits)])
 
 
 def _name(course: Course) -> str:
@@ -207,46 +127,9 @@ def _fit_said(course: Course) -> str:
         share = course.value("success_fit_turning_share", row.of)
         alike = f" ({percent(share)} of resamples turn the same way within the range)" if share is not None else ""
         said += f" The second-order fit has its {row.of} at a flip rate of {row.value:.2f}{alike}."
-    return said
-
-
-def _best_said(course: Course) -> str:
-    """The order of the binomial model and the best flip rate."""
-    said, best = [], course.value("best_dose")
     if (order := course.value("success_model_order", "AICc")) is not None:
-        said.append(f"AICc prefers order {order:g}.")
-    if best is not None:
-        said.append(f"{_highest(course, best)}; {_sure(course)}.")
-    if (honest := course.value("success_at_best_dose")) is not None:
-        seen = percent(course.value("success_at_best_dose", "uncorrected"))
-        said.append(
-            f"Corrected for selection of the maximum, success there is about {percent(honest)} (uncorrected: {seen}); "
-            "some upward bias remains."
-        )
-    return " ".join(said)
-
-
-def _highest(course: Course, best: float) -> str:
-    """Where success is highest, with every flip rate that ties."""
-    shares = {cell.dose: cell.value("success") or 0.0 for cell in _analysed(course)}
-    tied = [f"{dose:g}" for dose, share in shares.items() if share == max(shares.values())]
-    if len(tied) < 2:
-        return f"Success is highest at a flip rate of {best:g}"
-    if len(tied) == len(shares):
-        return f"Success is the same at flip rates of {listed(tied)}"
-    return f"Success is highest at flip rates of {listed(tied)}, which tie"
-
-
-def _sure(course: Course) -> str:
-    """Which flip rates may be the best; a set that was not borne out by a detected difference carries no confidence."""
-    members = [f"{row.value:g}" for row in course.where("best_dose_set")]
-    looks = ", for one look" * bool(course.found.progress.every_look)
-    if not members:
-        return "any flip rate may be the best"
-    if _kind(course) == course_said("no change detectable"):
-        there = f"the 95 % set of the best one is {listed(members, 'or')}{looks}"
-        return f"no difference from the lowest flip rate was detected, and {there}"
-    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}{looks}"
+        said += f" AICc of the binomial model prefers order {order:g}."
+    return said
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
@@ -317,12 +200,6 @@ _CONTRAST_NOTE = Note(
     "A trial uses the same random numbers (labels, flips, draws) at every flip rate; a block is one repetition and "
     "trial. The difference, its interval and its P values use the same sample.",
 )
-_COURSE_NOTE = Note(
-    "A course does not identify its cause: simple strategies show all of them.",
-    "Higher or lower: success at some flip rate against that at the lowest (permutation test, corrected for all flip "
-    "rates and for the number of agents); the two-lines test can also show a rise and a fall. Loops begin later or "
-    "sooner: log-rank test of the first loop, lowest flip rate against all higher ones.",
-)
 
 SECTIONS = (
     Section(
@@ -330,7 +207,6 @@ SECTIONS = (
         title="Success and false reports",
         rows=_rows,
         show=_show,
-        tables=(_COURSES,),
-        figures=(_FIG4, _FIG4_CORRECTED, _COURSES_DRAWN),
+        figures=(_FIG4, _FIG4_CORRECTED),
     ),
 )

@@ -19,14 +19,12 @@ from lockprobe.statistics.inference.broken_trials import (
     worst_case_lines,
     worst_case_tests,
 )
-from lockprobe.statistics.inference.course import Course, course
 from lockprobe.statistics.inference.difference import AnyDifference, any_difference
 from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
 from lockprobe.statistics.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
-from lockprobe.statistics.inference.smaller_budget import Reversal, reversal
-from lockprobe.statistics.inference.ushape import LindMehlum, TwoLines, corrected, lind_mehlum, onset_lines, two_lines
+from lockprobe.statistics.inference.ushape import TwoLines, corrected, onset_lines, two_lines
 from lockprobe.statistics.inference.verdict import (
     ONE_LOOK,
     TestResult,
@@ -37,7 +35,7 @@ from lockprobe.statistics.inference.verdict import (
     success_test,
     two_lines_test,
 )
-from lockprobe.statistics.outcomes import Outcomes, points
+from lockprobe.statistics.outcomes import Outcomes
 
 __all__ = ["Inference", "infer"]
 
@@ -51,11 +49,8 @@ class Inference:
 
     Attributes:
         difference: Whether success depends on p.
-        reversal: A smaller budget with the opposite effect; None where trials broke.
-        course: The course of success over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
-        bend: Whether success rises and falls, by a quadratic.
         steps: Whether p changes the mean number of steps.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
@@ -65,11 +60,8 @@ class Inference:
     """
 
     difference: AnyDifference
-    reversal: Reversal | None
-    course: Course | None
     orders: BinomialOrders
     lines: TwoLines
-    bend: LindMehlum
     steps: MeanSteps
     onset: LogRanks
     onset_lines: TwoLines
@@ -96,7 +88,7 @@ def infer(
         rng: The stream of the permutations.
         broken: Its trials that ended as error.
         budget: Steps of a trial; by default those of the longest.
-        agents: Number of agents whose courses of success are judged together. Differences, their intervals and the two
+        agents: Number of agents that are judged together. Differences, their intervals and the two
             lines are corrected for them; the tests of other questions are not.
 
     Raises:
@@ -115,17 +107,14 @@ def infer(
     return replace(
         found,
         difference=difference,
-        reversal=None,
         lines=lines,
         onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
-        course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
         tests=worst_case_tests(found.tests, *(end.tests for end in ends)),
     )
 
 
 def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: int) -> Inference:
-    conditions = points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng, agents=agents)
     none = outcomes.at(np.zeros(len(outcomes), dtype=np.bool_))
 
@@ -135,7 +124,6 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
     steps = of("Mean steps", lambda some: mean_steps(some, budget))
     onset = of("Loop onset", loop_onset_logrank)
     orders = of("Binomial model of success", lambda some: binomial_orders(some.dose, some.solved))
-    bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.dose, some.solved))
     lines = corrected(
         of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents
     )
@@ -153,11 +141,8 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
     )
     return Inference(
         difference=difference,
-        reversal=section("Smaller budgets", lambda: reversal(outcomes, difference), lambda: None),
-        course=course(conditions, difference, lines),
         orders=orders,
         lines=lines,
-        bend=bend,
         steps=steps,
         onset=onset,
         onset_lines=again,
