@@ -86,7 +86,6 @@ SLOW = {
     "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
     "test_p_values_are_corrected_within_a_kind_as_statsmodels_does": (),
     "test_several_processes_change_no_byte": (),
-    "test_the_first_lie_in_a_truthful_world_is_that_of_forks": (),
     "test_the_react_agent_plays_a_study": (),
     "test_the_same_seed_gives_the_same_record_whatever_was_played_before": (),
     "test_the_table_of_the_documentation_is_exact": (),

@@ -82,16 +82,14 @@ def estimates(
     axes.errorbar(x, y, **{**style.line, "linestyle": "none", "elinewidth": 1.2, ends: reach, **settings})
 
 
-def by_dose(
-    axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, *, of: str = "", shift: float = 0.0, **settings: Any
-) -> None:
+def by_dose(axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, **settings: Any) -> None:
     """Draw a number of each cell at its dose, where it has one, like :func:`estimates`.
 
     A thin white edge keeps filled marks apart, however near to each other the doses are.
     """
-    found = [(cell.dose or 0.0, row) for cell in cells if (row := cell.get(quantity, of))]
+    found = [(cell.dose or 0.0, row) for cell in cells if (row := cell.get(quantity))]
     edge: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.5} if style.lead else {}
-    estimates(axes, [dose + shift for dose, _ in found], [row for _, row in found], style, **edge, **settings)
+    estimates(axes, [dose for dose, _ in found], [row for _, row in found], style, **edge, **settings)
 
 
 def staircase(
