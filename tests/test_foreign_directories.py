@@ -18,7 +18,7 @@ from lockprobe.foundation import plugins
 from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
-    "chance", "power", "readings", "play", "list agents", "list plants", "list interventions", "list models", "doctor",
+    "chance", "power", "play", "list agents", "list plants", "list interventions", "list models", "doctor",
     "box list", "box generate", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
 }  # fmt: skip
 """Commands that take no directory of a study, no study file and no records."""

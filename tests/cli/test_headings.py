@@ -7,7 +7,7 @@ import typer
 from lockprobe.cli import build
 from lockprobe.cli.headings import AS_RUN, Headed, under_headings
 
-COMMANDS = ("run", "serve", "mcp", "power", "readings", "play", "branch")
+COMMANDS = ("run", "serve", "mcp", "power", "play", "branch")
 
 
 def of(name):

@@ -37,7 +37,6 @@ COMMANDS = {
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
     "chance": ("chance", "chance", "Compute the chance level of an action loop."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
-    "readings": ("readings", "readings", "Compute success under every reading of a false report."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, check, solve and generate boxes."),
     "list": ("list_", "app", "List agents, plants, interventions, models or measures."),

@@ -194,16 +194,15 @@ def listed(names: Sequence[str], last: str = "and", named: int | None = None) ->
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
-def markdown_table(head: Sequence[str], *lines: Sequence[str], numbers: bool = False) -> str:
-    """A table in Markdown; with ``numbers`` all columns but the first are aligned on the right.
+def markdown_table(head: Sequence[str], *lines: Sequence[str]) -> str:
+    """A table in Markdown.
 
-    >>> print(markdown_table(["agent", "solved"], ["random", "12 %"], numbers=True))
+    >>> print(markdown_table(["agent", "solved"], ["random", "12 %"]))
     | agent | solved |
-    | --- | ---: |
+    | --- | --- |
     | random | 12 % |
     """
-    rule = ["---", *["---:" if numbers else "---"] * (len(head) - 1)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in (head, rule, *lines))
+    return "\n".join(f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *lines))
 
 
 def capital(said: str) -> str:
