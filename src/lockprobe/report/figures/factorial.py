@@ -1,4 +1,4 @@
-"""A factorial design: the effect of every factor on misreading and on success, with its share of the variance."""
+"""A factorial design: the effect of every factor on misreading and on success."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lockprobe.foundation.formatting import bracketed, percent
+from lockprobe.foundation.formatting import bracketed
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, around, forest, height
 from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
@@ -35,35 +35,24 @@ def factorial(found: Results) -> Figure | None:
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
-    shown = [(found, _sorted(rows)) for rows in panels.values()]
-    most = max((height(_forest(*one), _WIDE) for one in shown), default=0.0)
+    shown = [sorted(rows, key=lambda row: -abs(row.value or 0.0)) for rows in panels.values()]
+    most = max((height(_forest(rows), _WIDE) for rows in shown), default=0.0)
     return sheet(shown, _draw, heights=[most], around=around(_TITLE), width=_WIDTH)
 
 
-def _share(found: Results, row: Estimate) -> Estimate | None:
-    return found.get("variance_share", agent=row.agent, modality=row.modality, of=row.of, axis=row.axis)
-
-
-def _sorted(rows: Sequence[Estimate]) -> list[Estimate]:
-    return sorted(rows, key=lambda row: -abs(row.value or 0.0))
-
-
-def _forest(found: Results, rows: Sequence[Estimate]) -> list[ForestRow]:
+def _forest(rows: Sequence[Estimate]) -> list[ForestRow]:
     made = []
     for row in rows:
-        share = _share(found, row)
-        of = f"; {percent(share.value)}" if share and share.low else ""
         style = Style(colour=SUBJECTS[0] if row.detected else FAINT, lead=row.detected)
-        made.append(ForestRow(factor_said(row.axis), f"{bracketed(row.value, row.low, row.high)}{of}", row, style))
+        made.append(ForestRow(factor_said(row.axis), bracketed(row.value, row.low, row.high), row, style))
     return made
 
 
-def _draw(axes: Axes, panel: tuple[Results, list[Estimate]]) -> None:
-    found, rows = panel
+def _draw(axes: Axes, rows: list[Estimate]) -> None:
     change_ticks(axes.xaxis, rows)
     ticks = axes.get_xticks(), [tick.get_text() for tick in axes.get_xticklabels()]
-    forest(axes, _forest(found, rows), axes.get_xlim(), levels=[(0.0, INK, "-")], wide=_WIDE)
+    forest(axes, _forest(rows), axes.get_xlim(), levels=[(0.0, INK, "-")], wide=_WIDE)
     axes.set_xticks(*ticks)
-    axes.set_xlabel(f"change of {rows[0].of}, points; share of variance")
+    axes.set_xlabel(f"change of {rows[0].of}, points")
     first = rows[0]
     title(axes, safe_name(first.agent, _LONGEST), safe_name(f"{first.of}; n = {first.clusters} blocks of scenes"))

@@ -1,4 +1,4 @@
-"""A factorial design: what each factor does to misreading and success, and its share of their variance."""
+"""A factorial design: what each factor does to misreading and to success."""
 
 from __future__ import annotations
 
@@ -7,21 +7,18 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.factorial import factor_said, factorial_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.factorial.effects import FactorialEffects
 
 __all__ = ["SECTIONS"]
 
 _FAMILY = "factors"
-
-_REST = "interactions"
-"""What is left of the variance when all factors alone are taken off."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -40,12 +37,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             }
             ends: dict[str, Any] = {"value": one.value, "low": one.low, "high": one.high}
             yield Estimate(quantity="factor_effect", **of, unit="points", **ends, **tested, test="Student over blocks")
-            if one.variance is not None:
-                bounds: dict[str, Any] = {"low": one.variance_low, "high": one.variance_high}
-                yield Estimate(quantity="variance_share", **of, value=one.variance, **bounds)
-        for measure, rest in found.rest.items():
-            if rest is not None:
-                yield Estimate(quantity="variance_share", **own, axis=_REST, of=measure, n=n, value=rest)
         yield _answer(found)
 
 
@@ -67,19 +58,11 @@ def _agents(found: Results) -> list[Estimate]:
 
 
 def _table(found: Results) -> TextTable:
-    head = ["agent", "of", "factor", "change, points", "P", "share of the variance"]
-    table = [head]
-    for row in found.where("factor_effect"):
-        own = {"agent": row.agent, "modality": row.modality, "of": row.of}
-        share = found.get("variance_share", **own, axis=row.axis)
-        table.append(
-            [row.agent, row.of, factor_said(row.axis), points_cell(row), p_cell(row.p_value), share_of_row(share)]
-        )
-        rest = found.get("variance_share", **own, axis=_REST)
-        last = row.axis == found.where("factor_effect", **own)[-1].axis
-        if last and rest is not None:
-            table.append([row.agent, row.of, _REST, "", "", percent(rest.value)])
-    return table if len(table) > 1 else []
+    head = ["agent", "of", "factor", "change, points", "P"]
+    rows = found.where("factor_effect")
+    return [head] * bool(rows) + [
+        [row.agent, row.of, factor_said(row.axis), points_cell(row), p_cell(row.p_value)] for row in rows
+    ]
 
 
 _TABLE = Table("factorial", _table, numeric_from=3)
@@ -89,8 +72,7 @@ _FIGURE = Figure(
     "What each factor does to misreading and to success",
     Caption(
         "The named level of every factor minus its level in the plain scene, in points, over trials of equal luck. "
-        "Filled: detected. At the right the share of the variance between scenes that the factor alone explains, where "
-        "its interval lies above 0.",
+        "Filled: detected.",
         "Brackets are 95 % intervals over blocks, corrected for the number of factors.",
     ),
     draw="lockprobe.report.figures.factorial:factorial",
@@ -101,13 +83,11 @@ _NOTE = Note(
     Markup(
         "Every factor has two levels, and the study plays a balanced part of their combinations (<em>fractional "
         "factorial</em>), so that each factor is compared in all trials. With eight factors in 16 scenes no effect of "
-        "a factor is mixed with that of another or of an interaction of two; interactions of two are mixed with each "
-        "other, and stand together as <code>interactions</code>."
+        "a factor is mixed with that of another or of an interaction of two."
     ),
     Markup(
         "The effect is a mean over blocks. Its interval is Student\N{RIGHT SINGLE QUOTATION MARK}s, corrected for the "
-        "number of factors (Bonferroni); <i>P</i> is corrected too (Holm). Shares of variance are of the true means "
-        "of the scenes: the noise of the means is taken off. Their intervals are 95 % bootstrap intervals over blocks."
+        "number of factors (Bonferroni); <i>P</i> is corrected too (Holm)."
     ),
     Markup(
         "<em>Misreading</em> is the share of statements about the last action that contradict what happened. What the "

@@ -1,4 +1,4 @@
-"""What each factor of a factorial design does to misreading and to success, and its share of their variance.
+"""What each factor of a factorial design does to misreading and to success.
 
 A main effect is the mean over trials at the high level of a factor minus the mean over trials at its low level, within
 each block of luck. Blocks are independent: the interval is Student's over them.
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import Array
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.factorial.design import Factorial
@@ -30,12 +29,6 @@ MEASURES = ("misreading", "success")
 _DIGITS = 12
 """Digits of an effect, which is a difference of means."""
 
-_FEWEST = 5
-"""Blocks from which on shares of variance have an interval."""
-
-_DRAWS = 2000
-"""Bootstrap draws of blocks for the intervals of shares of variance."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactorEffect:
@@ -48,9 +41,6 @@ class FactorEffect:
         low, high: Ends of the interval, corrected for the number of factors (Bonferroni); None if all blocks are alike.
         p_value: That there is no effect, Student's test over blocks, corrected for the factors (Holm); None if no
             block differs from another.
-        variance: Share of the variance between conditions that the factor alone explains, [0, 1], corrected for the
-            noise of the means; None if conditions do not differ by more than noise.
-        variance_low, variance_high: Ends of its 95 % bootstrap interval; None with fewer than five blocks.
     """
 
     factor: str
@@ -59,9 +49,6 @@ class FactorEffect:
     low: float | None
     high: float | None
     p_value: float | None
-    variance: float | None
-    variance_low: float | None
-    variance_high: float | None
 
     @property
     def detected(self) -> bool:
@@ -81,7 +68,6 @@ class FactorialEffects:
         blocks: Blocks with a trial in every condition.
         means: Measure -> its mean over all conditions.
         effects: Every factor under every measure.
-        rest: Measure -> share of the variance that no factor alone explains: interactions; None as above.
     """
 
     agent: str
@@ -89,7 +75,6 @@ class FactorialEffects:
     blocks: int
     means: Mapping[str, float]
     effects: tuple[FactorEffect, ...]
-    rest: Mapping[str, float | None]
 
     def of(self, measure: str) -> list[FactorEffect]:
         """The effects on one measure, the largest first."""
@@ -114,18 +99,15 @@ def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) 
     signs = np.array([design.runs[label] for label in labels], dtype=np.float64)
     sheet = [[played[label][block] for label in labels] for block in blocks]
     found: list[FactorEffect] = []
-    means, rest = dict[str, float](), dict[str, float | None]()
+    means = dict[str, float]()
     for measure in MEASURES:
         values = _values(sheet, measure)
         if np.isnan(values).all():
             continue
         means[measure] = float(np.nanmean(values))
-        own, rest[measure] = _of_measure(values, signs, design.factors, measure)
-        found += own
+        found += _of_measure(values, signs, design.factors, measure)
     first = sheet[0][0]
-    return FactorialEffects(
-        agent=first.group, design=design, blocks=len(blocks), means=means, effects=tuple(found), rest=rest
-    )
+    return FactorialEffects(agent=first.group, design=design, blocks=len(blocks), means=means, effects=tuple(found))
 
 
 def _values(sheet: Sequence[Sequence[Trial]], measure: str) -> Array:
@@ -140,23 +122,19 @@ def _value(trial: Trial, measure: str) -> float:
     return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
 
 
-def _of_measure(
-    values: Array, signs: Array, factors: Sequence[str], measure: str
-) -> tuple[list[FactorEffect], float | None]:
-    """The effects of all factors on a measure, and the share of variance that is left."""
+def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: str) -> list[FactorEffect]:
+    """The effects of all factors on a measure."""
     contrasts = np.stack([_contrast(values, column) for column in signs.T], axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
     n = len(kept)
     if n < 2:
-        return [], None
+        return []
     mean, error = kept.mean(axis=0), kept.std(axis=0, ddof=1) / math.sqrt(n)
     half = student_quantile(1 - ALPHA / len(factors) / 2, n - 1) * error
     known = np.divide(np.abs(mean), error, out=np.full_like(mean, np.nan), where=error > 0)
     raw = [None if math.isnan(one) else student_tails(one, n - 1) for one in known]
-    shares, rest = _variance(values, signs)
-    ends = _shares_interval(values, signs, measure) if n >= _FEWEST else None
     corrected = iter(holm([one for one in raw if one is not None]))
-    found = [
+    return [
         FactorEffect(
             factor=factor,
             measure=measure,
@@ -164,13 +142,9 @@ def _of_measure(
             low=None if raw[i] is None else max(-1.0, float(mean[i] - half[i])),
             high=None if raw[i] is None else min(1.0, float(mean[i] + half[i])),
             p_value=None if raw[i] is None else next(corrected),
-            variance=None if shares is None else float(shares[i]),
-            variance_low=None if shares is None or ends is None else float(ends[0][i]),
-            variance_high=None if shares is None or ends is None else float(ends[1][i]),
         )
         for i, factor in enumerate(factors)
     ]
-    return found, rest
 
 
 def _contrast(values: Array, levels: Array) -> Array:
@@ -186,36 +160,3 @@ def _mean(values: Array) -> Array:
         np.where(known, values, 0).sum(axis=1), total, out=np.full(len(values), np.nan), where=total > 0
     )
     return made
-
-
-def _variance(values: Array, signs: Array, noises: int = 1) -> tuple[Array | None, float | None]:
-    """The share of each factor in the variance of the true means of conditions, and what is left for interactions.
-
-    The mean square of an effect holds its own square and the noise of the means; the noise is taken from the spread of
-    blocks about the means of conditions, and taken off, twice for a bootstrap sample, whose means have it twice. Shares
-    below 0 count as 0.
-    """
-    blocks, conditions = values.shape
-    means = np.nanmean(values, axis=0)
-    within = values - means - (np.nanmean(values, axis=1, keepdims=True) - np.nanmean(values))
-    noise = float(np.nansum(within**2)) / max(1, (blocks - 1) * (conditions - 1)) / blocks
-    noise *= noises
-    halves = signs.T @ (means - means.mean()) / conditions  # half of each effect
-    own = np.clip(halves**2 - noise / conditions, 0, None)
-    total = float(np.sum((means - means.mean()) ** 2)) / conditions
-    left = max(0.0, total - float(np.sum(halves**2)) - noise * (conditions - 1 - len(halves)) / conditions)
-    whole = float(own.sum()) + left
-    if whole <= 0 or not np.isfinite(whole):
-        return None, None
-    return own / whole, left / whole
-
-
-def _shares_interval(values: Array, signs: Array, measure: str) -> tuple[Array, Array]:
-    """The 95 % bootstrap intervals of the shares of variance, over blocks."""
-    luck = generator(1, "factorial", measure)
-    drawn = []
-    for _ in range(_DRAWS):
-        shares, _ = _variance(values[luck.integers(len(values), size=len(values))], signs, noises=2)
-        drawn.append(np.zeros(signs.shape[1]) if shares is None else shares)
-    low, high = np.quantile(np.array(drawn), [ALPHA / 2, 1 - ALPHA / 2], axis=0)
-    return low, high
