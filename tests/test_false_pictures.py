@@ -20,7 +20,7 @@ from lockprobe.trial.pictures.png import from_png
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
-SMALL = "fast-twin?renderer=rays&width=160&height=120"
+SMALL = "fast-twin?width=160&height=120"
 PLAN = Plan(
     study="s",
     agent="random",
@@ -79,7 +79,7 @@ def test_pictures_that_are_not_false_are_those_of_the_truth():
 
 @pytest.mark.parametrize("plant", ["fast-twin", "twin"])
 def test_drawing_what_is_not_changes_nothing_that_is(plant):
-    source = resolve_plant(f"{plant}?renderer=rays&width=96&height=72&depth_noise=0.002")
+    source = resolve_plant(f"{plant}?width=96&height=72&depth_noise=0.002")
     honest, lying = (source.make(box(), tuple("ABCD"), np.random.default_rng(5)) for _ in range(2))
     for joint in (None, 3, 0):
         true, told = (one.observe() if joint is None else one.attempt(joint) for one in (honest, lying))
@@ -102,7 +102,7 @@ def whole_state(plant):
 
 
 def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays():
-    settings = TwinSettings(renderer="rays", width=160, height=120)
+    settings = TwinSettings(width=160, height=120)
     plant = Twin(box(), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
     false = plant.observe().render((False, False, False, True)).rgb.astype(int)
     plant.put((False, False, False, True))

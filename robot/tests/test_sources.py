@@ -8,7 +8,7 @@ from lockprobe import run_study, run_trial, study
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.records.journal import load
 
-SMALL = "width=96&height=72&renderer=rays"
+SMALL = "width=96&height=72"
 EDITED = b'"opening_sensed":{"camera":"0001"}'
 
 

@@ -235,17 +235,15 @@ def test_the_first_picture_says_how_many_pixels_are_needed(handle):
 
 def test_on_the_default_scene_ten_pixels_are_enough():
     viewer = resolve("viewer").make()
-    trial = run_trial(agent="viewer", plant="fast-twin?renderer=rays", modality="rgb", p=0, seed=1, max_steps=2)
+    trial = run_trial(agent="viewer", plant="fast-twin", modality="rgb", p=0, seed=1, max_steps=2)
     assert trial.facts["acuity"] is None
     assert viewer.sight.acuity is None
-    same = run_trial(
-        agent="viewer?acuity=10", plant="fast-twin?renderer=rays", modality="rgb", p=0, seed=1, max_steps=2
-    )
+    same = run_trial(agent="viewer?acuity=10", plant="fast-twin", modality="rgb", p=0, seed=1, max_steps=2)
     assert [step.decision for step in trial.steps] == [step.decision for step in same.steps]
 
 
 def test_a_model_of_a_user_is_read_without_an_option():
-    own = {"box": own_box(), "plant": f"twin?model={OWN}&renderer=rays", "modality": "rgb", "p": 0, "seed": 1}
+    own = {"box": own_box(), "plant": f"twin?model={OWN}", "modality": "rgb", "p": 0, "seed": 1}
     trial = run_trial(agent="viewer:round-robin", max_steps=6, **own)
     claims = [step.decision.claimed for step in trial.steps[1:]]
     assert claims == ["moved" if step.moved else "blocked" for step in trial.steps[:-1]]

@@ -35,7 +35,7 @@ from lockprobe.trial.model_call import Usage
 def test_pictures_are_played_and_reported(tmp_path):
     pytest.importorskip("mujoco")
     arguments = ("run", "modalities", "--agent", "viewer", "--agent", "random", "--trials", 1, "--max-steps", 3,
-                 "--plant", "fast-twin?width=160&height=120&renderer=rays", "--workers", 1, "--out", tmp_path)  # fmt: skip
+                 "--plant", "fast-twin?width=160&height=120", "--workers", 1, "--out", tmp_path)  # fmt: skip
     done = typed(*arguments)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -43,13 +43,13 @@ def test_pictures_are_played_and_reported(tmp_path):
         "Modality study on chain-4: shown as rgb, rgbd, symbolic?tell=state; 1 repetition of 1 trial of 3 steps; "
         "agents viewer, random; seed 1"
     )
-    assert lines[1].startswith("Plant: fast-twin?width=160&height=120&renderer=rays; pictures by rays (mujoco ")
+    assert lines[1].startswith("Plant: fast-twin?width=160&height=120; pictures by egl (mujoco ")
     assert lines[2] == "Reports only, since they look at no pictures: random"
     assert any("viewer  3/3 trials · 0 of 3 solved" in line for line in lines)
     trials = load(tmp_path)
     assert [trial.error for trial in trials] == [None] * 4
     assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic?tell=state"} == {True}
-    assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"rays"}
+    assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"egl"}
     assert (tmp_path / "report.html").read_text("utf-8").count("data:image/png;base64,") >= 6
     there = read_study(tmp_path)
     assert [there.asks_for(trial) for trial in trials] == [True] * there.size

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lockprobe_robot.rendering.choose_renderer import Probed
+from lockprobe_robot.rendering.probe import Probed
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
@@ -45,11 +45,9 @@ def test_a_wrong_spec_is_refused_in_one_line(spec, error, message):
 @pytest.mark.parametrize("name", ["fast-twin", "twin"])
 def test_a_plant_is_checked_before_a_study(name, monkeypatch):
     resolve_plant(name).check(box("chain-4"))
-    gone = lambda renderer: Probed(name=renderer, ok=False, detail="gone")  # noqa: E731
-    monkeypatch.setattr("lockprobe_robot.rendering.choose_renderer.probe_one", gone)
-    source = resolve_plant(f"{name}?renderer=osmesa")
-    with pytest.raises(Missing, match="^renderer osmesa does not work here"):
-        source.check(box("chain-4"))
+    monkeypatch.setattr("lockprobe_robot.rendering.probe.probe", lambda: Probed(ok=False, detail="gone"))
+    with pytest.raises(Missing, match=r"^pictures need OpenGL, which does not work here \(gone\): .*libegl-mesa0"):
+        resolve_plant(name).check(box("chain-4"))
 
 
 def test_without_the_engine_the_remedy_is_named(monkeypatch):

@@ -12,6 +12,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
 from lockprobe.trial.protocols import Plant
+from lockprobe_robot.rendering.probe import renderer_name, require_opengl
 from lockprobe_robot.simulation import require_mujoco
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
@@ -27,7 +28,7 @@ _SIZES = ("width", "height")
 def fast_twin(spec: Spec) -> PlantSource:
     """The mechanism, pushed without an arm, and a camera.
 
-    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise. Harder pictures: discs, board,
+    Options: mechanism, tilt, looks, friction, width, height, depth_noise. Harder pictures: discs, board,
     labels, handle_colours, clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint,
     handle_shape.
     """
@@ -44,10 +45,10 @@ def fast_twin(spec: Spec) -> PlantSource:
 def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a soft hand and a force sensor.
 
-    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise.
+    Options: mechanism, tilt, looks, friction, width, height, depth_noise, pose_error, force_noise.
     Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
     factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
-    digest, force, torque, renderer, width, height, depth_noise.
+    digest, force, torque, width, height, depth_noise.
     """
     if "model" in spec.options:
         return _of_a_user(spec)
@@ -65,13 +66,8 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
     """A simulated plant, which this machine has to be able to simulate and to draw, with a box that can be built."""
 
     def check(box: Lockbox) -> None:
-        _check_renderer(settings)
+        _require_pictures()
         make(box, box.names, np.random.default_rng(0)).close()
-
-    def renderer() -> str:
-        from lockprobe_robot.rendering.choose_renderer import chosen_renderer
-
-        return chosen_renderer(settings.renderer)
 
     size, known = (settings.width, settings.height), settings_of(settings)
     return PlantSource(
@@ -79,17 +75,15 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
         make=make,
         check=check,
         picture_size=size,
-        renderer=renderer,
+        renderer=renderer_name,
         options={name: in_words(value) for name, value in known.items() if name not in _FILES},
         doses=tuple(name for name, value in known.items() if type(value) in (int, float) and name not in _SIZES),
     )
 
 
-def _check_renderer(settings: CameraSettings) -> None:
+def _require_pictures() -> None:
     require_mujoco()
-    from lockprobe_robot.rendering.choose_renderer import decide
-
-    decide(settings.renderer)
+    require_opengl()
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
@@ -106,7 +100,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
         return UserModel(box, labels=labels, settings=settings, rng=rng)
 
     def check(box: Lockbox) -> None:
-        _check_renderer(settings)
+        _require_pictures()
         from lockprobe_robot.user_model.user_model import check_model
 
         check_model(box, settings)

@@ -20,7 +20,6 @@ __all__ = [
     "Light",
     "Looks",
     "MechanismKind",
-    "RendererChoice",
     "SceneSettings",
     "TwinSettings",
     "UserModelSettings",
@@ -51,18 +50,11 @@ Viewpoint = Literal["plain", "oblique"]
 HandleShapes = Literal["plain", "ball", "square", "hollow"]
 """As ``looks`` has them; balls on dark stems; square posts; or knobs with a dark hole in the top."""
 
-RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
-
 
 class CameraSettings(Protocol):
     """The settings that all simulated plants share, because all have a camera."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
-
-    @property
-    def renderer(self) -> RendererChoice:
-        """The renderer; ``auto`` takes the first that works here."""
-        ...
 
     @property
     def width(self) -> int:
@@ -89,7 +81,6 @@ class SceneSettings:
         tilt: Tilt of the panel from lying flat towards the robot, degrees.
         looks: What varies from trial to trial.
         friction: Friction of every joint, as a multiple of the default.
-        renderer: The renderer; ``auto`` takes the first that works here.
         width: Width of pictures, pixels.
         height: Height of pictures, pixels.
         depth_noise: Standard deviation of depth at 0.7 m, metres; it grows with the square of depth.
@@ -114,7 +105,6 @@ class SceneSettings:
     tilt: float = 20.0
     looks: Looks = "plain"
     friction: float = 1.0
-    renderer: RendererChoice = "auto"
     width: int = 640
     height: int = 480
     depth_noise: float = 0.0
@@ -165,8 +155,7 @@ class UserModelSettings:
         force: Push on a sliding joint, newtons.
         torque: Push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
             ``fast-twin``.
-        renderer: As in :class:`SceneSettings`, like the following settings.
-        width: Pixels.
+        width: As in :class:`SceneSettings`, like the following settings: pixels.
         height: Pixels.
         depth_noise: Metres.
 
@@ -179,7 +168,6 @@ class UserModelSettings:
     digest: str = ""
     force: float = 30.0
     torque: float = 1.8
-    renderer: RendererChoice = "auto"
     width: int = 640
     height: int = 480
     depth_noise: float = 0.0

@@ -9,7 +9,7 @@ import math
 import mujoco
 import numpy as np
 from lockprobe_robot.geom_groups import NOTHING
-from lockprobe_robot.rendering.choose_renderer import open_renderer
+from lockprobe_robot.rendering.probe import open_renderer
 from lockprobe_robot.scene.tag_layout import QUIET_ZONE
 
 PAPER = 0.0001
@@ -89,7 +89,7 @@ class HandCamera:
         carrier.add_camera(name=_CAMERA, fovy=fovy)
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
-        self._renderer = open_renderer(self._model, width=width, height=height, choice="auto")
+        self._renderer = open_renderer(self._model, width=width, height=height)
         self.focal = 0.5 * height / math.tan(0.5 * math.radians(fovy))
         """Focal length, pixels; the optical axis is in the middle of the picture."""
 

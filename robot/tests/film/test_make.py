@@ -15,7 +15,6 @@ from mjcf_models import OWN
         ("fast-twin", "fast-twin", ""),
         ("symbolic", "fast-twin", "The trial was played without physics; the film shows a fast-twin of the same box."),
         ("python:a:B", "fast-twin", "python:a:B has no film; the film shows a fast-twin of the same box."),
-        (f"twin?model={OWN}&arm=yes", None, ""),
         (f"twin?model={OWN}", None, make._NO_MOTION),
         (f"twin?force=20&model={OWN}", None, make._NO_MOTION),
     ],

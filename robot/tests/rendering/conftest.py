@@ -1,9 +1,7 @@
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.rendering.choose_renderer import probe_one
 from lockprobe_robot.rendering.opengl import OpenGL
-from lockprobe_robot.rendering.ray_caster import RayCaster
 from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
@@ -68,15 +66,12 @@ def lockbox_model(lockbox_scene):
 
 
 @pytest.fixture
-def egl():
-    """Opens renderers with EGL, and closes them."""
-    probed = probe_one("egl")
-    if not probed.ok:
-        pytest.skip(f"EGL does not work here: {probed.detail}")
+def opens():
+    """Opens renderers, and closes them."""
     opened = []
 
     def opens(model, *, width=160, height=120):
-        opened.append(OpenGL(model, platform="egl", width=width, height=height))
+        opened.append(OpenGL(model, width=width, height=height))
         return opened[-1]
 
     yield opens
@@ -84,20 +79,9 @@ def egl():
         renderer.close()
 
 
-@pytest.fixture(scope="module", params=["egl", "rays"])
-def table_renderer(request, table):
-    """A renderer of the table for all tests of a file, EGL in one run and rays in another."""
-    if request.param == "egl" and not (probed := probe_one("egl")).ok:
-        pytest.skip(f"EGL does not work here: {probed.detail}")
-    size = {"width": 160, "height": 120}
-    renderer = OpenGL(table, platform="egl", **size) if request.param == "egl" else RayCaster(table, **size)
+@pytest.fixture(scope="module")
+def table_renderer(table):
+    """A renderer of the table for all tests of a file."""
+    renderer = OpenGL(table, width=160, height=120)
     yield renderer
     renderer.close()
-
-
-@pytest.fixture(params=["egl", "rays"])
-def opens(request):
-    """Opens renderers, EGL in one run and rays in another."""
-    if request.param == "egl":
-        return request.getfixturevalue("egl")
-    return lambda model, *, width=160, height=120: RayCaster(model, width=width, height=height)

@@ -4,17 +4,14 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
-import pytest
 from lockprobe_robot.rendering.opengl import OpenGL
-
-from lockprobe.foundation.errors import BadValue
 
 FORKS = """
 import os, sys, mujoco
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.rendering.opengl import OpenGL
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera name='eye'/></worldbody></mujoco>")
-open = lambda: OpenGL(model, platform="egl", width=64, height=64)
+open = lambda: OpenGL(model, width=64, height=64)
 def in_a_fork():
     if (child := os.fork()) == 0:
         try:
@@ -30,34 +27,28 @@ print(before, in_a_fork())
 """
 
 
-def test_a_process_forked_before_the_first_look_can_look_and_one_forked_after_it_is_refused(egl):
+def test_a_process_forked_before_the_first_look_can_look_and_one_forked_after_it_is_refused(opens):
     """Neither hangs."""
     program = [sys.executable, "-W", "ignore", "-c", FORKS]
     assert subprocess.run(program, capture_output=True, text=True, timeout=300, check=True).stdout == "0 3\n"
 
 
-def test_a_process_has_one_platform(table, egl):
-    egl(table)
-    with pytest.raises(BadValue, match="renderer: got 'osmesa', expected egl or rays: this process has already opened"):
-        OpenGL(table, platform="osmesa", width=64, height=64)
-
-
-def test_the_record_names_the_driver(table, egl):
-    name = egl(table).name
+def test_the_record_names_the_driver(table, opens):
+    name = opens(table).name
     assert name.startswith("egl (mujoco ")
     assert len(name) > len("egl (mujoco 4.0.0, )")
 
 
-def test_closing_one_leaves_the_others(table, state, egl):
-    kept = egl(table)
+def test_closing_one_leaves_the_others(table, state, opens):
+    kept = opens(table)
     before, _ = kept.render(state(table), "above")
-    OpenGL(table, platform="egl", width=64, height=64).close()
+    OpenGL(table, width=64, height=64).close()
     after, _ = kept.render(state(table), "above")
     assert before.tobytes() == after.tobytes()
 
 
-def test_another_thread_can_go_on_with_it(table, state, egl):
-    kept = egl(table)
+def test_another_thread_can_go_on_with_it(table, state, opens):
+    kept = opens(table)
     before, _ = kept.render(state(table), "above")
     with ThreadPoolExecutor(1) as other:
         there, _ = other.submit(kept.render, state(table), "above").result()

@@ -10,8 +10,8 @@ from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.foundation.errors import PlantFault
 
-RAYS = SceneSettings(renderer="rays", width=64, height=64, depth_noise=0.002)
-LARGE = SceneSettings(renderer="rays", width=320, height=240)
+RAYS = SceneSettings(width=64, height=64, depth_noise=0.002)
+LARGE = SceneSettings(width=320, height=240)
 
 
 @pytest.fixture
@@ -120,26 +120,26 @@ def test_nothing_is_opened_before_it_looks(camera, monkeypatch):
     really = camera_module.open_renderer
 
     def counted(*args, **options):
-        opened.append(options["choice"])
+        opened.append(options["width"])
         return really(*args, **options)
 
     monkeypatch.setattr(camera_module, "open_renderer", counted)
-    seen = camera(settings=SceneSettings(renderer="rays", width=64, height=64))
+    seen = camera(settings=SceneSettings(width=64, height=64))
     seen.close()
     assert opened == []
     first = look(seen)
     look(seen)
-    assert opened == ["rays"]
-    assert first.renderer.startswith("rays (mujoco ")
+    assert opened == [64]
+    assert first.renderer.startswith("egl (mujoco ")
     seen.close()
     again = look(seen)
     np.testing.assert_array_equal(first.rgb, again.rgb)
     np.testing.assert_array_equal(first.depth, again.depth)
-    assert opened == ["rays", "rays"]
+    assert opened == [64, 64]
 
 
 def test_noise_is_the_settings(camera):
-    size = {"renderer": "rays", "width": 160, "height": 120}
+    size = {"width": 160, "height": 120}
     clean = look(camera(settings=SceneSettings(**size)))
     noisy, again = (look(camera(settings=SceneSettings(**size, depth_noise=0.002))) for _ in range(2))
     board = (np.abs(clean.camera.heights(clean.depth)) < 1e-3) & (noisy.depth > 0)
@@ -149,7 +149,7 @@ def test_noise_is_the_settings(camera):
 
 
 def test_the_view_moves_with_every_picture_and_the_recorded_camera_does_not(camera):
-    size = SceneSettings(renderer="rays", width=160, height=120)
+    size = SceneSettings(width=160, height=120)
     steady, moved, turned = (camera(settings=size, **view) for view in ({}, {"jitter": 5.0}, {"turn": 1.0}))
     nominal = look(steady)
     for seen in (moved, turned):
@@ -163,7 +163,7 @@ def test_the_view_moves_with_every_picture_and_the_recorded_camera_does_not(came
 
 
 def test_the_noise_of_depth_is_the_same_luck_whether_the_view_moves_or_not(camera):
-    flat = SceneSettings(renderer="rays", width=64, height=64, depth_noise=0.002)
+    flat = SceneSettings(width=64, height=64, depth_noise=0.002)
     still, moving = camera(settings=flat), camera(settings=flat, jitter=1e-6)
     for _ in range(2):
         np.testing.assert_allclose(look(still).depth, look(moving).depth, atol=2e-3)

@@ -6,10 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 from lockprobe_robot.geom_groups import SHOWN_GROUPS
-from lockprobe_robot.rendering.choose_renderer import chosen_renderer, open_renderer
-from lockprobe_robot.rendering.renderer import shown_options, shown_state, title
-
-from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.rendering.opengl import shown_options, shown_state
+from lockprobe_robot.rendering.probe import open_renderer, renderer_name
 
 
 def test_a_state_is_shown_as_it_is_and_stays_as_it_was(lockbox_model):
@@ -132,13 +130,7 @@ def test_no_environment_variable_is_left_behind(table, opens, state):
     assert dict(os.environ) == before
 
 
-def test_what_is_opened_is_what_was_chosen(table):
-    assert chosen_renderer("rays") == open_renderer(table, width=64, height=64, choice="rays").name
-    assert chosen_renderer("rays").startswith("rays (mujoco ")
-    with pytest.raises(BadValue, match="renderer: got 'filament', expected one of auto, egl, osmesa, rays"):
-        open_renderer(table, width=64, height=64, choice="filament")
-
-
-def test_titles_name_versions():
-    assert title("egl", "llvmpipe").startswith("egl (mujoco ")
-    assert title("egl", "llvmpipe").endswith(", llvmpipe)")
+def test_what_is_opened_is_what_was_named(table):
+    opened = open_renderer(table, width=64, height=64)
+    assert renderer_name() == opened.name
+    opened.close()

@@ -17,7 +17,7 @@ from lockprobe.studies.records.directory import claim
 from lockprobe.trial.protocols import Plant
 
 SPEC = f"twin?model={OWN}"
-CALM = UserModelSettings(model=str(OWN), renderer="rays", width=160, height=120)
+CALM = UserModelSettings(model=str(OWN), width=160, height=120)
 
 
 def plant(puzzle=None, settings=CALM, labels=("A", "B", "C")):
@@ -26,7 +26,7 @@ def plant(puzzle=None, settings=CALM, labels=("A", "B", "C")):
 
 def test_a_trial_of_the_example_is_the_symbolic_one_step_by_step():
     options = {"box": str(EXAMPLES / "own_box.toml"), "agent": "human-inspired", "p": 0.4, "seed": 5}
-    pushed = lockprobe.run_trial(plant=f"{SPEC}&renderer=rays", **options)
+    pushed = lockprobe.run_trial(plant=f"{SPEC}", **options)
     ruled = lockprobe.run_trial(plant="symbolic", **options)
     assert pushed.steps == ruled.steps
     assert pushed.solved
@@ -55,7 +55,6 @@ def test_pictures_show_the_moment_what_is_told_and_the_labels():
     before = physical.observe()
     first, told = before.look(), before.render((False, False, True))
     assert first.rgb.shape == (120, 160, 3)
-    assert first.renderer.startswith("rays")
     after = physical.attempt(2)
     second = after.look()
     assert (first.rgb != second.rgb).any()

@@ -21,7 +21,7 @@ from lockprobe.testing import ScriptedAgent
 from lockprobe.trial.pictures.png import from_png
 from lockprobe.trial.plan import Names
 
-SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001&renderer=rays"
+SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
 
 
 @pytest.fixture

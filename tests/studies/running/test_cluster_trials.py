@@ -54,7 +54,7 @@ def pictures(directory):
 
 
 def test_records_and_pictures_are_those_of_one_process(tmp_path):
-    small = "fast-twin?width=320&height=240&renderer=rays"
+    small = "fast-twin?width=320&height=240"
     planned = study("modalities", agent=["viewer"], plant=small, p=[0.4], trials=1, repetitions=1, max_steps=2)
     with played(tmp_path / "here", planned), played(tmp_path / "there", planned, cluster := Backwards()):
         assert len(cluster.asked) == planned.size

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.spec import Spec
-from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.options.settings import read_study
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.agent_view import film_seen
@@ -15,10 +14,7 @@ from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of
 
 __all__ = ["make_film"]
 
-_NO_MOTION = (
-    "A force pushed the model: the film shows it before and after each attempt. "
-    "With arm=yes in the plant a film shows the motion, and the force that the arm felt."
-)
+_NO_MOTION = "A force pushed the model: the film shows it before and after each attempt."
 
 
 def make_film(
@@ -43,7 +39,7 @@ def make_film(
     study = read_study(directory)
     plan = plan_of(study, trial)
     film = film_trial(trial, plan, path, speed=speed, tell=tell)
-    if "model" in Spec.parse(film.plant, "plant").options and not resolve_plant(film.plant).has_arm:
+    if "model" in Spec.parse(film.plant, "plant").options:
         return replace(film, note=_NO_MOTION)
     if film.plant != STAND_IN or plan.plant == STAND_IN:
         return film

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
-from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names, Plan
@@ -25,10 +24,9 @@ from lockprobe.trial.record import Fact, Snapshot, Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines, step_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
 from lockprobe_robot.filming import FILM_CAMERA
-from lockprobe_robot.twin_settings import RendererChoice
 
 if TYPE_CHECKING:
-    from lockprobe_robot.rendering.renderer import Renderer
+    from lockprobe_robot.rendering.opengl import OpenGL
 
 __all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
 
@@ -102,8 +100,7 @@ def film_trial(
     source.check(plan.box)
     file = open_film(path)
     runs = source.make_filmed is not None
-    renderer = cast("RendererChoice", Spec.parse(source.spec, "plant").options.get("renderer", "auto"))
-    recorder = _FilmRecorder(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    recorder = _FilmRecorder(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
         differs = _play_again(trial, plan, source, recorder, tell)
         file.close()
@@ -163,9 +160,8 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
 class _FilmRecorder:
     """Records pictures of a plant: at regular intervals while a twin runs, and single pictures on request."""
 
-    def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
+    def __init__(self, file: FilmFile, *, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
-        self._choice = renderer
         self._runs = runs
         self._file = file
         self._seconds = 1 / rate
@@ -174,7 +170,7 @@ class _FilmRecorder:
         self._calls = 0
         self._lines: tuple[CaptionLine, ...] = ()
         self._first: tuple[tuple[CaptionLine, ...], float] | None = None
-        self._renderer: Renderer | None = None
+        self._renderer: OpenGL | None = None
         self._running: tuple[Any, Any] | None = None
 
     def __call__(self, model: Any, data: Any) -> None:
@@ -220,9 +216,9 @@ class _FilmRecorder:
         assert self._running is not None
         model, data = self._running
         if self._renderer is None:
-            from lockprobe_robot.rendering.choose_renderer import open_renderer
+            from lockprobe_robot.rendering.probe import open_renderer
 
-            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT, choice=self._choice)
+            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT)
         return self._renderer.render(data, FILM_CAMERA)[0]
 
     def _add(self, picture: NDArray[np.uint8], lines: tuple[CaptionLine, ...], seconds: float) -> None:

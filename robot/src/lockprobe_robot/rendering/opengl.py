@@ -1,4 +1,4 @@
-"""The off-screen OpenGL renderer: EGL or OSMesa.
+"""The off-screen OpenGL renderer, through EGL (CGL on macOS).
 
 MuJoCo picks its OpenGL platform from the environment variable MUJOCO_GL when it is imported, and the import fails where
 that platform's library is missing. So this module leaves the variable alone and creates the context explicitly.
@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import copy
 import importlib
+import importlib.metadata
 import os
-from typing import Any, Literal
+import sys
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.rendering.renderer import shown_options, shown_state, title
+from lockprobe_robot.geom_groups import SHOWN_GROUPS
 from lockprobe_robot.rendering.view_error import ViewError
 
-__all__ = ["OpenGL"]
+__all__ = ["OpenGL", "shown_options", "shown_state"]
+
+_PLATFORM = "cgl" if sys.platform == "darwin" else "egl"
 
 _SHADOW_PIXELS = 2048
 _SAMPLES = 4
@@ -27,26 +31,26 @@ _SAMPLES = 4
 
 _PLATFORM_VARIABLE = "PYOPENGL_PLATFORM"
 
-_opened: list[tuple[str, int]] = []
-"""Platform and process of the first context. A process can have only one platform, and a fork of it none."""
+_opened: list[int] = []
+"""The process of the first context. A fork of it can have none."""
 
 
 class OpenGL:
-    """A renderer that draws with OpenGL.
+    """A renderer that draws with OpenGL. Threads may take turns with it, one at a time.
 
     Args:
         model: What to draw.
-        platform: The OpenGL platform: EGL or OSMesa.
         width: Pixels.
         height: Pixels.
 
     Raises:
-        BadValue: If this process has opened another platform, or was forked from one that has opened any.
+        BadValue: If this process was forked from one that has opened a renderer.
         ImportError, AttributeError, RuntimeError: As MuJoCo and PyOpenGL raise them where the platform is missing or
-            broken; :mod:`lockprobe_robot.rendering.choose_renderer` checks that beforehand.
+            broken;
+            :mod:`lockprobe_robot.rendering.probe` checks that beforehand.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, platform: Literal["egl", "osmesa"], width: int, height: int) -> None:
+    def __init__(self, model: mujoco.MjModel, *, width: int, height: int) -> None:
         self._model = copy.copy(model)
         self._model.vis.quality.offsamples = _SAMPLES
         self._model.vis.quality.shadowsize = _SHADOW_PIXELS
@@ -56,20 +60,30 @@ class OpenGL:
         self._scene = mujoco.MjvScene(self._model, 2 * model.ngeom + 100)
         self._options = shown_options()
         self._window = mujoco.MjrRect(0, 0, width, height)
-        self._context = _open_context(platform, width, height)
+        self._context = _open_context(width, height)
         # The context is current only while it is used, so that another thread can use it next.
         with self._context.as_current():
             self._drawing = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
-            self.detail = _driver()
+            driver = _driver()
         # Depth 1 at the near plane and 0 at the far one: floats are densest where things are far.
         self._drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        self.name = title(platform, self.detail)
+        self.name = f"{_PLATFORM} (mujoco {importlib.metadata.version('mujoco')}, {driver})"
 
     def render(
         self, data: mujoco.MjData, camera: str, error: ViewError | None = None
     ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Colours, and depth along the optical axis in metres, 0 where there is nothing."""
+        """Draw what a camera sees. The state is read and not changed.
+
+        Args:
+            data: State of the model.
+            camera: Name of a camera of the model.
+            error: How far the camera is from its place in the model.
+
+        Returns:
+            Colours, shape (height, width, 3); depth along the optical axis in metres, shape (height, width), 0 where
+            there is nothing.
+        """
         shown_state(self._model, data, self._seen)
         eye = mujoco.MjvCamera()
         eye.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -112,26 +126,40 @@ class OpenGL:
         return np.where(buffer > 0, depth, 0).astype(np.float32)
 
 
-def _open_context(platform: str, width: int, height: int) -> Any:
-    if _opened:
-        first, process = _opened[0]
-        if process != os.getpid():
-            raise BadValue(
-                "renderer", platform, "no OpenGL in a process forked after it was opened: use spawn, or rays"
-            )
-        if first != platform:
-            raise BadValue("renderer", platform, f"{first} or rays: this process has already opened {first}")
+def _open_context(width: int, height: int) -> Any:
+    if _opened and _opened[0] != os.getpid():
+        raise BadValue("renderer", _PLATFORM, "no OpenGL in a process forked after it was opened: use spawn")
     before = os.environ.get(_PLATFORM_VARIABLE)
     try:
-        context = importlib.import_module(f"mujoco.{platform}").GLContext(width, height)
+        context = importlib.import_module(f"mujoco.{_PLATFORM}").GLContext(width, height)
     finally:
         if before is None:
             # The import set it for PyOpenGL, which has read it by now; child processes must not inherit it.
             os.environ.pop(_PLATFORM_VARIABLE, None)
-    _opened.append((platform, os.getpid()))
+    _opened.append(os.getpid())
     return context
 
 
 def _driver() -> str:
     gl = importlib.import_module("OpenGL.GL")
     return bytes(gl.glGetString(gl.GL_RENDERER)).decode()
+
+
+def shown_options() -> mujoco.MjvOption:
+    """Options under which only the shown geoms are drawn."""
+    options = mujoco.MjvOption()
+    options.geomgroup[:] = SHOWN_GROUPS
+    options.sitegroup[:] = False
+    options.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = False
+    return options
+
+
+def shown_state(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjData) -> None:
+    """Copy the state ``data`` into ``seen`` and compute all poses there. ``data`` keeps every bit."""
+    everything = mujoco.mjtState.mjSTATE_PHYSICS | mujoco.mjtState.mjSTATE_USER
+    state = np.empty(mujoco.mj_stateSize(model, everything))
+    mujoco.mj_getState(model, data, state, everything)
+    mujoco.mj_setState(model, seen, state, everything)
+    mujoco.mj_kinematics(model, seen)
+    mujoco.mj_comPos(model, seen)
+    mujoco.mj_camlight(model, seen)

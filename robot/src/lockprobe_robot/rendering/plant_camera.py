@@ -16,8 +16,8 @@ from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Fact
-from lockprobe_robot.rendering.choose_renderer import open_renderer
-from lockprobe_robot.rendering.renderer import Renderer, shown_state
+from lockprobe_robot.rendering.opengl import OpenGL, shown_state
+from lockprobe_robot.rendering.probe import open_renderer
 from lockprobe_robot.rendering.view_error import draw_view_error
 from lockprobe_robot.scene.scene import EYE
 from lockprobe_robot.twin_settings import CameraSettings
@@ -62,7 +62,7 @@ class PlantCamera:
         mechanism: Its joints; ``posed`` gives a copy of the state with the joints in another configuration.
         panel: Pose of the panel in the world, shape (4, 4), and the handles' positions in its frame, shape
             (joints, 2, 3), metres.
-        settings: Size of pictures, renderer, noise of depth.
+        settings: Size of pictures, noise of depth.
         rng: A separate random stream. Each look draws one number of it for the noise of depth, and six of a child of it
             for the error of the view.
         eye: Name of the camera in the model.
@@ -88,7 +88,7 @@ class PlantCamera:
         self._view, self._jitter, self._turn = rng.spawn(1)[0], jitter / 1000, math.radians(turn)
         self._seen = mujoco.MjData(model)
         self._moment = 0
-        self._renderer: Renderer | None = None
+        self._renderer: OpenGL | None = None
         self._drawn_by: str | None = None
 
     @property
@@ -124,9 +124,7 @@ class PlantCamera:
         if configuration is not None:
             data = self._mechanism.posed(configuration)
         if self._renderer is None:
-            self._renderer = open_renderer(
-                self._model, width=settings.width, height=settings.height, choice=settings.renderer
-            )
+            self._renderer = open_renderer(self._model, width=settings.width, height=settings.height)
         error = draw_view_error(self._jitter, self._turn, self._view)
         rgb, depth = self._renderer.render(data, self._eye, error)
         shown_state(self._model, data, self._seen)
