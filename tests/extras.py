@@ -1,7 +1,7 @@
 """Every extra of both distributions alone, without installing anything: what is in neither the core nor the extra cannot be imported.
 
 ``python tests/extras.py DIRECTORY`` imports the core once, then forks for every extra, plays the commands there and
-prints, as JSON, what each came to. DIRECTORY holds a study (``S``) and a file ``x.eval``.
+prints, as JSON, what each came to. DIRECTORY holds a study (``S``).
 """
 
 import contextlib
@@ -28,11 +28,7 @@ PLAIN = ("chance", "list agents", "export S", "status S")
 """Commands that need no extra."""
 
 NEEDS = {
-    "providers": (
-        "run flips --agent llm:openai/gpt-4o --p 0 --trials 1 --out R",
-        "export S --format eval --out e.eval",
-        "import D x.eval",
-    ),
+    "providers": ("run flips --agent llm:openai/gpt-4o --p 0 --trials 1 --out R",),
     "local": ("run flips --agent llm:local --p 0 --trials 1 --out R",),
     "twin": (
         "box show chain-4 --out b.xml",

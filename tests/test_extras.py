@@ -16,7 +16,6 @@ from builders import small_study, write_study
 def matrix(tmp_path_factory):
     directory = tmp_path_factory.mktemp("extras")
     write_study(directory / "S", small_study(["random"], p=[0.0], repetitions=1, trials=1))
-    (directory / "x.eval").write_bytes(b"x")
     (directory / "V").mkdir()
     (directory / "V" / "0.png").write_bytes(b"x")
     camera = {"width": 64, "height": 64, "focal": [64, 64], "centre": [4, 4]}

@@ -40,13 +40,10 @@ TAKING: dict[str, list[list[str]]] = {
     "export": [
         ["export", "DIR"],
         ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
-        ["export", "DIR", "--format", "eval", "--out", "log.eval"],
         ["export", "DIR", "--table", "calls"],
     ],
     "import": [
         ["import", "mine", "DIR"],
-        ["export", "DIR", "--format", "eval", "--out", "log.eval"],
-        ["import", "mine", "log.eval"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "mine"],
         ["verify", "mine"],
         ["branch", "--at", "2", "mine"],
@@ -59,6 +56,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"],
     ],
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
+    "withdraw": [["withdraw", "DIR", "aaaa01"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
     "loops": [["loops", "DIR/trials.jsonl"]],
     "list measures": [["list", "measures", "DIR"], ["list", "measures", "DIR", "--json"]],
@@ -99,8 +97,8 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
 
-    async def serve(directory, study, experiment, words, options, *, announce, page=None):
-        async with serving.opened(directory, study, experiment, words, options, page) as where:
+    async def serve(directory, study, experiment, words, options, *, announce):
+        async with serving.opened(directory, study, experiment, words, options) as where:
             announce(where)
 
     monkeypatch.setattr(serving, "serve", serve)

@@ -30,13 +30,11 @@ WRITE = {
     "serve": (["serve"], (*LOGS, *PEOPLE)),
     "mcp": (["mcp", *SETTINGS], (*LOGS, "attempts.jsonl")),
     "export": (["export", "--out", "DIR/steps.csv"], ("steps.csv",)),
-    "export a log": (["export", "--format", "eval", "--out", "DIR/log.eval"], ("log.eval",)),
-    "export logs": (["export", "--format", "eval", "--out", "DIR/logs"], ("logs", "logs/flips_random.eval")),
 }
 """Command -> its arguments, and what it writes in a study directory."""
 
 READ = {
-    **{name: (line, of) for name, (line, of) in WRITE.items() if name not in ("report", "export a log", "export logs")},
+    **{name: (line, of) for name, (line, of) in WRITE.items() if name != "report"},
     "report": (["report"], ("trials.jsonl", "report.html", "forks/trials.jsonl", "people")),
     "status": (["status"], (*LOGS, "forks/trials.jsonl", "forks/calls.jsonl", "people")),
     "verify": (["verify"], (*LOGS, "results.json", "forks/trials.jsonl", "people/aaaa0001.jsonl")),
@@ -97,8 +95,7 @@ def played(tmp_path_factory):
     people = small_study(["human-inspired", "participant"], trials=4)
     take_part(made / "other", people, "aaaa0001", [(0.0, 1, 1), (0.3, 1, 2)], shown=STATES)
     monkeypatch = pytest.MonkeyPatch()
-    for name in ("branch", "export a log", "export logs"):
-        assert lockprobe(monkeypatch, made / "study", WRITE[name][0], made / "other") == 0, name
+    assert lockprobe(monkeypatch, made / "study", WRITE["branch"][0], made / "other") == 0
     monkeypatch.undo()
     for name in {name for _, names in (*WRITE.values(), *READ.values()) for name in names}:
         path = made / "study" / name

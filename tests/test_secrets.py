@@ -11,7 +11,6 @@ from collections import Counter
 from typing import ClassVar
 from urllib.parse import quote
 
-import forked
 import pytest
 from provider_server import completion, failure, here, names, truthful
 
@@ -228,34 +227,9 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
         command(capfd, "replay", study, json.loads((study / "trials.jsonl").read_text().splitlines()[-1])["key"])
     )
     written = dict(everything(tmp_path))
-    assert {"export.csv", "export.jsonl", "export.eval"} <= {path.name for path in tmp_path.iterdir()}
-    assert any(b"[secret]" in content for name, content in written.items() if "export.eval!" in name)
+    assert {"export.csv", "export.jsonl"} <= {path.name for path in tmp_path.iterdir()}
     assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
     assert [leaks(text.encode()) for text in printed] == [set()] * len(printed)
     for name in ("trials.jsonl", "calls.jsonl"):  # what was struck out, and the rest of what was said, is there
         assert "key [secret]; " in (study / name).read_text()
     assert '"boundary":"model"' in (study / "trials.jsonl").read_text()
-
-
-EVAL = """
-import sys
-import inspect_ai
-from lockprobe.interfaces.inspect.tasks import flips
-task = flips(p="0", trials=1, repetitions=1)
-(log,) = inspect_ai.eval(task, model="openai-api/fake/model", log_dir=sys.argv[1], display="plain")
-assert (log.status, len(log.samples)) == ("success", 1)
-"""
-
-
-def test_a_log_of_inspect_holds_no_secret_that_the_provider_does_not_repeat(tmp_path, monkeypatch):
-    """What a provider does repeat, Inspect writes down itself, as in any eval; and its trace names the whole URL."""
-    pytest.importorskip("inspect_ai")
-    with here() as server:
-        monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
-        monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
-        done = forked.run([tmp_path / "logs"], script=EVAL, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    written = dict(everything(tmp_path / "logs"))
-    assert any("!samples/" in name for name in written)
-    assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
-    assert leaks((done.stdout + done.stderr).encode()) == set()

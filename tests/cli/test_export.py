@@ -22,11 +22,10 @@ WRITERS = [
     ("export", "DIR", "--format", "csv"),
     ("export", "DIR", "--format", "jsonl"),
     ("export", "DIR", "--format", "parquet"),
-    ("export", "DIR", "--format", "eval"),
     ("box", "show"),
     ("replay", "DIR", "flips/random/truth/rep=1/trial=1"),
 ]
-ENDING = {"eval": ".eval", "box": ".svg", "replay": ".gif"}
+ENDING = {"box": ".svg", "replay": ".gif"}
 
 
 @pytest.mark.parametrize("arguments", WRITERS, ids=lambda arguments: " ".join(arguments[:4]))

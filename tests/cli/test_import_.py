@@ -1,4 +1,4 @@
-"""``lockprobe import`` and ``lockprobe export``: out as a log, and back in."""
+"""``lockprobe import``, and ``lockprobe export`` of what was imported."""
 
 import json
 import sys
@@ -19,26 +19,6 @@ def played(tmp_path):
     return write_study(tmp_path / "played", STUDY)
 
 
-@pytest.mark.parametrize("out", ["log.eval", "logs"])
-def test_out_as_logs_and_in_again(lockprobe, tmp_path, played, out):
-    pytest.importorskip("inspect_ai")
-    assert lockprobe("export", played, "--format", "eval", "--out", tmp_path / out)[0] == 0
-    status, said, _ = lockprobe("import", tmp_path / "new", tmp_path / out)
-    assert (status, said.split(".")[0]) == (0, "6 trials imported, 0 already there, 0 unfinished")
-    assert {trial.key: trial for trial in load(tmp_path / "new")} == {trial.key: trial for trial in load(played)}
-    again = json.loads(lockprobe("import", tmp_path / "new", tmp_path / out, "--json")[1])
-    assert (again["taken"], again["there"], again["agents"]) == (0, 6, [])
-
-
-def test_a_study_may_mix_journals_and_logs(lockprobe, tmp_path, played):
-    pytest.importorskip("inspect_ai")
-    lockprobe("export", played, "--format", "eval", "--out", tmp_path / "logs")
-    log = tmp_path / "logs" / "flips_random.eval"
-    other = write_study(tmp_path / "other", small_study(["round-robin"], trials=1, repetitions=1))
-    said = json.loads(lockprobe("import", tmp_path / "new", log, other, "--json")[1])
-    assert (said["taken"], said["agents"]) == (6, ["random", "round-robin"])
-
-
 def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path, played):
     lines = (played / "trials.jsonl").read_bytes().splitlines(keepends=True)
     (played / "trials.jsonl").write_bytes(b"".join(lines[1:]))
@@ -54,11 +34,10 @@ def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, mo
     assert (status, said) == (2, "lockprobe: Parquet needs the package pyarrow: pip install 'lockprobe[parquet]'\n")
 
 
-@pytest.mark.parametrize("format_", ["parquet", "eval"])
-def test_what_is_no_text_needs_a_file(lockprobe, played, format_):
-    status, _, said = lockprobe("export", played, "--format", format_)
+def test_what_is_no_text_needs_a_file(lockprobe, played):
+    status, _, said = lockprobe("export", played, "--format", "parquet")
     assert status == 2
-    assert f"because {format_} is not text" in said
+    assert "because parquet is not text" in said
 
 
 @pytest.mark.parametrize("name", ["study.json", "trials.jsonl", "calls.jsonl"])
@@ -103,13 +82,6 @@ def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):
     assert table.column("rt_ms").to_pylist()[0] == 1001.5
 
 
-def test_people_go_into_a_log_and_back(lockprobe, tmp_path, people):
-    pytest.importorskip("inspect_ai")
-    assert lockprobe("export", people, "--format", "eval", "--out", tmp_path / "log.eval")[0] == 0
-    assert lockprobe("import", tmp_path / "new", tmp_path / "log.eval")[0] == 0
-    assert {trial.key: trial for trial in load(tmp_path / "new")} == {trial.key: trial for trial in load(people)}
-
-
 def test_another_prompt_under_the_same_name_is_refused_aloud_and_leaves_nothing(lockprobe, tmp_path, played):
     other = write_study(tmp_path / "other", STUDY, [replace(t, facts={"prompt": "chat b"}) for t in load(played)])
     first = write_study(tmp_path / "first", STUDY, [replace(t, facts={"prompt": "chat a"}) for t in load(played)])
@@ -144,9 +116,3 @@ def test_mistakes_are_one_line(lockprobe, tmp_path, played):
         status, _, error = lockprobe("import", played, source)
         assert (status, error.count("\n")) == (2, 1)
         assert said in error
-
-
-def test_a_file_that_is_no_log_is_named_at_once(lockprobe, tmp_path, played):
-    status, _, said = lockprobe("import", tmp_path / "new", played / "trials.jsonl")
-    assert status == 2
-    assert "not an Inspect log, whose name ends in .eval or .json, and not a directory" in said

@@ -6,7 +6,6 @@ from subprocess import CompletedProcess
 
 import pytest
 from provider_server import ENDS, Manner, here, truthful
-from saboteur import Evidence
 from typed import typed
 
 from lockprobe import run_study, study
@@ -130,26 +129,3 @@ def test_forks_of_a_hosted_model_hold_and_edits_of_them_are_found(hosted, tmp_pa
     path = directory / FORKS / "calls.jsonl"
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
     assert [check.name for check in verify(directory) if not check.holds] == ["fork replies"]
-
-
-def test_trials_from_an_inspect_log_are_counted_in_the_first_line_and_held_by_their_words(hosted, tmp_path, lockprobe):
-    """Also when they were imported twice; a trial that only has no calls is no such trial."""
-    _, played = hosted(p=[0, 0.4])
-    log = tmp_path / "log.eval"
-    assert lockprobe("export", played, "--format", "eval", "--out", log)[0] == 0
-    assert lockprobe("import", tmp_path / "first", log)[0] == 0
-    assert lockprobe("import", tmp_path / "mine", tmp_path / "first")[0] == 0
-    status, out, _ = lockprobe("verify", tmp_path / "mine")
-    assert status == 0, out
-    first, *others = out.splitlines()
-    assert first.endswith("replies of 4 trials are not checked: they came from an Inspect log, which has no calls")
-    assert any("4 trials from an Inspect log are held by their words and joints alone" in line for line in others)
-    files = Evidence(tmp_path / "mine")
-    decisions = [step["decision"] for step in files.records[0]["steps"]]
-    other = next(one for one in decisions if one["joint"] != decisions[0]["joint"])
-    decisions[0]["replies"][-1] = other["replies"][-1]
-    files.save()
-    assert [check.name for check in verify(tmp_path / "mine") if not check.holds] == ["replies"]
-    for name in ("calls.jsonl", "asked.jsonl"):
-        (played / name).unlink()
-    assert [check.name for check in verify(played) if not check.holds] == ["replies"]

@@ -18,9 +18,7 @@ from lockprobe.studies.records.merge import MergeSource, gather, source_of_direc
 
 __all__ = ["take"]
 
-_LOGS = (".eval", ".json")
-
-_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, or the directory of another study."
+_SOURCES = "The directory of another study."
 
 
 def take(
@@ -28,12 +26,12 @@ def take(
     sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
     json: options.AsJson = False,
 ) -> None:
-    """Import trials that DIR does not have from Inspect logs and other study directories.
+    """Import trials that DIR does not have from other study directories.
 
     They must be of the same study: all settings except the agents must be equal.
     """
-    found = [source for path in sources for source in _sources(path, directory)]
-    diaries = DiaryImport(directory, {source.path: source.trials for source in found if source.path.is_dir()})
+    found = [_source(path, directory) for path in sources]
+    diaries = DiaryImport(directory, {source.path: source.trials for source in found})
     people: list[tuple[int, int]] = []
     gathered = gather(
         directory, found, beside=lambda trials: people.append((diaries.take(trials), diaries.lost(trials)))
@@ -63,17 +61,11 @@ def take(
     print(printable(said))
 
 
-def _sources(path: Path, directory: Path) -> list[MergeSource]:
+def _source(path: Path, directory: Path) -> MergeSource:
     if path.resolve() == directory.resolve():
         raise BadValue("SOURCE", str(path), "a directory other than DIR")
     if not path.exists():
         raise BadFile(path, "no such file or directory")
-    if (path / SETTINGS).is_file():
-        return [source_of_directory(path)]
-    if path.is_file() and path.suffix not in _LOGS:
-        raise BadFile(path, f"not an Inspect log, whose name ends in {' or '.join(_LOGS)}, and not a directory")
-    from lockprobe.interfaces.inspect.read_log import log_files, read_log
-
-    if not (files := log_files(path)):
-        raise BadFile(path, "not a study directory or a directory of Inspect logs")
-    return [read_log(file) for file in files]
+    if not (path / SETTINGS).is_file():
+        raise BadFile(path, "not a study directory")
+    return source_of_directory(path)

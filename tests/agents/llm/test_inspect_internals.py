@@ -14,16 +14,8 @@ ONE_FILE = SOURCE / "agents" / "llm" / "inspect_internals.py"
 ADVICE = {
     "inspect_ai._util.error.PrerequisiteError": (
         "Inspect AI raises it when a key, a server or a provider's package is missing; agents/llm/connect.py and "
-        "client.py turn it into one line for the user. evals/tasks.py raises it so that `inspect eval` prints a user's "
-        "mistake in one line without a traceback. When it moves: look where `inspect_ai.model.get_model` raises on a "
-        "missing key, import that class. When there is none: catch what get_model raises, and raise UserMistake itself "
-        "in evals/tasks.py, which costs only the traceback."
-    ),
-    "inspect_ai.model._generate_config.active_generate_config": (
-        "evals/solver.py reads the options of the eval that runs (temperature, max_tokens, ...), so that a trial inside "
-        "an eval is asked as its command line says and its record says how. When it moves: look what "
-        "`inspect_ai.model.Model.generate` merges its config with. When there is none: use `get_model().config` and "
-        "refuse options of the eval that it lacks."
+        "client.py turn it into one line for the user. When it moves: look where `inspect_ai.model.get_model` raises on "
+        "a missing key, import that class. When there is none: catch what get_model raises."
     ),
     "inspect_ai._util.http_defaults_httpx2.LoopScopedTransport": (
         "agents/llm/connections.py gives every request on its way a pool of connections of its own, set up as this one "

@@ -298,23 +298,20 @@ def test_the_newer_interface_has_the_same_faults(monkeypatch, output, more):
     assert (type(fault), times) == (ModelFault, 2)
 
 
-def test_a_client_is_changed_once_and_requests_of_others_are_left_alone():
+def test_a_client_is_changed_once_and_what_is_streamed_is_left_alone():
     openai = pytest.importorskip("openai")
 
     async def changed():
         client = openai.AsyncOpenAI(api_key="k", base_url="http://here/v1")
-        mine = [False]
 
         async def usual(**request):
             return openai.types.chat.ChatCompletion.model_construct(choices=[], usage=None)
 
         client.chat.completions.create = usual
-        answers.check_answers(client, lambda: mine[0])
+        answers.check_answers(client)
         create = client.chat.completions.create
         answers.check_answers(client)
         assert client.chat.completions.create is create
-        assert (await create()).choices == []
-        mine[0] = True
         with pytest.raises(answers.Declined):
             await create()
         assert (await create(stream=True)).choices == []

@@ -10,11 +10,10 @@ from lockprobe.foundation.errors import needing
 
 with needing("hosted models", "providers"):
     from inspect_ai._util.error import PrerequisiteError
-    from inspect_ai.model._generate_config import active_generate_config
 
 try:
     from inspect_ai._util.http_defaults_httpx2 import LoopScopedTransport
 except ImportError:  # no provider that is installed uses httpx2
     LoopScopedTransport = None  # type: ignore[assignment,misc]
 
-__all__ = ["LoopScopedTransport", "PrerequisiteError", "active_generate_config"]
+__all__ = ["LoopScopedTransport", "PrerequisiteError"]

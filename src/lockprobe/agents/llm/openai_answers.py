@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel
@@ -44,30 +44,27 @@ _REASONING = ("reasoning", "reasoning_content", "reasoning_details")
 _CALLS = ("tool_calls", "function_call")
 
 
-def check_answers(client: object, ours: Callable[[], bool] = lambda: True) -> None:
-    """Make an OpenAI client check every answer that is not streamed; leave other clients as they are.
-
-    ``ours`` says whether a request is Lockprobe's, if somebody else uses the same client.
-    """
+def check_answers(client: object) -> None:
+    """Make an OpenAI client check every answer that is not streamed; leave other clients as they are."""
     if not is_openai(client):
         return
     for place in (client.chat.completions, client.responses):
         if not hasattr(place.create, "checked"):
-            place.create = _checked(place.create, ours)  # type: ignore[method-assign]
+            place.create = _checked(place.create)  # type: ignore[method-assign]
 
 
-def _checked(usual: Any, ours: Callable[[], bool]) -> Any:
+def _checked(usual: Any) -> Any:
     from openai import APIStatusError, BadRequestError
 
     async def create(**request: Any) -> Any:
         try:
             came = await usual(**request)
         except APIStatusError as error:
-            if ours() and (said := _refusal_in(error)):
+            if said := _refusal_in(error):
                 refused = {"code": REFUSED, "message": said}  # in the form that Inspect AI takes for a refusal
                 raise BadRequestError(said, response=error.response, body=refused) from None
             raise
-        return accepted(came) if ours() and not request.get("stream") else came
+        return came if request.get("stream") else accepted(came)
 
     create.checked = True  # type: ignore[attr-defined]
     return create

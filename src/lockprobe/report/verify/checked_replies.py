@@ -83,14 +83,12 @@ def replies_check(
         *_not_asked(evidence),
         *_marks(directory, evidence, on_record),
     ]
-    kept, logged = evidence.kept, sum(one.from_log for one in hosted)
-    words = sum(one.unplayed and not one.from_log for one in hosted)
+    kept, words = evidence.kept, sum(one.unplayed for one in hosted)
     before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, kept.values()))
     holds = (
         f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in calls.jsonl are the decisions of "
-        f"{len(hosted) - logged} trials, and all of them"
+        f"{len(hosted)} trials, and all of them"
         f"{also(words, 'of these trials are not played, and held by their words and joints alone')}"
-        f"{also(logged, 'trials from an Inspect log are held by their words and joints alone')}"
         f"{also(before, 'earlier replies are of trials that were played again on request')}"
     )
     yield check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
@@ -99,7 +97,7 @@ def replies_check(
 def _other_decisions(hosted: Iterable[ReplayedTrial], evidence: CallEvidence) -> Iterator[str]:
     """Trials whose decisions are not their replies, or not all of them."""
     for one in hosted:
-        if one.choices and not evidence.kept.get(one.key) and not one.from_log:
+        if one.choices and not evidence.kept.get(one.key):
             yield f"{one.key}: calls.jsonl has no reply of it"
         elif one.choices:
             yield f"{one.key}: {one.choices}"

@@ -52,7 +52,6 @@ class ReplayedTrial:
         unused: The replies on record that are no part of the trial.
         unplayed: Whether nothing could be played again; see :data:`UNPLAYED`.
         read_as_recorded: Whether its reports used what a camera read, which is taken from its record.
-        from_log: Whether it came from an Inspect log and has no calls, so that its replies are held by its words alone.
     """
 
     key: str
@@ -62,7 +61,6 @@ class ReplayedTrial:
     unused: int = 0
     unplayed: bool = False
     read_as_recorded: bool = False
-    from_log: bool = False
 
 
 def is_hosted(agent: str) -> bool:

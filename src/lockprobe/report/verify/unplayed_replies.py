@@ -16,7 +16,7 @@ from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Trial
 
-__all__ = ["other_replies", "other_words"]
+__all__ = ["other_replies"]
 
 
 def other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
@@ -39,11 +39,6 @@ def other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()
     for number in range(1, last + 1):
         if logged[number] != recorded[number]:
             return f"step {number}, replies"
-    return other_words(trial)
-
-
-def other_words(trial: Trial) -> str:
-    """Where a decision is not what the reply on its own record names; empty if nowhere. For trials without calls."""
     return next(filter(None, (_another_decision(trial, step.decision, step.step) for step in trial.steps)), "")
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue, LockprobeError, UserMistake
@@ -28,7 +27,6 @@ from lockprobe.report.verify.checked_forks import fork_checks
 from lockprobe.report.verify.checked_replies import CallEvidence, agent_check, replies_check
 from lockprobe.report.verify.checked_report import report_checks
 from lockprobe.report.verify.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
-from lockprobe.report.verify.unplayed_replies import other_words
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS
 from lockprobe.studies.records.journal import read_timings
@@ -93,7 +91,7 @@ def _of_records(
     there = {trial.key for trial in opened.trials if not trial.owed_again}
     planned = (plan for agent in opened.study.run_agents for plan in opened.study.plans(agent))
     owed = {plan.key: plan for plan in planned if plan.key not in there}
-    yield _records(opened, evidence, sum(one.from_log for one in again))
+    yield _records(opened, evidence)
     yield _settings(opened)
     yield _complete(opened, owed if opened.study.until is None else _due(opened))
     yield from _of_hashes(opened, settings, results)
@@ -106,11 +104,8 @@ def _of_records(
     yield from _pictures(opened)
 
 
-def _records(opened: OpenedStudy, evidence: CallEvidence, from_logs: int) -> Check:
-    """Whether every line has its checksum and no trial has two records; how many trials ended as an error.
-
-    It says how many trials came from an Inspect log and have no calls, as anybody can claim that of a trial.
-    """
+def _records(opened: OpenedStudy, evidence: CallEvidence) -> Check:
+    """Whether every line has its checksum and no trial has two records; how many trials ended as an error."""
     directory, lines = opened.directory, 0
     logs = [*(directory / name for name in _LOGS), *(directory / FORKS / name for name in _LOGS)]
     failed = list[str]()
@@ -126,13 +121,8 @@ def _records(opened: OpenedStudy, evidence: CallEvidence, from_logs: int) -> Che
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
-    unchecked = (
-        f"; replies of {from_logs} trials are not checked: they came from an Inspect log, which has no calls"
-        if from_logs
-        else ""
-    )
-    holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}{unchecked}"
-    return check_of("records", failed, holds, f"lines with a wrong checksum or of a second record; {ended}{unchecked}")
+    holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}"
+    return check_of("records", failed, holds, f"lines with a wrong checksum or of a second record; {ended}")
 
 
 def _settings(opened: OpenedStudy) -> Check:
@@ -209,20 +199,15 @@ def hash_check(what: str, given: str, found: str) -> Check:
 
 
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
-    """Every trial, played again; one of a model that came from an Inspect log, without calls, is held by its words."""
+    """Every trial, played again."""
     study = opened.study
-    logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
-    logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
     with asyncio.Runner() as runner:
         replay = Replay(runner)
         for done, trial in enumerate(opened.trials, 1):
             condition = study.condition_of(trial)
             assert condition is not None  # only trials that the settings ask for are opened
             plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
-            one = replay(plan, trial, evidence.kept.get(trial.key, ()))
-            if one.kind == "hosted" and one.key in logged:
-                one = replace(one, from_log=True, choices=other_words(trial))
-            yield one
+            yield replay(plan, trial, evidence.kept.get(trial.key, ()))
             tell(done, len(opened.trials))
 
 

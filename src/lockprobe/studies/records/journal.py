@@ -55,14 +55,12 @@ class Timing:
         seconds: Wall time from its first observation to its end.
         steps: Steps played in that time.
         cpu: Model of the processor; empty if not known.
-        from_log: Whether the trial came from an Inspect log, which holds no calls.
     """
 
     key: str
     seconds: Seconds
     steps: Count
     cpu: Annotated[str, Field(max_length=200)] = ""
-    from_log: bool = False
 
 
 _reading: TypeAdapter[Timing] = TypeAdapter(Timing)
@@ -167,7 +165,6 @@ class Journal:
             trial, line = replace(trial, replays=max(trial.replays, before.replays + before.error.again)), b""
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
         clock |= {"cpu": timing.cpu} if timing.cpu else {}
-        clock |= {"from_log": True} if timing.from_log else {}
         self._records.append(line or trial_to_line(trial, self.identities[trial.condition]))
         self._timings.append(json.dumps(clock).encode())
         self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one

@@ -47,7 +47,6 @@ class MergeSource:
         trials: The trials.
         unfinished: Keys of trials that were begun there and have no record.
         seconds: Key -> duration of the trial, if known.
-        from_log: Keys of trials that came from an Inspect log, now or before.
         calls: The provider calls there.
         attempts: Key -> attempts of a client with tools, from its server's log.
         picture: Function from the name of a picture to its bytes; None for a missing picture.
@@ -58,7 +57,6 @@ class MergeSource:
     trials: tuple[Trial, ...]
     unfinished: frozenset[str] = frozenset()
     seconds: Mapping[str, float] = field(default_factory=dict)
-    from_log: frozenset[str] = frozenset()
     calls: tuple[Call, ...] = ()
     attempts: Mapping[str, Sequence[RecordedAttempt]] = field(default_factory=dict)
     picture: Callable[[str], bytes | None] = lambda name: None
@@ -105,7 +103,6 @@ def source_of_directory(directory: Path) -> MergeSource:
         trials=trials,
         unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
         seconds={timing.key: timing.seconds for timing in timings},
-        from_log=frozenset(timing.key for timing in timings if timing.from_log),
         calls=calls,
         attempts=AttemptLog.read(directory),
         picture=picture,
@@ -321,6 +318,6 @@ def _take(
             else:
                 album.keep(picture)
         there[trial.key] = trial
-        seconds, from_log = source.seconds.get(trial.key, 0.0), trial.key in source.from_log
-        journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), from_log=from_log))
+        seconds = source.seconds.get(trial.key, 0.0)
+        journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps)))
     return len(owed), len(kept), different, missing

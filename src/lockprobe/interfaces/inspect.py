@@ -1,0 +1,203 @@
+"""The studies as tasks of Inspect AI: ``inspect eval lockprobe/flips --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
+
+A sample is a trial, played by the usual loop with the model of the eval as its agent. Epochs are further repetitions.
+Inspect AI imports this module whenever a model is opened, so what plays a study is imported with the first task.
+"""
+
+from __future__ import annotations
+
+import base64
+import inspect
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lockprobe.foundation.errors import FINAL, BadValue, needing
+
+with needing("Inspect tasks", "providers"):
+    from inspect_ai import Task, task
+    from inspect_ai.dataset import MemoryDataset, Sample
+    from inspect_ai.model import (
+        ChatMessage,
+        ChatMessageAssistant,
+        ChatMessageUser,
+        ContentImage,
+        ContentText,
+        get_model,
+    )
+    from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
+    from inspect_ai.solver import Generate, Solver, TaskState, solver
+
+if TYPE_CHECKING:
+    import numpy as np
+    from inspect_ai.model import Content, Model
+
+    from lockprobe.agents.llm.client import ModelReply
+    from lockprobe.agents.prompt import Message
+    from lockprobe.studies.study import Study
+    from lockprobe.trial.record import Decision, Fact, Situation
+
+__all__ = ["flips", "modalities", "play_trial", "played", "why"]
+
+_AGENT = "llm:inspect/model"
+"""Stands for the model of the eval, which is unknown while a task is made."""
+
+_RECORD = "trial"
+"""The key of a trial's record in the store of its sample and in the metadata of its score."""
+
+
+def _with_options(make: Callable[..., Task]) -> Callable[..., Task]:
+    """Give a task the options of a study as parameters; what is none of them comes too, and is refused."""
+    from lockprobe.studies.options.study_options import StudyOptions
+
+    names = [name for name in StudyOptions.model_fields if name not in {"study", "agent"}]
+    parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names]
+    unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)
+    make.__signature__ = inspect.Signature([*parameters, unknown])  # type: ignore[attr-defined]
+    return make
+
+
+@task
+@_with_options
+def flips(**options: Any) -> Task:
+    """The effect of false reports on an agent that solves a lockbox."""
+    return _task("flips", options)
+
+
+@task
+@_with_options
+def modalities(**options: Any) -> Task:
+    """The effect of pictures on an agent that solves a lockbox."""
+    return _task("modalities", options)
+
+
+@task
+@_with_options
+def why(**options: Any) -> Task:
+    """Whether it is what reports say, or their form, that an agent acts on."""
+    return _task("why", options)
+
+
+def _task(name: str, options: Mapping[str, Any]) -> Task:
+    given = {key: value for key, value in options.items() if value is not None}
+    planned = _planned(name, given)
+    samples = [
+        Sample(
+            id=plan.name.place,
+            input=f"The lockbox {plan.box.name} under {plan.label}.",
+            metadata={"condition": plan.label, "repetition": plan.repetition, "trial": plan.trial},
+        )
+        for plan in planned.plans(_AGENT)
+    ]
+    return Task(
+        dataset=MemoryDataset(samples, name=name),
+        solver=play_trial(name, given),
+        scorer=played(),
+        continue_on_fail=True,  # one trial that a provider broke ends no other; eval-retry plays it again
+    )
+
+
+def _planned(name: str, given: Mapping[str, Any]) -> Study:
+    from lockprobe.studies.options.study_options import parse_p
+    from lockprobe.studies.options.studyfile import study
+
+    asked = dict(given)
+    if (p := asked.get("p")) is not None and not isinstance(p, list):
+        asked["p"] = parse_p(p) if isinstance(p, str) else [p]
+    if isinstance(swept := asked.get("sweep"), list):
+        asked["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
+    planned = study(**{**asked, "study": name, "agent": [_AGENT]})
+    if planned.until is not None:
+        raise BadValue("until", str(planned.until), "none with Inspect, which plays all samples; `lockprobe run` stops")
+    return planned
+
+
+@solver
+def play_trial(name: str, options: dict[str, Any]) -> Solver:
+    """Play the trial that a sample's metadata names, of the study with this name and these options."""
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        from lockprobe.studies.running.trial_setup import play_timed
+        from lockprobe.trial.trial_json import trial_to_json
+
+        planned, place = _planned(name, options), state.metadata
+        repetition = place["repetition"] + (state.epoch - 1) * planned.repetitions
+        plan = planned.plan(_AGENT, planned.labelled(place["condition"]), repetition, place["trial"])
+        player = _ModelOfTheEval(get_model(), state)
+        trial, _ = await play_timed(plan, player)
+        if trial.error is not None and trial.error.boundary not in FINAL:
+            raise player.broke or RuntimeError(trial.error.message)
+        state.store.set(_RECORD, trial_to_json(trial).decode())
+        state.completed = True
+        return state
+
+    return solve
+
+
+class _ModelOfTheEval:
+    """The model of an eval as the agent of one trial; the conversation becomes the messages of its sample."""
+
+    unseeded = True
+
+    def __init__(self, model: Model, state: TaskState) -> None:
+        self.broke: Exception | None = None
+        self.facts: Mapping[str, Fact] = {"model": str(model)}
+        self._model, self._state = model, state
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        from lockprobe.agents.llm.model import decided
+        from lockprobe.agents.llm.settings import ModelSettings
+
+        try:
+            return await decided(situation, ModelSettings(), self._ask)
+        except Exception as error:
+            self.broke = error  # so that the limits and retries of Inspect apply
+            raise
+
+    async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+        from lockprobe.agents.llm.client import ModelReply
+        from lockprobe.trial.model_call import Usage
+
+        asked, began = [_sent(message) for message in messages], time.perf_counter()
+        output = await self._model.generate(asked)
+        self._state.messages, self._state.output = [*asked, output.message], output
+        read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
+        return ModelReply(
+            text=output.completion,
+            stop=output.stop_reason,
+            served=output.model,
+            usage=Usage(calls=1, input_tokens=read, output_tokens=written),
+            seconds=time.perf_counter() - began,
+        )
+
+
+def _sent(message: Message) -> ChatMessage:
+    if message.role == "assistant":
+        return ChatMessageAssistant(content=message.text)
+    shown = (base64.b64encode(picture.png).decode() for picture in message.pictures)
+    images: list[Content] = [ContentImage(image=f"data:image/png;base64,{picture}") for picture in shown]
+    return ChatMessageUser(content=[ContentText(text=message.text), *images] if images else message.text)
+
+
+@scorer(metrics={value: [mean(), stderr()] for value in ("solved", "steps", "loops")})
+def played() -> Scorer:
+    """Whether the box opened, in how many steps (the whole budget if it did not), and whether the actions loop.
+
+    A trial without a usable reply to its end is unscored: an error is no failure to solve.
+    """
+
+    async def score(state: TaskState, target: Target) -> Score:
+        from lockprobe.statistics.loops import any_loop
+        from lockprobe.trial.trial_json import trial_from_json
+
+        if (line := state.store.get(_RECORD)) is None:
+            return Score.unscored(reason="scoring_failed", explanation="the trial did not come to its end")
+        trial, metadata = trial_from_json(str(line)), {_RECORD: str(line)}
+        if trial.error is not None:
+            return Score.unscored(reason=str(trial.error.boundary), explanation=trial.error.message, metadata=metadata)
+        steps = len(trial.steps) if trial.solved else trial.budget
+        value = {"solved": int(trial.solved), "steps": steps, "loops": int(any_loop(trial.actions))}
+        answer = f"{'opened' if trial.solved else 'not opened'} in {len(trial.steps)} steps"
+        return Score(value=value, answer=answer, metadata=metadata)
+
+    return score

@@ -1,1 +1,0 @@
-"""Inspect AI: runs studies as tasks, writes trials as logs, and reads logs back."""

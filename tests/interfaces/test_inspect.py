@@ -1,0 +1,95 @@
+"""A trial inside an eval of Inspect AI is the trial that our own loop plays; an error is no failure to solve."""
+
+import gc
+import json
+from importlib.metadata import entry_points
+from typing import ClassVar
+
+import pytest
+
+from lockprobe import run_trial
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.trial.trial_json import trial_from_json
+
+tasks = pytest.importorskip("lockprobe.interfaces.inspect")
+
+from inspect_ai import eval as inspect_eval  # noqa: E402
+from inspect_ai.model import ModelOutput, ModelUsage, get_model  # noqa: E402
+
+pytestmark = pytest.mark.filterwarnings("ignore:(?i)unclosed:ResourceWarning")  # inspect-ai leaves streams open
+
+SMALL = {"p": 0.4, "trials": 2, "repetitions": 1, "max_steps": 6}
+
+
+def evaluated(tmp_path, task, reply, **options):
+    def output(messages, *more):
+        made = ModelOutput.from_content("mockllm", reply(messages))
+        made.usage = ModelUsage(total_tokens=1)  # else they are counted with a file from the network
+        return made
+
+    model = get_model("mockllm/model", custom_outputs=output, memoize=False)
+    quiet = {"display": "none", "log_realtime": False, "ctl_server": False, "log_dir": str(tmp_path)}
+    (log,) = inspect_eval(task, model=model, **{**quiet, **options})
+    gc.collect()  # what is left open is found in the test that left it
+    return log
+
+
+def stubborn(messages):
+    """The first joint, whatever is told."""
+    last = {} if len(messages) == 1 else {"last_action": "moved"}
+    return json.dumps({"last_action": "none", **last, "hypothesis": "", "joint": "A"})
+
+
+class Stubborn:
+    facts: ClassVar = {}
+
+    async def decide(self, situation, rng):
+        from lockprobe.trial.record import Decision
+
+        return Decision(joint="A", claimed="moved" if situation.past else None)
+
+
+def test_inspect_finds_a_task_for_every_study():
+    (found,) = (entry for entry in entry_points(group="inspect_ai") if entry.name == "lockprobe")
+    assert found.load() is tasks
+    assert {len(task(trials=1, repetitions=1).dataset) for task in (tasks.flips, tasks.modalities, tasks.why)} > {3}
+
+
+def test_a_trial_has_the_luck_of_every_other_agent(tmp_path):
+    log = evaluated(tmp_path, tasks.flips(**SMALL), stubborn, epochs=2)
+    assert log.status == "success"
+    for sample in log.samples:
+        (score,) = sample.scores.values()
+        trial = trial_from_json(score.metadata["trial"])
+        number = {"repetition": sample.epoch, "trial": sample.metadata["trial"]}
+        p = 0.4 if "p=0.4" in sample.id else 0.0
+        here = run_trial(agent=Stubborn(), p=p, max_steps=6, seed=trial.seed, **number)
+        assert (trial.labels, trial.actions, [step.told for step in trial.steps]) == (
+            here.labels, here.actions, [step.told for step in here.steps],
+        )  # fmt: skip
+        assert score.value == {"solved": int(here.solved), "steps": len(here.steps) if here.solved else 6, "loops": 1}
+        assert [message.role for message in sample.messages] == ["user", "assistant"] * len(trial.steps)
+
+
+def test_a_reply_that_stays_unusable_is_unscored_and_on_record(tmp_path):
+    log = evaluated(tmp_path, tasks.flips(**{**SMALL, "trials": 1}), lambda messages: "?")
+    for sample in log.samples:
+        (score,) = sample.scores.values()
+        assert (score.reason, trial_from_json(score.metadata["trial"]).ending) == ("reply", "error")
+
+
+def test_what_breaks_a_model_is_the_error_of_its_sample(tmp_path):
+    def breaks(messages):
+        raise ConnectionError("gone")
+
+    log = evaluated(tmp_path, tasks.flips(**{**SMALL, "trials": 1}), breaks)
+    assert all("gone" in sample.error.message and not sample.scores for sample in log.samples)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"), [({"p": "0,x"}, "0,x"), ({"until": "decided"}, "until"), ({"smell": 1}, "smell")]
+)
+def test_a_mistake_is_said_before_the_first_call(given, said):
+    with pytest.raises(UserMistake, match=said):
+        tasks.flips(**given)
+    assert issubclass(BadValue, UserMistake)
