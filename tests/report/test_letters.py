@@ -92,7 +92,7 @@ def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_compu
     results = json.loads((directory / "results.json").read_text("utf-8"))
     assert too_long(page, results) == []
     found = captions(page, results)
-    assert len(found) > {"report": 20, "details": 10, "claims": 2}[name]
+    assert len(found) > {"report": 20, "details": 8, "claims": 2}[name]
     assert any(computed for _, computed in found)
     assert name in {"details", "claims"} or "How is this computed?" in page
 

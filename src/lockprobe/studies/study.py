@@ -237,11 +237,6 @@ class Study:
         """The first twelve digits of the hash of the settings, for names of directories."""
         return self.settings_hash[:12]
 
-    @property
-    def task_identity(self) -> str:
-        """Twelve hexadecimal digits of what all its trials have alike; more agents, conditions or trials keep it."""
-        return hash_of({"study": self.name} | self._trial_settings())[:12]
-
     def record_identity(self, condition: Condition) -> str:
         """What a record under a condition is of: twelve hexadecimal digits that change with whatever acts in its trial.
 

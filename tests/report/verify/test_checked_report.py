@@ -43,15 +43,15 @@ def test_notes_and_hidden_files_are_no_part_of_the_report(edited, name):
     assert edited(name, b"mine") == {}
 
 
-def test_true_is_not_1_and_null_is_not_nothing(written, edited):
+def test_false_is_not_0_and_null_is_not_nothing(written, edited):
     text = (written / "results.json").read_bytes()
-    assert b'"value": 1.0' in text
-    failed = edited("results.json", text.replace(b'"value": 1.0', b'"value": true', 1))["results"].failed
-    assert failed[0].endswith(": value True written, 1.0 computed")
+    assert b'"value": 0.0' in text
+    failed = edited("results.json", text.replace(b'"value": 0.0', b'"value": false', 1))["results"].failed
+    assert failed[0].endswith(": value False written, 0.0 computed")
     assert edited("results.json", text.replace(b'"answer"', b'"proof": null, "answer"', 1))["results"].failed == (
         "proof",
     )
-    assert edited("results.json", text.replace(b'"value": 1.0', b'"value": 1', 1)) == {}
+    assert edited("results.json", text.replace(b'"value": 0.0', b'"value": 0', 1)) == {}
 
 
 @pytest.mark.parametrize("code", ["utf-16", "utf-32-le", "utf-8-sig", "latin-1"])
