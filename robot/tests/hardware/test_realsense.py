@@ -83,19 +83,6 @@ def test_played_pictures_come_through_the_library_as_they_are_and_never_an_old_o
     camera.close()
 
 
-def test_a_played_camera_that_is_unplugged_is_a_fault(monkeypatch):
-    pytest.importorskip("pyrealsense2")
-    monkeypatch.setattr("lockprobe_robot.hardware.realsense._MILLISECONDS", 20)
-    camera = PlayedRealSense(
-        lambda: Shot(rgb=np.zeros((48, 64, 3), np.uint8), depth=np.ones((48, 64))), width=64, height=48
-    )
-    camera.grab()
-    camera.unplug()
-    with pytest.raises(PlantFault, match="^the RealSense camera gives no picture .Frame did not arrive in time!.$"):
-        camera.grab()
-    camera.close()
-
-
 def test_without_the_library_nothing_is_played(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(Missing, match=r"lockprobe-robot\[realsense\]"):

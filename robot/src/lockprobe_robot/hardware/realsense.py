@@ -116,13 +116,9 @@ class PlayedRealSense(RealSense):
         with needing("RealSense cameras", "realsense", ROBOT):
             import pyrealsense2 as rs
         self._serial = "software_device"
-        self._source = self._played = _SoftwareDevice(rs, take, width, height)
+        self._source = _SoftwareDevice(rs, take, width, height)
         self._metres = _MILLIMETRE
         self._align = rs.align(rs.stream.color)
-
-    def unplug(self) -> None:
-        """Stop delivering pictures, to rehearse an unplugged camera."""
-        self._played.unplugged = True
 
 
 class _SoftwareDevice:
@@ -130,7 +126,6 @@ class _SoftwareDevice:
 
     def __init__(self, rs: Any, take: Callable[[], Shot], width: int, height: int) -> None:
         self._rs, self._take, self._size, self._number = rs, take, (width, height), 0
-        self.unplugged = False
         self._device, self._syncer = rs.software_device(), rs.syncer()
         self._colour = self._device.add_sensor("color")
         self._depth = self._device.add_sensor("depth")
@@ -148,14 +143,13 @@ class _SoftwareDevice:
             sensor.start(self._syncer)
 
     def wait_for_frames(self, milliseconds: int) -> Any:
-        if not self.unplugged:
-            shot = self._take()
-            assert shot.depth is not None
-            depth = np.rint(shot.depth / _MILLIMETRE).astype(np.uint16)
-            for _ in range(2):  # the first colours after a start come without depth
-                self._number += 1
-                self._depth.on_video_frame(self._frame(depth, 2, self._profiles[1]))
-                self._colour.on_video_frame(self._frame(np.ascontiguousarray(shot.rgb), 3, self._profiles[0]))
+        shot = self._take()
+        assert shot.depth is not None
+        depth = np.rint(shot.depth / _MILLIMETRE).astype(np.uint16)
+        for _ in range(2):  # the first colours after a start come without depth
+            self._number += 1
+            self._depth.on_video_frame(self._frame(depth, 2, self._profiles[1]))
+            self._colour.on_video_frame(self._frame(np.ascontiguousarray(shot.rgb), 3, self._profiles[0]))
         return self._syncer.wait_for_frames(milliseconds)
 
     def stop(self) -> None:
