@@ -7,7 +7,7 @@ import pytest
 from builders import play_study
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.inference.battery import infer
+from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.study_options import SHIPPED
 from lockprobe.studies.options.studyfile import study

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.format import EVERY
 from lockprobe.report.prose.doses import at_dose
-from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Estimate, Results
 
 __all__ = [
@@ -17,7 +16,6 @@ __all__ = [
     "count_of",
     "distinct",
     "flips_first",
-    "name_of",
     "over_rates",
     "points_cell",
     "share_of_row",
@@ -51,12 +49,6 @@ def count_of(row: Estimate | None) -> str:
 def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
     """A number, with its interval in brackets where it has one."""
     return NONE if row is None else bracketed(row.value, row.low, row.high, form, 1)
-
-
-def name_of(found: Results, agent: str, modality: str) -> str:
-    """What headings and sentences call an agent: its name, with its modality if it has several; people are people."""
-    player = found.player(agent, modality)
-    return Subject.of(agent, player.shown if player else "").name
 
 
 def at_lowest(found: Results) -> str:

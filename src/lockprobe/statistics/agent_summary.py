@@ -17,7 +17,7 @@ from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.inference.association import Correlation, correlation
-from lockprobe.statistics.inference.battery import Inference, infer
+from lockprobe.statistics.inference.infer import Inference, infer
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
 from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.reference import Reference

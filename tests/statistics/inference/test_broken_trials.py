@@ -8,9 +8,9 @@ from known_truth import simulated
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.success import finding
 from lockprobe.simulation.power.worlds import Design
-from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.broken_trials import broken_shares, completed, worst_case_difference
 from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.summary import summarise
 

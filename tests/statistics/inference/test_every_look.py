@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from solved import drawn, people, rng, study
 
-from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.inference.every_look import changes_at_every_look
+from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 

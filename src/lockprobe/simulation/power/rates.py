@@ -11,7 +11,7 @@ from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.power.simulate import BUDGET, simulate_outcomes
 from lockprobe.simulation.power.worlds import Design, World
-from lockprobe.statistics.inference.battery import infer
+from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.inference.verdict import Question
 
 __all__ = ["Progress", "Rate", "measure"]

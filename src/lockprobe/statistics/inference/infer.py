@@ -1,4 +1,4 @@
-"""All statistics of one agent's trials over p, computed once."""
+"""The tests of one agent's trials over p."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lockprobe.statistics.inference.broken_trials import (
 from lockprobe.statistics.inference.difference import AnyDifference, any_difference
 from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
-from lockprobe.statistics.inference.mean_steps import MeanSteps, mean_steps
+from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.statistics.inference.ushape import TwoLines, corrected, onset_lines, two_lines
 from lockprobe.statistics.inference.verdict import (
@@ -51,7 +51,6 @@ class Inference:
         difference: Whether success depends on p.
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
-        steps: Whether p changes the mean number of steps.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
         hazard: Whether success is rarer after a loop, by p and step.
@@ -62,7 +61,6 @@ class Inference:
     difference: AnyDifference
     orders: BinomialOrders
     lines: TwoLines
-    steps: MeanSteps
     onset: LogRanks
     onset_lines: TwoLines
     hazard: LoopEffect
@@ -80,16 +78,16 @@ def infer(
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
-    If trials broke, the tests conclude only what holds in three cases: without the broken trials, with all
-    of them unsolved, and with all of them solved (:mod:`lockprobe.statistics.inference.broken_trials`).
+    If trials broke, the tests conclude only what holds in three cases: without the broken trials, with all of them
+    unsolved, and with all of them solved (:mod:`lockprobe.statistics.inference.broken_trials`).
 
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
         broken: Its trials that ended as error.
         budget: Steps of a trial; by default those of the longest.
-        agents: Number of agents that are judged together. Differences, their intervals and the two
-            lines are corrected for them; the tests of other questions are not.
+        agents: Number of agents that are judged together. Differences, their intervals and the two lines are corrected
+            for them; the tests of other questions are not.
 
     Raises:
         BadValue: If a dose is no finite number.
@@ -143,7 +141,6 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
         difference=difference,
         orders=orders,
         lines=lines,
-        steps=steps,
         onset=onset,
         onset_lines=again,
         hazard=hazard,

@@ -12,9 +12,9 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.hypothesis_tests import limits_said
 from lockprobe.simulation.power.simulate import BUDGET
 from lockprobe.simulation.power.worlds import Design
-from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.hazard import loop_hazard
+from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 
 
