@@ -9,7 +9,7 @@ CEILINGS = {
     "lines of source": 91_436,
     "lines of code": 57_421,
     "lines of tests": 75_583,
-    "words of docs": 38_099,
+    "words of docs": 37_708,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 
