@@ -5,8 +5,6 @@ from typing import ClassVar
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.record import Snapshot
 
-__all__ = ["CLUMSY", "HAND", "Clumsy", "Hand"]
-
 
 class Clumsy(SymbolicPlant):
     """The rules, except that the third attempt moves nothing."""

@@ -4,8 +4,6 @@ import numpy as np
 
 from lockprobe.trial.pictures.depth import HEIGHTS, from_millimetres, turbo
 
-__all__ = ["decode", "depth_at"]
-
 
 def decode(image, kind, window, camera):
     """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""

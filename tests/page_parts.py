@@ -2,8 +2,6 @@
 
 import re
 
-__all__ = ["part"]
-
 
 def part(page, name):
     """The markup of a part of ``report.html`` or ``details.html``; empty if the page has none of this name."""

@@ -13,8 +13,6 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Snapshot
 
-__all__ = ["PaintedPlant", "painted_twins"]
-
 
 class PaintedPlant(PhotographedPlant):
     """Stands in for ``fast-twin``. Its pictures depend on how the joints stand, or are told to, and on the stream that it was given."""

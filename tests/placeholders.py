@@ -8,8 +8,6 @@ from lockprobe.report import report_files
 from lockprobe.report.sections import all_sections
 from lockprobe.statistics import rationality
 
-__all__ = ["PLACEHOLDERS", "undrawn"]
-
 PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
 
 _DRAWN = report_files.drawn_figure

@@ -25,13 +25,10 @@ from lockprobe.testing.provider import (
     failure,
     in_turn,
     joints,
-    pictures,
     replying,
     send,
     words,
 )
-
-__all__ = ["completion", "failure", "joints", "pictures", "words"]
 
 HTTP_FAULTS = (
     "429 with Retry-After",

@@ -101,6 +101,3 @@ def reply_of(decision):
     """The reply that gives a decision."""
     said = {"moved": "moved", "blocked": "did not move", None: "none"}[decision.get("claimed")]
     return json.dumps({"last_action": said, "hypothesis": decision.get("hypothesis", ""), "joint": decision["joint"]})
-
-
-__all__ = ["Evidence", "lines", "played_by", "relabelled", "reply_of", "write"]

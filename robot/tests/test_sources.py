@@ -6,7 +6,7 @@ from lockprobe_robot.rendering import plant_camera
 
 from lockprobe import run_study, run_trial, study
 from lockprobe.report.verify.verification import verify
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 SMALL = "width=96&height=72"
 EDITED = b'"opening_sensed":{"camera":"0001"}'

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lockprobe.simulation.exact.propagation import propagate
     from lockprobe.simulation.montecarlo.populations import population
     from lockprobe.studies.options.studyfile import study
-    from lockprobe.studies.records.journal import load
+    from lockprobe.studies.records.read_records import load
     from lockprobe.studies.running.runner import run_study
     from lockprobe.studies.running.single import run_trial
     from lockprobe.studies.study import Study
@@ -76,7 +76,7 @@ _NAMES = {
     "report.results": "results",
     "simulation.exact.propagation": "propagate",
     "simulation.montecarlo.populations": "population",
-    "studies.records.journal": "load",
+    "studies.records.read_records": "load",
     "studies.running.runner": "run_study",
     "studies.running.single": "run_trial",
     "studies.study": "Study",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.agents.catalogue import recomputes, resolve
+from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.mcp_client import check_client, client_spec
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import group_of
@@ -14,7 +14,6 @@ def test_a_client_is_an_agent_that_no_run_plays_and_that_stands_alone(name):
     found = resolve(spec)
     assert (found.spec, found.engine, found.senses) == (spec, "client", "pictures")
     assert group_of(spec) == spec
-    assert not recomputes(spec)
 
 
 @pytest.mark.parametrize("name", ["", "-a", "a b", "a/b", "a?b=1", "é", "A" * 65, "a\n", "a:b"])

@@ -10,7 +10,7 @@ from typed import typed as run
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 STUDY = ["--agent", "cognitive:insistent", "--p", "0,0.4", "--trials", "4", "--repetitions", "1", "--no-report"]
 

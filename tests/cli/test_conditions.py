@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 ASKED = ("run", "flips", "--agent", "random", "--trials", "2", "--repetitions", "1", "--no-report")
 ACTING = ("--condition", "flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2", "--name", "lab")

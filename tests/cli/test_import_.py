@@ -9,7 +9,7 @@ from builders import small_study, write_study
 from taking_part import take_part
 
 from lockprobe.foundation.storage.jsonl import with_checksum
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(trials=1, repetitions=1)
 

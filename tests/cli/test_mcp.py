@@ -16,7 +16,7 @@ from tool_player import Player
 from lockprobe.cli.mcp import records_directory
 from lockprobe.statistics.summary import summarise
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 SMALL = ["--p", "0", "--trials", "2", "--repetitions", "1", "--max-steps", "8"]
 PAGE = (Path(__file__).parents[2] / "docs" / "mcp.md").read_text("utf-8")

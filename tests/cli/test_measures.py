@@ -8,7 +8,7 @@ from builders import small_study, write_study
 
 from lockprobe.statistics.measures import MEASURES, measured
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 
 @pytest.fixture

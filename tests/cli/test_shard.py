@@ -1,7 +1,7 @@
 """``lockprobe run --shard`` as it is typed, and ``lockprobe import`` after it."""
 
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 
 def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatch):

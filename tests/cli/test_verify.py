@@ -13,7 +13,8 @@ from lockprobe.agents.model_access import Access
 from lockprobe.foundation.storage.jsonl import whole_lines, with_checksum, without_checksum
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits
 
 RUN = ("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "2", "--repetitions", "1")

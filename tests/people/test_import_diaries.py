@@ -11,7 +11,7 @@ from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import kept_experiment
 from lockprobe.people.import_diaries import DiaryImport
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"

@@ -11,7 +11,7 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Agree, Next
 from lockprobe.people.roster import Roster
 from lockprobe.people.scenes import Box
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 HOURS = 3600.0
 

@@ -11,7 +11,7 @@ from seated import opened, people_study, short, to_first
 from lockprobe.boxes.families import box
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import Box
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.trial.plan import Names
 
 

@@ -9,7 +9,7 @@ from taking_part import take_part
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.step_times import acts_of_steps, key_of, times_of_steps
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"

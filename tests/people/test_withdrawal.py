@@ -14,7 +14,8 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
-from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.read_records import load
 
 STUDY = people_study()
 

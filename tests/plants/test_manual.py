@@ -11,7 +11,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import OperatorStopped
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing import check_plant
 

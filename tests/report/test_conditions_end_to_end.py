@@ -12,7 +12,7 @@ from lockprobe.report.pages import figures_of, parts_of
 from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 ASKED = {
     "agent": ["cognitive:perseverant", "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",

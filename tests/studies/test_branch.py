@@ -13,7 +13,8 @@ from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
 from lockprobe.trial.told_outcome import false_reports

@@ -14,7 +14,8 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
 
 pytest.importorskip("lockprobe.agents.llm.model")

@@ -13,8 +13,9 @@ from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import write_settings
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.stopping import block_orders
 from lockprobe.studies.until import Until

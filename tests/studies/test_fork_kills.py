@@ -20,7 +20,8 @@ from lockprobe.studies.costs.fork_costs import fork_costs
 from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.running.runner import Limits, run_study
 
 pytest.importorskip("lockprobe.agents.llm.model")

@@ -23,7 +23,8 @@ from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.running.runner import Limits, run_study
 
 SPEC = "llm:openai-api/fake/model"

@@ -6,7 +6,8 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.next_choice import next_choices, read_choices, write_choices
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 
 

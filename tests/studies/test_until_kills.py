@@ -21,7 +21,8 @@ from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.studies.stopping import answers, due
 

@@ -16,8 +16,6 @@ from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.scene.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
-__all__ = ["FastTwin", "SimulatedLockbox"]
-
 _PUSH: Final = 30.0
 """Force at a handle, newtons."""
 

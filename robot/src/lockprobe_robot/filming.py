@@ -7,8 +7,6 @@ import numpy as np
 
 from lockprobe.plants.catalogue import FilmHook
 
-__all__ = ["FILM_CAMERA", "Filming", "add_film_camera"]
-
 FILM_CAMERA = "oblique"
 
 _EVERY = 1 / 25

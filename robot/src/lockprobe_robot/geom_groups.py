@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["ARM", "HIDDEN", "NOTHING", "PANEL", "SHOWN_GROUPS"]
-
 NOTHING = 0
 """``conaffinity`` of the panel's parts, which never touch each other; both bits of geoms that are only looked at."""
 

@@ -8,8 +8,6 @@ from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.scene.mounted_joint import KNOB_TOP
 from lockprobe_robot.scene.panel import PanelLayout
 
-__all__ = ["handle_path"]
-
 _POINTS = 33
 """Number of points on the path."""
 

@@ -16,8 +16,6 @@ from lockprobe_robot.rendering.probe import renderer_name, require_opengl
 from lockprobe_robot.simulation import require_mujoco
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
-__all__ = ["fast_twin", "manual", "rig", "twin"]
-
 _FILES = ("model", "root", "digest")
 """Options that say which plant it is, and no property of it."""
 

@@ -7,8 +7,6 @@ from typing import Literal
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["RehearsalRung", "RehearsalSettings", "RehearsalTruth"]
-
 RehearsalRung = Literal["scripted", "twin"]
 """The rungs below a robot; :mod:`lockprobe_robot.hardware.rehearsal` says what they are."""
 

@@ -7,8 +7,6 @@ import os
 
 from lockprobe.foundation.errors import BadValue, Missing
 
-__all__ = ["require_mujoco"]
-
 
 def require_mujoco() -> None:
     """Check that boxes can be simulated and drawn here.

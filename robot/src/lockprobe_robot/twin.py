@@ -26,8 +26,6 @@ from lockprobe_robot.scene.panel import PanelLayout
 from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.twin_settings import TwinSettings
 
-__all__ = ["Twin"]
-
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
 

@@ -11,21 +11,6 @@ from typing import Any, ClassVar, Literal, Protocol
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = [
-    "Board",
-    "CameraSettings",
-    "Colours",
-    "HandleColours",
-    "HandleShapes",
-    "Light",
-    "Looks",
-    "MechanismKind",
-    "SceneSettings",
-    "TwinSettings",
-    "UserModelSettings",
-    "Viewpoint",
-]
-
 MechanismKind = Literal["contact", "ideal"]
 """Pins and blocks that touch, or joint ranges that are switched (a reference for tests)."""
 

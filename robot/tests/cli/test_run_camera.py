@@ -16,7 +16,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 FIVE = "random-5-3"
 PLAYED = {"agent": ["human-inspired"], "box": FIVE, "p": "0", "trials": 1, "repetitions": 1}

@@ -11,7 +11,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.looks import FACTORS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 FIVE = box("random-5-3")
 

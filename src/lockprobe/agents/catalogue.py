@@ -34,8 +34,6 @@ from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
 
-__all__ = ["AgentSource", "Engine", "description", "is_strategy", "known_specs", "resolve"]
-
 Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
 person or a client with tools, who are waited for by a server and never by a run."""

@@ -16,8 +16,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
-__all__ = ["CHARACTERS", "MODELS", "Habits", "LoopBreaker", "RandomMap", "Round", "SoftmaxMemory", "Traces"]
-
 
 @dataclass(frozen=True, slots=True)
 class Traces:

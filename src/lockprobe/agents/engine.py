@@ -32,8 +32,6 @@ except ImportError as error:
         raise Missing("local models need the system's libgomp.so.1", "apt-get install libgomp1") from error
     raise Missing("local models need the package xllamacpp", "pip install 'lockprobe[local]'") from error
 
-__all__ = ["Engine"]
-
 _PULL = 100.0
 """Added to the logits of allowed tokens; any other is then e^100 times less likely than it was."""
 

@@ -29,8 +29,6 @@ from lockprobe.trial.record import Fact
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["PRESETS", "HumanInspired", "Tried"]
-
 PRESETS: Mapping[str, Mapping[str, object]] = {
     "target-first": {},
     "target-last": {"target": "last"},

@@ -22,8 +22,6 @@ from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.spec import with_options
 from lockprobe.trial.record import Decision, Fact, Outcome, Situation
 
-__all__ = ["IdealObserver"]
-
 _EVEN = 1e-9
 """Probabilities closer than this to one half count as even."""
 

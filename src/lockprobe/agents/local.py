@@ -26,8 +26,6 @@ from lockprobe.trial.record import Decision, Fact, Situation, Turn
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
 
-__all__ = ["CONSTANT", "UNASKED", "LocalModel", "ReplayedLocalModel", "check", "read_options"]
-
 Calibration = Literal["none", "first"]
 
 _PROBLEM = """\

@@ -7,8 +7,6 @@ import re
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import MCP
 
-__all__ = ["SAME_IN_ALL_TRIALS", "check_client", "client_spec"]
-
 SAME_IN_ALL_TRIALS = ("client", "wording")
 """Facts that may not change under one agent's name, because records that differ in them are different conditions."""
 

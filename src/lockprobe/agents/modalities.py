@@ -7,8 +7,6 @@ from typing import Literal
 from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import Percept
 
-__all__ = ["Senses", "refuse_pictures"]
-
 Senses = Literal["reports", "pictures"]
 """What an agent can read: only reports in words, or pictures too."""
 

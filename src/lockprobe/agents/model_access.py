@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 
-__all__ = ["Access"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:

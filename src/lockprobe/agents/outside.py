@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-__all__ = ["OutsideAgent"]
-
 
 class OutsideAgent:
     """One trial of an agent that decides outside. The trial waits at each decision until :meth:`say` is called.

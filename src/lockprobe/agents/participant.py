@@ -7,8 +7,6 @@ import re
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import PEOPLE
 
-__all__ = ["check_participant", "participant_spec"]
-
 _ID = re.compile(r"[a-z0-9]{4,32}")
 
 

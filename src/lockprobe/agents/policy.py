@@ -19,8 +19,6 @@ from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Policy", "Told", "View", "draw", "evenly", "opened_after", "pick", "tell", "told_outcome", "view_of"]
-
 Memory = TypeVar("Memory", bound=Hashable)
 
 

@@ -11,8 +11,6 @@ from typing import Any
 
 from lockprobe.foundation.errors import UserMistake
 
-__all__ = ["check_returns"]
-
 _TOLERANCE = 1e-6
 """How far a sum of probabilities may be from 1."""
 

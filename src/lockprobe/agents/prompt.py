@@ -21,25 +21,6 @@ from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
-__all__ = [
-    "FIELDS",
-    "INSTRUCTIONS",
-    "REFUSED",
-    "Message",
-    "chat_fingerprint",
-    "check_template",
-    "claims",
-    "conversation",
-    "example",
-    "fingerprint",
-    "instructions",
-    "parse_reply",
-    "picture_fingerprint",
-    "repair",
-    "reply_schema",
-    "spoken",
-]
-
 REFUSED = "content_filter"
 """Why a reply stopped if the model or its provider refused; the text is then the words of the refusal."""
 

@@ -16,8 +16,6 @@ from typing import Literal, NamedTuple
 
 from lockprobe.foundation.errors import ReplyFault
 
-__all__ = ["TIDIED", "FoundObject", "Tidied", "mark_in", "object_in", "plain_form", "without_marks"]
-
 Tidied = Literal["reasoning", "template", "fence", "prose", "repeated", "syntax", "spelling"]
 """What had to be tidied to read a reply."""
 

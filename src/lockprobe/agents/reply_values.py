@@ -11,8 +11,6 @@ from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.record import Outcome, Situation
 from lockprobe.trial.told_outcome import in_words
 
-__all__ = ["CLAIMS", "LONGEST_HYPOTHESIS", "Values", "values_in"]
-
 CLAIMS: Mapping[str, Outcome | None] = {in_words("moved"): "moved", in_words("blocked"): "blocked", "none": None}
 """The claims that a reply may make about the last action; ``none`` in the first step only."""
 

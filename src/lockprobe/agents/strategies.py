@@ -9,8 +9,6 @@ from lockprobe.agents.policy import Policy, Told, View, evenly, pick
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["RandomAgent", "RandomNoRepeat", "RoundRobin"]
-
 
 class RandomAgent(Policy[None]):
     """A random choice among all joints at every step. Its success is the box's chance level."""

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
 
-__all__ = ["LEAST_ACUITY", "REMEMBERED", "Eyesight", "Viewer"]
-
 LEAST_ACUITY = 10
 """Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
 

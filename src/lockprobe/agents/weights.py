@@ -17,18 +17,6 @@ from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.storage.atomic_file import write_file
 
-__all__ = [
-    "EMBEDDED",
-    "ModelFile",
-    "find",
-    "locate",
-    "model_name",
-    "models_directory",
-    "parts_of",
-    "portable",
-    "sha256_of",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFile:

@@ -12,8 +12,6 @@ from typing import Literal
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "LayoutKind", "Lockbox", "Shuffle", "bits"]
-
 Configuration = tuple[bool, ...]
 """One position per joint in panel order; False is closed."""
 

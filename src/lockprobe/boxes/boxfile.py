@@ -40,8 +40,6 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain
 
-__all__ = ["box_from_data", "read_box", "rule_line", "toml_of"]
-
 _NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
 _PATTERNS = {
     _NAME: "expected a name: a letter, then at most 39 letters, digits, - and _",

@@ -9,8 +9,6 @@ from typing import Literal
 from lockprobe.boxes.box import Clause, Lockbox
 from lockprobe.boxes.state_space import Space, holds, space_of
 
-__all__ = ["Fault", "FaultKind", "fault_of"]
-
 FaultKind = Literal["nothing moves", "unsolvable", "contradictory", "too short"]
 
 

@@ -11,8 +11,6 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.solve import optimal_plans, plan_moves
 from lockprobe.boxes.state_space import Space, orders, space_of
 
-__all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difficulty:

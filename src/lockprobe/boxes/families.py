@@ -19,8 +19,6 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, spec_kind, spec_name
 
-__all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
-
 DEFAULT_BOX = "chain-4"
 _LARGEST_SEED = 10**9 - 1
 

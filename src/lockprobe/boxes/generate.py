@@ -16,8 +16,6 @@ from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
 
-__all__ = ["InitialName", "Recipe", "RefusedRecipe", "generate", "random_box"]
-
 InitialName = Literal["rest", "random"]
 
 _SEEDS = 2**31

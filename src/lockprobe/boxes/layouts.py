@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import JointKind, Lockbox
 from lockprobe.boxes.state_space import orders
 
-__all__ = ["LayoutName", "laid_out", "locking_pairs", "neighbours", "neutral_order", "permuted", "places", "redealt"]
-
 LayoutName = Literal["serial", "zigzag", "ngram", "grid", "scattered", "misleading"]
 
 Place = tuple[float, float]

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 
 from lockprobe.boxes.box import Joint, Lockbox
 
-__all__ = ["ascii_only", "interlock_lines", "panel_lines", "reading_order"]
-
 _WIDE, _ROW = 60, 0.12
 """Width of the panel in characters; joints whose heights differ by less are in one row."""
 

@@ -12,16 +12,6 @@ import numpy as np
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.state_space import Space, space_of
 
-__all__ = [
-    "Plans",
-    "optimal_plans",
-    "optimum",
-    "plan_moves",
-    "random_curve",
-    "random_no_repeat_success",
-    "random_success",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plans:

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Clause, Lockbox
 
-__all__ = ["Space", "holds", "orders", "space_of"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:

@@ -18,8 +18,6 @@ from itertools import pairwise
 
 from lockprobe.boxes.box import MAX_JOINTS, Clause, Joint, JointKind, Lockbox
 
-__all__ = ["FAMILIES", "STRUCTURES", "assemble", "paper_joints"]
-
 SIZES = range(2, MAX_JOINTS + 1)
 
 

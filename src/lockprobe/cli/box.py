@@ -33,8 +33,6 @@ from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 
-__all__ = ["app", "generate", "list_boxes", "show", "solve"]
-
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("check")(check)
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]

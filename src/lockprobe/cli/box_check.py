@@ -12,8 +12,6 @@ from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.spec import Spec
 
-__all__ = ["check"]
-
 
 def check(
     box: Annotated[str, typer.Argument(metavar="FILE.toml", help="The box file: its rules.")],

@@ -32,12 +32,11 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.fork_costs import fork_costs
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.observer import PassedOn
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import Study
-
-__all__ = ["branch"]
 
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."

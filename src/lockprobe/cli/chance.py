@@ -13,8 +13,6 @@ from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
 from lockprobe.foundation.errors import BadFile, Conflict
 from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate
 
-__all__ = ["chance"]
-
 
 def chance(
     length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,

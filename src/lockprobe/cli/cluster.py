@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from lockprobe.foundation.cluster import Cluster
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["reached"]
-
 
 @contextmanager
 def reached(address: str | None) -> Iterator[Cluster | None]:

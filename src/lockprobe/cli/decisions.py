@@ -9,8 +9,6 @@ from lockprobe.report.prose.stopping import decided_said, progress_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
-__all__ = ["decision_facts", "decision_lines"]
-
 _LINES = 6
 """Differences of an agent that have a line each."""
 

@@ -36,8 +36,6 @@ from lockprobe.trial.record import Step, Trial
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
 
-__all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
-
 
 class JsonLines(Plain):
     """Prints progress as JSON, one object per line, with every step and trial of slow agents.

@@ -16,8 +16,6 @@ from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.install import advice
 
-__all__ = ["Finding", "doctor", "examine"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:

@@ -14,8 +14,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TableName, table_of
 
-__all__ = ["export"]
-
 Format = Literal["csv", "jsonl", "parquet"]
 
 _OUT = options.with_brackets(options.OUT, "standard output, also with -")

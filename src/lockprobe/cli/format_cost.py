@@ -19,22 +19,9 @@ from lockprobe.studies.costs.expected_trials import spread
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
 from lockprobe.studies.file_names import RECORDS
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Usage
-
-__all__ = [
-    "about",
-    "estimate_facts",
-    "estimate_lines",
-    "money",
-    "of_price",
-    "print_estimates",
-    "say_unlimited",
-    "share",
-    "spent_facts",
-    "spent_in_words",
-]
 
 
 def money(dollars: float) -> str:

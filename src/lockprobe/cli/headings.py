@@ -7,8 +7,6 @@ from typing import Any, TypeVar
 
 from typer.core import TyperCommand
 
-__all__ = ["AS_RUN", "Headed", "as_run", "under_headings"]
-
 AS_RUN = "The same as for lockprobe run, whose --help explains them"
 """The heading of the options that a command accepts and does not explain."""
 

@@ -16,8 +16,6 @@ from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
 
-__all__ = ["take"]
-
 _SOURCES = "The directory of another study."
 
 

@@ -87,7 +87,7 @@ def measures(
         known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
         _list("measure", known, 14, json=json, packaged=not measure)
         return
-    from lockprobe.studies.records.journal import load
+    from lockprobe.studies.records.read_records import load
 
     cells = defaultdict(list)
     for trial in load(directory):

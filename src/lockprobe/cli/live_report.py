@@ -17,8 +17,6 @@ from lockprobe.studies.running.observer import Observer, PassedOn
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["LiveReport"]
-
 FIRST_PAUSE = 60.0
 """Seconds until the first report where a slow agent begins before anything has been played."""
 

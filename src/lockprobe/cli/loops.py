@@ -15,8 +15,6 @@ from lockprobe.statistics.loops import Solver
 if TYPE_CHECKING:
     from lockprobe.statistics.loops import LoopCover
 
-__all__ = ["loops"]
-
 
 def loops(
     file: Annotated[

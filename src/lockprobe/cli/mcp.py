@@ -25,8 +25,6 @@ from lockprobe.studies.options.study_options import StudyOptions, read_options_f
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study
 
-__all__ = ["mcp", "records_directory"]
-
 _NAME = "The agent's name in the records: mcp:NAME. Use a different name for each model or program."
 _OUT = options.with_brackets(
     options.OUT, "~/.local/share/lockprobe/STUDY-HASH; never in the working directory, where the agent could read"

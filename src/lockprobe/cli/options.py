@@ -16,37 +16,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import spec_kind
 
-__all__ = [
-    "ACTIONS",
-    "BOX",
-    "HOST",
-    "JOINTS",
-    "LAYOUT",
-    "OUT",
-    "PLANT",
-    "SEED",
-    "STUDIES",
-    "TRIALS_EACH",
-    "VIEW",
-    "Allow",
-    "AsJson",
-    "Box",
-    "Budget",
-    "ClusterAt",
-    "Connections",
-    "EstimateOnly",
-    "MinLength",
-    "Out",
-    "Overlap",
-    "Port",
-    "Retries",
-    "Seed",
-    "Timeout",
-    "Workers",
-    "permit",
-    "with_brackets",
-]
-
 ACTIONS = "Number of different actions."
 BOX = "A box by name, random-N-SEED, or a TOML file."
 HOST = "Host name or IP address."

@@ -16,8 +16,6 @@ from lockprobe.studies.file_names import (
 )
 from lockprobe.studies.records.picture_store import ALBUM
 
-__all__ = ["refuse_study_file"]
-
 _OF_STUDY = {
     *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json"),
     *("report.html", "details.html", "claims.html", "why.html", "forks.html"),

@@ -16,8 +16,6 @@ from lockprobe.studies.options.study_options import StudyOptions, read_options_f
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study
 
-__all__ = ["planned_study"]
-
 
 def planned_study(
     name: str, asked: Mapping[str, object], out: Path | None, camera: str | None = None

@@ -42,8 +42,6 @@ from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, 
 from lockprobe.trial.told_outcome import in_words
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = ["Ended", "Keys", "Left", "Person", "ViewKind", "play", "relabelled", "tell"]
-
 ViewKind = Literal["text", "panel"]
 """How reports are shown: in words as models read them, or as a drawing."""
 

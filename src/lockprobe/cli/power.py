@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from lockprobe.simulation.power.conditions import ConditionPower
     from lockprobe.simulation.power.why import VerdictRates
 
-__all__ = ["power"]
-
 _WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
 _SUCCESS = (
     "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); under each condition, the control first; "

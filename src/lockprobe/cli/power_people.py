@@ -19,8 +19,6 @@ from lockprobe.simulation.power.people import (
     spread_by,
 )
 
-__all__ = ["power_people", "refuse_other_options"]
-
 _DESIGNS: tuple[Design, ...] = ("within", "between")
 
 _FACTORS = (0.5, 1.0, 1.5)

@@ -15,16 +15,6 @@ from rich.text import Text
 from lockprobe.boxes.sketch import ascii_only
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = [
-    "Screen",
-    "fit_columns",
-    "new_table",
-    "plain_console",
-    "print_rows",
-    "print_table",
-    "time_left",
-]
-
 _UNBOUNDED = 10_000
 """Columns of output that does not go to a terminal: lines are not wrapped."""
 

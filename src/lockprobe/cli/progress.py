@@ -40,16 +40,6 @@ from lockprobe.trial.told_outcome import in_words
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
 
-__all__ = [
-    "Plain",
-    "foreign_in_words",
-    "invalid_in_words",
-    "minutes",
-    "results_line",
-    "settings_line",
-    "told",
-]
-
 _FIRST = 2.0
 """Seconds until the first line about the state of an agent."""
 

@@ -14,12 +14,10 @@ from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.source import CAMERA, VERDICT, SourceKind, camera_outcomes, verdict_outcomes, wrong_source
 from lockprobe.trial.told_outcome import in_words
-
-__all__ = ["replay"]
 
 _MEGABYTE = 1_000_000
 

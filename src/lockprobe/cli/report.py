@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from lockprobe.report.compare.studies import Comparison
     from lockprobe.report.rows import Results
 
-__all__ = ["report"]
-
 _PAPER = "Also write paper/: the figure for print, all figures as PDF, a table and a paragraph on the methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 

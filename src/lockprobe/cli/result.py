@@ -17,8 +17,6 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
 
-__all__ = ["read_result", "result_facts", "result_lines"]
-
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
 

@@ -6,8 +6,6 @@ from typing import Any, Literal
 
 from lockprobe.foundation.plugins import robot_plugin
 
-__all__ = ["robot_tool"]
-
 
 def robot_tool(name: Literal["box-model", "doctor", "film"], what: str) -> Any:
     """A function of lockprobe-robot, by its entry point in the group ``lockprobe.tools``.

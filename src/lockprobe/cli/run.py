@@ -23,8 +23,6 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES
 
-__all__ = ["run"]
-
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
 _CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."

@@ -26,8 +26,6 @@ from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.stopping import answers_by_agent
 from lockprobe.studies.study import Study
 
-__all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
-
 BROKE = 1
 """The exit status if faults outside the agents broke a trial of the run, or an agent was given up."""
 

@@ -12,8 +12,6 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.statistics.loops import parse_sequence
 
-__all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "read_sequences"]
-
 MOST_ACTIONS = 64
 """The largest value of ``--actions``."""
 

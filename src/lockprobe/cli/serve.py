@@ -34,8 +34,6 @@ from lockprobe.studies.study import Study
 if TYPE_CHECKING:
     from lockprobe.people.web.serving import RunningServer
 
-__all__ = ["EXAMPLE", "serve"]
-
 EXAMPLE = Path(__file__).with_name("people.toml")
 """An example of people's settings, as a file to edit."""
 

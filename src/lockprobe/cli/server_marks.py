@@ -7,8 +7,6 @@ from collections import Counter
 from lockprobe.agents.reply_text import mark_in, without_marks
 from lockprobe.trial.model_call import Call
 
-__all__ = ["ServerMarks"]
-
 ENOUGH = 3
 """The first replies of an agent that all hold marks, after which it is said; once in a run."""
 

@@ -29,15 +29,14 @@ from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
-from lockprobe.studies.records.journal import load, time_played
+from lockprobe.studies.records.journal import time_played
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import hash_of_digest
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
-
-__all__ = ["status"]
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 

@@ -15,8 +15,6 @@ from lockprobe.cli.options import with_brackets
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.study_options import StudyOptions, parse_p
 
-__all__ = ["Name", "study_help", "with_study_options"]
-
 Name = Annotated[
     str,
     typer.Argument(

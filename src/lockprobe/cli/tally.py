@@ -14,8 +14,6 @@ from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["Tally", "in_boundaries"]
-
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
 

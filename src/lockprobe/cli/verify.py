@@ -16,8 +16,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.file_names import RECORDS, SETTINGS, not_here
 from lockprobe.studies.records.results_hash import check_hash
 
-__all__ = ["verify"]
-
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 Settings = Annotated[
     str | None,

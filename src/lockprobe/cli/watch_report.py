@@ -8,11 +8,9 @@ from pathlib import Path
 
 from lockprobe.studies.file_names import RECORDS, SETTINGS
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.stopping import planned_now
-
-__all__ = ["PAUSE", "owed_trials", "watch_report"]
 
 PAUSE = 5.0
 """The least seconds from the end of one report to the next."""

@@ -13,8 +13,6 @@ from lockprobe.people.withdrawal import delete_unnamed_pictures, finish_withdraw
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal
 
-__all__ = ["withdraw"]
-
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of the study.")]
 Participant = Annotated[
     str, typer.Argument(metavar="PARTICIPANT", help="The participant: the ID in the study, or a platform's ID.")

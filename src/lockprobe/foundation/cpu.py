@@ -7,8 +7,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-__all__ = ["cpu_model"]
-
 _LONGEST = 120
 
 

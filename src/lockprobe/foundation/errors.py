@@ -36,31 +36,6 @@ from lockprobe.foundation.install import advice
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = [
-    "FINAL",
-    "AgentsGivenUp",
-    "BadFile",
-    "BadValue",
-    "Boundary",
-    "BrokenPlugin",
-    "BudgetReached",
-    "ChannelFault",
-    "Conflict",
-    "DirectoryBusy",
-    "LockprobeError",
-    "Missing",
-    "ModelFault",
-    "PlantFault",
-    "RefusalFault",
-    "ReplyFault",
-    "SettingsChanged",
-    "TrialFault",
-    "UnknownName",
-    "UserMistake",
-    "kind_and_words",
-    "needing",
-]
-
 Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant"]
 """The part of the loop where a trial broke."""
 

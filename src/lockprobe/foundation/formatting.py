@@ -6,27 +6,6 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
-__all__ = [
-    "NONE",
-    "bracketed",
-    "capital",
-    "change",
-    "corrected",
-    "count",
-    "first_three",
-    "interval",
-    "listed",
-    "markdown_table",
-    "minus",
-    "p_cell",
-    "p_value",
-    "percent",
-    "points",
-    "range_of",
-    "range_said",
-    "share",
-]
-
 NONE = "\N{EN DASH}"
 """A cell without a value."""
 

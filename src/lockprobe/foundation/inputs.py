@@ -13,18 +13,6 @@ from typing import IO
 
 from lockprobe.foundation.errors import BadFile
 
-__all__ = [
-    "LARGEST_INPUT",
-    "LARGEST_TOML",
-    "check_regular",
-    "irregular",
-    "is_there",
-    "parse_json",
-    "read_input",
-    "read_lines",
-    "read_toml",
-]
-
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
 

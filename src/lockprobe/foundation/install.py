@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import re
 
-__all__ = ["advice"]
-
 
 def advice(remedy: str) -> str:
     """Advice for pip (``pip install 'lockprobe[web]'``); for uv where ``uv run`` started this process."""

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 
 from lockprobe.foundation.safe_path import safe_path
 
-__all__ = ["end_at_interrupt", "held_back", "interruptible"]
-
 
 @contextmanager
 def interruptible() -> Iterator[None]:

@@ -14,8 +14,6 @@ from typing import Any, Generic, TypeVar
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_whom", "section", "without"]
-
 _T = TypeVar("_T")
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")

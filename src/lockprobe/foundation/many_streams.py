@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.seeds import trial_stream
 
-__all__ = ["FEW", "first_numbers", "generators"]
-
 FEW = 6
 """Up to so many streams, numpy's own generators are quicker."""
 

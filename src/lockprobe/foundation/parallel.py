@@ -17,8 +17,6 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.interrupts import end_at_interrupt, held_back
 from lockprobe.foundation.safe_path import safe_path
 
-__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes", "Spawned", "begin_helper", "end_with_parent"]
-
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 

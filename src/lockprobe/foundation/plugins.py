@@ -36,26 +36,6 @@ from lockprobe.foundation.spec import arguments_from, spec_kind, spec_name, spli
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints
 
-__all__ = [
-    "GROUPS",
-    "ROBOT",
-    "Kind",
-    "Listed",
-    "Plugin",
-    "allow",
-    "allowed",
-    "find_plugin",
-    "has_methods",
-    "is_own_function",
-    "listed_plugins",
-    "no_foreign_code",
-    "plugin_name_of",
-    "plugin_names",
-    "refuse_python",
-    "robot_plugin",
-    "runs_foreign_code",
-]
-
 Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "tool"]
 
 GROUPS: Mapping[Kind, str] = {

@@ -9,8 +9,6 @@ import re
 from functools import lru_cache
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
-__all__ = ["without_keys", "without_secrets"]
-
 _SECRET_NAME = re.compile(
     r"(KEY|KEY_ID|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIALS|HEADERS|SIG|SIGNATURE|(ORG|PROJECT|ACCOUNT)_ID)$"
 )

@@ -13,8 +13,6 @@ import hashlib
 
 import numpy as np
 
-__all__ = ["UNDRAWN", "generator", "integer_seed", "study_stream", "trial_stream"]
-
 
 def _entropy(seed: int, path: tuple[str | int, ...]) -> bytes:
     text = "/".join([str(seed), *map(str, path)])

@@ -17,23 +17,6 @@ from urllib.parse import parse_qsl, quote, quote_plus
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
-__all__ = [
-    "MCP",
-    "PEOPLE",
-    "Option",
-    "Spec",
-    "arguments_from",
-    "group_of",
-    "in_words",
-    "named_spec",
-    "options_of",
-    "settings_of",
-    "spec_kind",
-    "spec_name",
-    "split_specs",
-    "with_options",
-]
-
 Made = TypeVar("Made")
 
 PEOPLE = "participant"

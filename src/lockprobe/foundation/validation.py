@@ -8,8 +8,6 @@ from numbers import Integral, Real
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["check_choice", "check_number", "check_probability", "check_whole", "plain"]
-
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
     (r" after validation$", ""),

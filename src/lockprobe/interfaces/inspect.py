@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from lockprobe.studies.study import Study
     from lockprobe.trial.record import Decision, Fact, Situation
 
-__all__ = ["flips", "modalities", "play_trial", "played", "why"]
-
 _AGENT = "llm:inspect/model"
 """Stands for the model of the eval, which is unknown while a task is made."""
 

@@ -21,8 +21,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.record import Moment, Percept, Task
 
-__all__ = ["CameraChannel", "Depth"]
-
 Depth = Literal["none", DepthKind]
 """How depth is shown, if at all; :mod:`lockprobe.trial.pictures.depth` describes the kinds."""
 

@@ -20,8 +20,6 @@ from lockprobe.foundation.spec import Spec, split_specs, with_options
 from lockprobe.trial.condition import TRUTH, place_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 
-__all__ = ["interventions_of", "kinds", "packaged", "shipped", "shipped_as", "with_words"]
-
 One = TypeVar("One")
 
 

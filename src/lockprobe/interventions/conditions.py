@@ -21,19 +21,6 @@ from lockprobe.trial.plant_change import PLANT, PlantChange
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
-__all__ = [
-    "MODALITIES",
-    "blind",
-    "distinct",
-    "flip_alone",
-    "flips",
-    "interventions_in",
-    "read_condition",
-    "says_modality",
-    "sweep",
-    "tells_positions",
-]
-
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
 

@@ -11,8 +11,6 @@ from functools import cache
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["Rates", "entries_of", "rates_of"]
-
 Rates = Mapping[str, tuple[float, float]]
 """Joint -> the rates at which its moves are hidden and at which moves of it are invented, [0, 1]."""
 

@@ -12,8 +12,6 @@ from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.interventions.luck import check_steps, hits
 from lockprobe.trial.record import Moment, Percept, Task
 
-__all__ = ["Correction", "Says"]
-
 Says = Literal["lie", "truth"]
 """What a statement says: a false report, or the true one."""
 

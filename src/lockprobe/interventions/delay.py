@@ -10,8 +10,6 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import Moment, Percept, Task
 
-__all__ = ["Delay"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delay:

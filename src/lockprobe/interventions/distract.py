@@ -11,8 +11,6 @@ from lockprobe.interventions.luck import AtRandomSteps, hits
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["ASIDES", "Distract"]
-
 ASIDES = (
     "Note: the room in which the panel stands has a window.",
     "Note: the table under the panel is as wide as the panel.",

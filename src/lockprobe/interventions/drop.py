@@ -10,8 +10,6 @@ import numpy as np
 from lockprobe.interventions.luck import AtRandomSteps, hits
 from lockprobe.trial.record import Moment, Percept, Task
 
-__all__ = ["Drop"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drop(AtRandomSteps):

@@ -14,8 +14,6 @@ from lockprobe.trial.record import Moment, Outcome, Percept, Task
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np
 
-__all__ = ["DEFAULT", "READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "Part", "flip_of"]
-
 FlipKind = Literal[
     "transient", "sticky", "outcome-only", "memoryless", "latched", "independent", "re-observed", "integrated"
 ]

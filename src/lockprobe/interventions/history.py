@@ -10,8 +10,6 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import Task, Turn
 
-__all__ = ["History"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:

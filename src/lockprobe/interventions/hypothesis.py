@@ -11,8 +11,6 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["Hypothesis"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hypothesis:

@@ -11,8 +11,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
 
-__all__ = ["AtRandomSteps", "Luck", "check_steps", "hits", "within"]
-
 Luck = Literal["own", "flip"]
 """With ``flip`` one number per attempt comes from the stream of the flip: equal doses hit equal steps."""
 

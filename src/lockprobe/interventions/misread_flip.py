@@ -16,8 +16,6 @@ from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept
 
-__all__ = ["By", "MisreadFlip", "takes_rates", "with_rates"]
-
 By = Literal["joint", "direction", "total"]
 
 

@@ -12,8 +12,6 @@ from lockprobe.statistics.loops import onset
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["Nudge", "loops_completed"]
-
 NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
 
 

@@ -13,8 +13,6 @@ from lockprobe.trial.record import Moment, Percept, Task
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Phantom"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Phantom:

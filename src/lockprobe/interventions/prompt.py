@@ -15,8 +15,6 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
-
 LARGEST_TEMPLATE = 16 * 1024
 """The most bytes of a template; the default instruction has about 800."""
 

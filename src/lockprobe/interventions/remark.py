@@ -12,8 +12,6 @@ from lockprobe.interventions.nudge import loops_completed
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["Remark"]
-
 REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
 """A sentence as long as the nudge, without information."""
 

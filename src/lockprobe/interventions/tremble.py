@@ -10,8 +10,6 @@ import numpy as np
 from lockprobe.interventions.luck import AtRandomSteps, hits
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["Tremble"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tremble(AtRandomSteps):

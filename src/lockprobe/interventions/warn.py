@@ -11,8 +11,6 @@ from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Moment, Task
 
-__all__ = ["Warn"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Warn:

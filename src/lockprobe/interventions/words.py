@@ -14,8 +14,6 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.record import Moment, Outcome, Percept, Task
 from lockprobe.trial.told_outcome import in_words
 
-__all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "places_said", "rows_of"]
-
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""
 

@@ -11,8 +11,6 @@ from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.record import Moment, Percept, Task
 
-__all__ = ["How", "Yoked"]
-
 How = Literal["next", "shuffle"]
 
 

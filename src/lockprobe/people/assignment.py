@@ -24,8 +24,6 @@ from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
 
-__all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "trials_for", "williams"]
-
 Cell = str
 """Label of a condition."""
 

@@ -16,8 +16,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Percept, Situation, Task
 
-__all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
-
 View = Literal["panel", "pictures"]
 
 

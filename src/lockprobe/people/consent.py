@@ -20,8 +20,6 @@ from lockprobe.people.roster import Roster
 from lockprobe.people.scenes import Closed, Consent
 from lockprobe.people.session import Session
 
-__all__ = ["CODE", "Admission"]
-
 CODE = "code"
 """The parameter of the URL that may hold the code to join."""
 

@@ -9,8 +9,6 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses
 
-__all__ = ["Deception", "deceptions"]
-
 Deception = Literal["false", "late", "another", "warned", "changed"]
 """What is told or shown is false, or late; another joint than the chosen one is attempted; reports that are true are
 said to be perhaps false; or something is changed, nobody knows how, by an intervention of another package."""

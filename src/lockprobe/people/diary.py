@@ -34,22 +34,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ending
 
-__all__ = [
-    "Broken",
-    "Diary",
-    "DiaryFile",
-    "Did",
-    "Entry",
-    "Joined",
-    "Released",
-    "Slot",
-    "diary_path",
-    "read_diaries",
-    "read_diary",
-    "without_identity",
-    "write_diaries",
-]
-
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""
 

@@ -31,18 +31,6 @@ from lockprobe.people.file_errors import check_visible, first_error
 from lockprobe.people.right_answers import Comprehension, OneRight, Options, SettingsPart, Text
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 
-__all__ = [
-    "EXPERIMENT",
-    "SECRET",
-    "AttentionCheck",
-    "Experiment",
-    "Question",
-    "experiment_from",
-    "experiment_with",
-    "kept_experiment",
-    "read_experiment",
-]
-
 EXPERIMENT = "experiment.json"
 """The file of these settings, next to the diaries."""
 

@@ -11,8 +11,6 @@ from pydantic import BaseModel, ValidationError
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
-__all__ = ["check_visible", "first_error"]
-
 _LONGEST = 80
 """The most characters printed of a wrong value."""
 

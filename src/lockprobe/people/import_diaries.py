@@ -16,8 +16,6 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.options.settings import read_study
 from lockprobe.trial.record import Trial
 
-__all__ = ["DiaryImport"]
-
 
 class DiaryImport:
     """An import of diaries into the directory of a study. Nothing is written before :meth:`take`.

@@ -16,9 +16,6 @@ from lockprobe.people.responses import Act, Agree, Answers
 from lockprobe.people.texts import Words
 from lockprobe.trial.record import Ending
 
-__all__ = ["Journey", "Station", "asks_comprehension", "fingerprint", "stations"]
-
-
 _AS_LONG = {"box": 6}
 """How many pages of text take as long as a scene of a kind, by eye; only the bar of progress uses it."""
 

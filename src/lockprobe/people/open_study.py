@@ -37,8 +37,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan
 
-__all__ = ["LOG", "OpenStudy", "open_study", "words_to_read"]
-
 LOG = "server.log"
 """The log of refused requests, next to the diaries."""
 

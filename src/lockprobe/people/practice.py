@@ -20,8 +20,6 @@ from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Names, Plan
 
-__all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan", "true_modality"]
-
 _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute", "prismatic")
 
 

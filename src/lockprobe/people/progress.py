@@ -11,8 +11,6 @@ from lockprobe.people.diary import Diary
 from lockprobe.people.journey import Journey
 from lockprobe.studies.study import Study
 
-__all__ = ["BoxesAt", "Flow", "flow_of"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoxesAt:

@@ -6,8 +6,6 @@ from typing import Literal
 
 from lockprobe.foundation.errors import LockprobeError
 
-__all__ = ["ActRefused", "Code"]
-
 Code = Literal[
     "malformed",  # the lease of a page has a wrong form
     "incomplete",  # the recruitment platform did not fill in a parameter of the URL

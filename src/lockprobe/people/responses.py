@@ -9,8 +9,6 @@ from pydantic import Field
 
 from lockprobe.people.scenes import LONGEST_ANSWER, Ask, StrictModel
 
-__all__ = ["Act", "Agree", "Answer", "Answers", "Attempt", "Next", "fits"]
-
 Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 """Time on the page's monotonic clock (``performance.now``); each field says from when."""
 

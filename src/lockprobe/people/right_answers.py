@@ -9,8 +9,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from lockprobe.people.file_errors import check_visible
 
-__all__ = ["Comprehension", "ComprehensionQuestion", "OneRight", "Option", "Options", "SettingsPart", "Text", "missed"]
-
 
 class SettingsPart(BaseModel):
     """Base of what an experimenter writes into a file: immutable, and without unknown keys."""

@@ -15,8 +15,6 @@ from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.session import Session
 from lockprobe.plants.catalogue import resolve_plant
 
-__all__ = ["Roster"]
-
 _MINUTE = 60.0
 
 _IDLE_SECONDS = 600.0

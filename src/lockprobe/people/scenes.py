@@ -10,26 +10,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = [
-    "LONGEST_ANSWER",
-    "Ask",
-    "Box",
-    "BoxJoint",
-    "BoxPanel",
-    "Check",
-    "Closed",
-    "ComprehensionQuestions",
-    "Consent",
-    "Debrief",
-    "Example",
-    "InstructionPage",
-    "OpenQuestion",
-    "PastStep",
-    "Scene",
-    "StrictModel",
-    "TrialOver",
-]
-
 LONGEST_ANSWER = 2000
 """Characters of an answer in words."""
 

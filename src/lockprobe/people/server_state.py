@@ -29,8 +29,6 @@ from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
-__all__ = ["PageReply", "Progress", "ServerState"]
-
 _LEASE = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 

@@ -22,8 +22,6 @@ from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Trial
 
-__all__ = ["Session"]
-
 
 class Session:
     """The session of one participant.

@@ -11,8 +11,6 @@ from lockprobe.people.responses import Attempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["acts_of_steps", "key_of", "seconds_of_trials", "times_of_steps"]
-
 
 def key_of(study: Study, diary: Diary, box: int | None) -> str:
     """The key of a participant's trial number ``box``, from 1; empty for the practice box."""

@@ -28,8 +28,6 @@ from lockprobe.people.scenes import (
 from lockprobe.people.texts import Longer, Words, example_on, filled
 from lockprobe.studies.study import Study
 
-__all__ = ["TextScenes"]
-
 Why = Literal["declined", "withdrawn", "full", "taken", "late", "screened"]
 
 

@@ -14,8 +14,6 @@ from lockprobe.people.file_errors import check_visible, first_error
 from lockprobe.people.right_answers import ComprehensionQuestion
 from lockprobe.people.right_answers import SettingsPart as _Part
 
-__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "read_words", "words_file"]
-
 _TEXTS = Path(__file__).with_name("texts")
 
 LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))

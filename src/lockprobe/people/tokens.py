@@ -13,8 +13,6 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.refusals import ActRefused
 
-__all__ = ["TOKENS", "Tokens", "mark_of"]
-
 TOKENS = "secret"
 """The file of the secret, next to the diaries."""
 

@@ -18,16 +18,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.trial.pictures.picture import PICTURE_NAME
 
-__all__ = [
-    "count_withdrawn",
-    "delete_unnamed_pictures",
-    "finish_withdrawal",
-    "note_withdrawal",
-    "put",
-    "withdrawing",
-    "withdrawn",
-]
-
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
 

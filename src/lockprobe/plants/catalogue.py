@@ -38,8 +38,6 @@ from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.protocols import Plant, PlantTraits
 
-__all__ = ["PLANTS", "FilmHook", "Make", "PlantSource", "known_plants", "resolve_plant", "with_camera"]
-
 _OF_ROBOT = ("fast-twin", "twin", "rig")
 """The plants that lockprobe-robot adds."""
 

@@ -9,8 +9,6 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.trial.plant_change import PlantChange
 
-__all__ = ["plant_change"]
-
 
 def plant_change(plant: str | PlantSource, asked: Mapping[str, str]) -> PlantChange:
     """The options that differ from those of a plant, each written in one way.

@@ -18,8 +18,6 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe.trial.told_outcome import in_words
 
-__all__ = ["Manual", "Seen", "Sight"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:

@@ -10,8 +10,6 @@ from lockprobe.foundation.errors import PlantFault, UserMistake
 from lockprobe.foundation.interrupts import interruptible
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["ENTER", "ConsentingOperator", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
-
 ENTER = ""
 """The answer of a person who only presses Enter."""
 

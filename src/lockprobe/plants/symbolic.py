@@ -8,8 +8,6 @@ from typing import ClassVar
 from lockprobe.boxes.box import Lockbox
 from lockprobe.trial.record import Fact, Snapshot
 
-__all__ = ["SymbolicPlant"]
-
 
 class SymbolicPlant:
     """A plant that follows the rules of the box, without body, time or noise."""

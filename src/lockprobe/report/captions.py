@@ -8,15 +8,6 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Course
 from lockprobe.statistics.published import PEAK
 
-__all__ = [
-    "fit_said",
-    "interval_kind",
-    "model_said",
-    "paper_rates",
-    "share_intervals_said",
-    "success_and_loops_said",
-]
-
 
 def paper_rates(courses: Iterable[Course]) -> list[float]:
     """The flip rates of the paper's values, 0 and 0.4, that lie on the axis of these agents; none with one rate."""

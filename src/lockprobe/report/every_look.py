@@ -15,8 +15,6 @@ from markupsafe import Markup
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Note
 
-__all__ = ["at_every_look", "note_at"]
-
 _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
 
 _HEADLINES = ("answer", "effect", "verdict")

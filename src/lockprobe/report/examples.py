@@ -13,8 +13,6 @@ from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import Trial
 
-__all__ = ["examples", "exhibit", "loop_letters"]
-
 
 def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[Exhibit]:
     """Examples of the first agent that the study is about, each trial once."""

@@ -26,8 +26,6 @@ from lockprobe.report.examples import loop_letters
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
 
-__all__ = ["explorer_data", "script", "script_hash"]
-
 _WORDS = 160
 """Characters of what an agent says about the box in one step."""
 

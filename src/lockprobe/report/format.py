@@ -12,8 +12,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.proportions import Proportion
 
-__all__ = ["DETECTED", "EVERY", "TextTable", "as_csv", "share_cell", "tex_text"]
-
 DETECTED = {True: "detected", False: "not detected"}
 """What a table concludes from a test; the interval has to exclude 0 as well."""
 

@@ -10,8 +10,6 @@ from lockprobe.report.rows import MEASURES, Fact, Row
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.statistics.measures import find_measure, measured
 
-__all__ = ["measure_rows"]
-
 
 def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
     """The mean of each of those measures with its 95 % interval; of one that breaks, why.

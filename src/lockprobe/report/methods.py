@@ -12,8 +12,6 @@ from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
-__all__ = ["methods_tex"]
-
 _CHAIN = "The interlock of their box is not public; ours is a reconstruction."
 _STRATEGY = "{} reconstructs their strategy, whose algorithm is not public."
 

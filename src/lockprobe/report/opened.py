@@ -21,8 +21,6 @@ from lockprobe.studies.stopping import block_orders, counted
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["OpenedStudy", "open_study"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenedStudy:

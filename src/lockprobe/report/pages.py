@@ -20,16 +20,6 @@ from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Pa
 from lockprobe.report.sections import all_sections
 from lockprobe.report.svg import Image
 
-__all__ = [
-    "PAGES",
-    "Page",
-    "Pictures",
-    "figures_of",
-    "page_of",
-    "parts_of",
-    "tables_of",
-]
-
 Pictures = Mapping[str, Image]
 """Figure -> how pages embed it."""
 

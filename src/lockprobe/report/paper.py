@@ -23,8 +23,6 @@ from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure
 from lockprobe.report.sections import all_sections
 
-__all__ = ["paper_files", "write_paper"]
-
 PAPER = "paper"
 """The directory, in that of the study."""
 

@@ -10,8 +10,6 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import tex_text
 from lockprobe.report.rows import Cell, Estimate, Results
 
-__all__ = ["table_tex"]
-
 _CAPTION = (
     "Success with 95 % intervals, and its change from the control. P values are corrected within their families; a "
     "change is detected if P is below 0.05 and its interval excludes 0."

@@ -21,8 +21,6 @@ from threadpoolctl import threadpool_limits
 from lockprobe.foundation.parallel import Each, Pool, Spawned, begin_helper
 from lockprobe.studies.file_names import RECORDS
 
-__all__ = ["LARGE", "one_thread", "shared", "uncollected"]
-
 LARGE = 500_000
 """Bytes of records from which on another process pays; a second of processor time starts it."""
 

@@ -12,8 +12,6 @@ from lockprobe.statistics.people import People
 if TYPE_CHECKING:
     from lockprobe.people.progress import Flow
 
-__all__ = ["conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
-
 _SEEN = {
     "view": "reports as",
     "history": "earlier reports visible:",

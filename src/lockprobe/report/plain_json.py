@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-__all__ = ["plain_json"]
-
 
 def plain_json(value: Any) -> Any:
     """The value as JSON holds it: null for what is not a number, lists for tuples, objects for records."""

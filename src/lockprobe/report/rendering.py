@@ -8,8 +8,6 @@ from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["rendered"]
-
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
 

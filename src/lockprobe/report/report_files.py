@@ -27,8 +27,6 @@ from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.svg import Image, image
 
-__all__ = ["File", "drawn_figure", "made_figure", "report_files", "results_text"]
-
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 

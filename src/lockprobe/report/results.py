@@ -33,8 +33,6 @@ from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study_design import design_of
 
-__all__ = ["results", "results_of", "with_left_out"]
-
 
 def results_of(numbers: StudyNumbers) -> Results:
     """The results of a study."""

@@ -14,8 +14,6 @@ from lockprobe.trial.pictures.png import from_png, to_png
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import in_words
 
-__all__ = ["ABOUT", "KINDS", "embedded", "pictures_shown", "seen_facts"]
-
 ABOUT = "seen "
 """What facts are about: this and the modality, with the number of a moment for what was seen then."""
 

@@ -14,25 +14,6 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Exhibit, Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
 
-__all__ = [
-    "Block",
-    "Caption",
-    "Cells",
-    "Detail",
-    "Figure",
-    "Heading",
-    "Listed",
-    "Note",
-    "Part",
-    "Picture",
-    "Section",
-    "Steps",
-    "Table",
-    "Template",
-    "Text",
-    "nested",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Caption:

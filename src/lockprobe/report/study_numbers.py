@@ -36,8 +36,6 @@ from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
 
-__all__ = ["PlayedCell", "StudyNumbers", "share_rows", "study_numbers"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedCell:

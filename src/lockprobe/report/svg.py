@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cache
 from urllib.parse import quote
 
-__all__ = ["Image", "compact_svg", "dark", "image", "with_dark_colours"]
-
 _GREY = 0.05
 """How far apart the parts of a grey are, at most."""
 

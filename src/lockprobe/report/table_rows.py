@@ -9,22 +9,6 @@ from lockprobe.report.format import EVERY
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.rows import Cell, Estimate, Results
 
-__all__ = [
-    "at_lowest",
-    "by_conditions",
-    "chance_cell",
-    "count_of",
-    "distinct",
-    "flips_first",
-    "over_rates",
-    "points_cell",
-    "share_of_row",
-    "steps_cell",
-    "under",
-    "value_cell",
-    "varied",
-]
-
 
 def share_of_row(row: Estimate | None) -> str:
     """A share with its interval, in per cent."""

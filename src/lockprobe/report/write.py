@@ -11,8 +11,6 @@ from lockprobe.foundation.storage.atomic_file import remove_file, write_file
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.parallel import one_thread, shared, uncollected
 
-__all__ = ["write_report"]
-
 _FIRST, _LATER = ("lockprobe.report.report_files",), ("lockprobe.report.figures",)
 """What every process of a large report needs for its numbers, then for its figures: half a second of imports each."""
 

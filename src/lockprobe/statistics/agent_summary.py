@@ -24,8 +24,6 @@ from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.resample import resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
-__all__ = ["AgentSummary", "agent_summary", "is_reference"]
-
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """The kinds of agents that are baselines."""
 

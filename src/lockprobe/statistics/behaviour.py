@@ -16,17 +16,6 @@ from lockprobe.statistics.outcomes import ended, numbered, onset, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "REPORTS",
-    "Behaviour",
-    "behaviour",
-    "has_loop",
-    "heeded_at_most",
-    "loop_coverage",
-    "policy_entropy",
-    "redundant_share",
-]
-
 REPORTS = 10
 """Fewest differing reports, each with an action after it, for an agent that plays alike to be called blind."""
 

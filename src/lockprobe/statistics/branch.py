@@ -24,17 +24,6 @@ from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 
-__all__ = [
-    "RULES",
-    "TRUTH",
-    "BranchEffect",
-    "BranchOutcome",
-    "branch_effects",
-    "check_rule",
-    "continuation",
-    "fork_steps",
-]
-
 RULES = ("onset", "first-lie", "before-onset", "every")
 """Where a trial can be forked, in addition to a step's number: at the report that completes its first loop; at its
 first false report; at one step drawn from 3 up to its first loop, or to its end; after every step."""

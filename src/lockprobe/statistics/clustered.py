@@ -11,17 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import LEVEL, Proportion, proportion, wilson
 
-__all__ = [
-    "ClusteredDifference",
-    "ClusteredProportion",
-    "alike_weights",
-    "clustered_difference",
-    "clustered_proportion",
-    "crossed_proportion",
-    "share_of",
-    "two_way_variance",
-]
-
 RESAMPLES = 2000
 
 _TIE = 1e-9

@@ -15,8 +15,6 @@ from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Outcome, Trial
 
-__all__ = ["Confusion", "confusion"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Confusion:

@@ -18,13 +18,6 @@ from lockprobe.statistics.loops.incidence import Area, incidence
 from lockprobe.statistics.outcomes import Outcomes, ended, outcomes
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "Relative",
-    "SuccessCurve",
-    "relative",
-    "success_curve",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuccessCurve:

@@ -12,18 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "binomial_interval",
-    "chi_squared_tail",
-    "fisher_exact",
-    "log_binomial",
-    "normal_quantile",
-    "sign_test",
-    "student_quantile",
-    "student_tails",
-    "welch_test",
-]
-
 _TIE = 1e-7
 """Relative difference up to which two tables are equally likely, as in R."""
 

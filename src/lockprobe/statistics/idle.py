@@ -12,8 +12,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import Trial
 
-__all__ = ["Idle", "StepsChanged", "Unheeded", "idle_interventions", "steps_changed", "unheeded"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepsChanged:

@@ -27,8 +27,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import LEVEL, proportion
 from lockprobe.trial.record import Trial
 
-__all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
-
 Measure = Callable[[Trial], float | bool | None]
 """A trial -> a number, yes or no, or None where it does not apply."""
 

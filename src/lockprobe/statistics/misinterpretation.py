@@ -24,17 +24,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion, proportion
 from lockprobe.trial.record import Outcome, Step, Trial
 
-__all__ = [
-    "Claim",
-    "ClaimCount",
-    "Misinterpretations",
-    "TrialClaims",
-    "claims",
-    "misinterpretations",
-    "misread_in_blocks",
-    "trial_claims",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:

@@ -14,22 +14,6 @@ from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "Outcomes",
-    "Point",
-    "appended",
-    "broken_off",
-    "conditions_played",
-    "ended",
-    "joined",
-    "numbered",
-    "onset",
-    "outcomes",
-    "points",
-    "solved_in_pairs",
-    "with_players_of",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcomes:

@@ -8,8 +8,6 @@ from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.inference.logrank import independent_logrank, solution_logrank
 from lockprobe.statistics.outcomes import joined, with_players_of
 
-__all__ = ["Pace", "pace"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pace:

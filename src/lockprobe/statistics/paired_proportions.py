@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics.distributions import normal_quantile
 
-__all__ = ["FEW", "equivalence", "score", "score_interval"]
-
 FEW = 5
 """The most differing pairs with which McNemar's exact test cannot reject at 5 %."""
 

@@ -19,8 +19,6 @@ from lockprobe.statistics.outcomes import conditions_played, ended
 from lockprobe.statistics.proportions import Proportion, proportion
 from lockprobe.trial.record import Fact, Trial
 
-__all__ = ["AtPosition", "People", "PeopleAt", "people"]
-
 RESAMPLES = 2000
 
 Array = NDArray[np.float64]

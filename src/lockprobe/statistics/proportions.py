@@ -14,18 +14,6 @@ from numpy.typing import NDArray
 from lockprobe.statistics.distributions import binomial_interval, fisher_exact, normal_quantile, sign_test
 from lockprobe.statistics.paired_proportions import FEW, score, score_interval
 
-__all__ = [
-    "Difference",
-    "Paired",
-    "Proportion",
-    "Ratio",
-    "difference",
-    "paired",
-    "proportion",
-    "ratio",
-    "wilson",
-]
-
 ALPHA = 0.05
 """Level of every test."""
 

@@ -11,22 +11,6 @@ from dataclasses import dataclass
 
 from lockprobe.statistics.proportions import proportion
 
-__all__ = [
-    "CORRELATION",
-    "CORRELATION_POINTS",
-    "LOOPS_AT_0",
-    "LOOPS_AT_40",
-    "MODALITY",
-    "PEAK",
-    "REFERENCE",
-    "REFERENCE_STEPS",
-    "SOLVED_AT_0",
-    "SOLVED_AT_40",
-    "STEPS_TO_80",
-    "TABLE1",
-    "MisreadRate",
-]
-
 PEAK = 0.4
 """The flip probability at which the paper has most success and fewest loops (Figs. 4 and 5b)."""
 

@@ -17,8 +17,6 @@ from dataclasses import dataclass
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.proportions import LEVEL
 
-__all__ = ["BLOCKS", "RareBlock", "rare_block"]
-
 BLOCKS = 3
 """Blocks that are added to the variance."""
 

@@ -27,8 +27,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.rules import unbroken
 from lockprobe.trial.record import Trial
 
-__all__ = ["ACTIONS", "JUDGED", "OptimalActions", "optimal_actions", "prior_for"]
-
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
 further trial is judged."""

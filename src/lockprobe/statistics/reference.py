@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.solve import optimum, random_curve
 
-__all__ = ["Reference", "reference_of"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:

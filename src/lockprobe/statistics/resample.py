@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["RESAMPLES", "Resamples", "drawn_shares", "resample"]
-
 RESAMPLES = 2000
 
 _AT_ONCE = 4_000_000

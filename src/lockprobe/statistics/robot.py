@@ -10,8 +10,6 @@ from lockprobe.statistics.clustered import ClusteredProportion, clustered_propor
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
-__all__ = ["Judged", "RobotSenses", "SensedAttempts", "robot_senses"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:

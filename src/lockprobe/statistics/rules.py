@@ -14,17 +14,6 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion, crossed_proportion
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "BreakShares",
-    "Judged",
-    "RuleBreaks",
-    "against_rules",
-    "break_shares",
-    "rule_breaks",
-    "together",
-    "unbroken",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleBreaks:

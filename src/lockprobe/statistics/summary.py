@@ -29,13 +29,6 @@ from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "StudySummary",
-    "check_trials",
-    "entrant",
-    "summarise",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySummary:

@@ -37,19 +37,6 @@ from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
 
-__all__ = [
-    "ACTS",
-    "FORKS",
-    "TOLD",
-    "Branching",
-    "NotForked",
-    "arm_interventions",
-    "branching",
-    "fork_plan",
-    "play_forks",
-    "read_forks",
-]
-
 FORKS = "forks"
 """The directory of forks in that of their study."""
 

@@ -23,8 +23,6 @@ from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import OF_PLAIN_FLIPS, modality_doses
 
-__all__ = ["SharedCondition", "check_comparable", "families", "shared_names"]
-
 _FEWEST = 2
 """Studies that a comparison needs."""
 

@@ -17,20 +17,6 @@ from lockprobe.statistics.sequential.contrasts import Decided, Numbers, at_every
 from lockprobe.statistics.why.mechanism import NEEDS
 from lockprobe.studies.until import LOOK_EVERY, Until
 
-__all__ = [
-    "Array",
-    "Decision",
-    "Family",
-    "Outcomes",
-    "PlayedOut",
-    "Question",
-    "Verdict",
-    "decisions",
-    "numbers_of",
-    "played_out",
-    "wanted",
-]
-
 Array = NDArray[np.float64]
 
 Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]

@@ -14,8 +14,6 @@ from lockprobe.studies.records.directory import is_begun
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import EarlierSize
 
-__all__ = ["extended"]
-
 
 def extended(planned: Study, directory: Path) -> Study:
     """A study with the sizes that its directory had before, the present one too if the new one is larger.

@@ -2,17 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "ASKED",
-    "ATTEMPTS",
-    "CALLS",
-    "PEOPLE_DIRECTORY",
-    "RECORDS",
-    "SETTINGS",
-    "TIMINGS",
-    "not_here",
-]
-
 SETTINGS = "study.json"
 """The settings of a study."""
 

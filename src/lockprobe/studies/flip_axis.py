@@ -8,8 +8,6 @@ from lockprobe.interventions.conditions import flip_alone
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.condition import Condition
 
-__all__ = ["flip_axis", "reading_of"]
-
 
 def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     """Flips of one reading and the truth: each rate once in each modality. Of several, that of the first flip."""

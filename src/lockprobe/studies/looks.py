@@ -18,8 +18,6 @@ from lockprobe.studies.options.paper import Extent
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plant_change import PLANT
 
-__all__ = ["AGENTS", "EXTENT", "FACTORS", "PLAIN", "looks_conditions"]
-
 AGENTS = ("viewer", "viewer:human-inspired?acuity=10")
 """The default agents, which need no model: the first reads pictures as coarsely as they allow, the other one at ten
 pixels across."""

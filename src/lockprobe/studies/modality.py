@@ -25,17 +25,6 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.source import Source, source_of
 
-__all__ = [
-    "MODALITIES",
-    "check_distinct",
-    "check_shown",
-    "interventions_for",
-    "is_pictured",
-    "refuse_blind",
-    "shown",
-    "taken_in",
-]
-
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
 _OF_DEPTH = ("depth", "near", "far")

@@ -28,8 +28,6 @@ from lockprobe.trial.record import Decision, Fact, Situation
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["next_choice", "next_choices", "read_choices", "write_choices"]
-
 _FILE = "next_choices.json"
 _CHOICES = TypeAdapter(dict[str, tuple[FiniteFloat, ...]])
 

@@ -24,8 +24,6 @@ from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Snapshot, Turn
 
-__all__ = ["Passage", "in_words", "prompt_parts", "side_by_side"]
-
 _PARTS = ("first message", "report after the first step", "form of the reply")
 
 _AGENT = "llm:openai/gpt-4o"

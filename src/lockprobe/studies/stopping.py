@@ -25,22 +25,6 @@ from lockprobe.studies.until import LOOK_EVERY, EarlierSize
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = [
-    "Answer",
-    "Family",
-    "Question",
-    "answers",
-    "answers_by_agent",
-    "at_most",
-    "block_orders",
-    "counted",
-    "due",
-    "families",
-    "outcomes_of",
-    "own_places",
-    "planned_now",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:

@@ -32,8 +32,6 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
 
-__all__ = ["LARGEST_SEED", "LIMITS", "Study", "trials_planned"]
-
 LARGEST_SEED = 2**63
 LONGEST_NAME = 100
 """Characters of the name of a study."""

@@ -19,8 +19,6 @@ from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 if TYPE_CHECKING:
     from lockprobe.studies.study import Study
 
-__all__ = ["check_doses", "check_people", "check_plant", "check_sizes"]
-
 _CLOSEST_P = 1e-6
 
 

@@ -11,8 +11,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses
 
-__all__ = ["arms_of", "design_of"]
-
 
 def design_of(study: Study) -> Design:
     """What differs between the conditions of a study."""

@@ -8,8 +8,6 @@ from typing import Literal, NamedTuple, Self
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["LOOK_EVERY", "MARGIN", "MOST", "EarlierSize", "Until"]
-
 MARGIN = 0.1
 """The largest difference in success that counts as none where a study plays until it is decided. It is a convention."""
 

@@ -10,8 +10,6 @@ from lockprobe.statistics.why.arms import ARMS, PARTS
 from lockprobe.studies.options.paper import Extent
 from lockprobe.trial.condition import Condition
 
-__all__ = ["AGENTS", "EXTENT", "arm_conditions"]
-
 AGENTS = ("cognitive:insistent", "cognitive:perseverant", "human-inspired")
 """Default agents that need no model: lies raise the success of the first two and lower that of the third."""
 

@@ -20,8 +20,6 @@ from lockprobe.trial.record import Decision, Fact, Situation, Trial
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["check_agent"]
-
 _SEEDS = (1, 2, 3)
 
 

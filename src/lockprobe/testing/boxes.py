@@ -14,8 +14,6 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.testing.records import check_record
 from lockprobe.testing.trials import play_trials
 
-__all__ = ["check_box"]
-
 
 def check_box(box: str | Path | Lockbox | Callable[[], Lockbox]) -> None:
     """Check that a box fulfils its contract.

@@ -19,8 +19,6 @@ from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES, Percept, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = ["check_intervention"]
-
 AGENTS = ("random", "human-inspired", "cognitive:perseverant")
 """Who plays where a whole trial is looked at."""
 

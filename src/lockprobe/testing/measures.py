@@ -9,8 +9,6 @@ from lockprobe.testing.trials import make_trial, play_trials
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = ["check_measure"]
-
 
 def check_measure(measure: str | Measure, *, trials: Sequence[Trial] = ()) -> None:
     """Check that a measure fulfils its contract.

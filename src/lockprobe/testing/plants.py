@@ -17,8 +17,6 @@ from lockprobe.testing.records import check_facts, check_record
 from lockprobe.trial.plan import LABELS
 from lockprobe.trial.protocols import Plant
 
-__all__ = ["PlantTried", "check_plant"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantTried:

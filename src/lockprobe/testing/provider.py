@@ -22,20 +22,6 @@ from collections.abc import Callable, Coroutine, Iterable, Mapping
 from types import TracebackType
 from typing import Any, Self
 
-__all__ = [
-    "Answer",
-    "ScriptedProvider",
-    "completion",
-    "failure",
-    "in_turn",
-    "joints",
-    "pictures",
-    "replying",
-    "send",
-    "turns",
-    "words",
-]
-
 Request = dict[str, Any]
 """The body of a request."""
 

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
-__all__ = ["check_facts", "check_record"]
-
 
 def check_facts(facts: object, whose: str) -> None:
     """Check that facts map names to text, numbers, bools or None, and survive JSON.

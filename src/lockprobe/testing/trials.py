@@ -19,8 +19,6 @@ from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Sit
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["ScriptedAgent", "make_trial", "play_trials"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ScriptedAgent:

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Iterator
 
 from lockprobe.trial.record import Trial
 
-__all__ = ["asked_again"]
-
 
 def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:
     """Agent -> replies after which it was asked again, and all its replies on record; agents without any are left out.

@@ -10,8 +10,6 @@ from types import TracebackType
 
 from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, TrialFault, kind_and_words
 
-__all__ = ["AGENT", "INTERVENTIONS", "PLANT", "Boundary"]
-
 _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
 """What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-__all__ = ["Ask", "Briefing"]
-
 Ask = Literal["before", "after", "off"]
 """When an agent is asked how the box works: before it chooses, after it has chosen, or never."""
 

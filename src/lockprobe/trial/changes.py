@@ -16,8 +16,6 @@ from lockprobe.trial.places import whole
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Acting", "Changes", "Passed", "pass_through"]
-
 _One = TypeVar("_One")
 _V = TypeVar("_V")
 

@@ -16,8 +16,6 @@ from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
-__all__ = ["PLACES", "TRUTH", "Condition", "Recorded", "place_of", "spec_of"]
-
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.trial.protocols`.
 """

@@ -7,8 +7,6 @@ from reprlib import repr as shortened
 
 from lockprobe.trial.record import Decision
 
-__all__ = ["why_unusable"]
-
 
 def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
     """The reason why a decision cannot be executed and recorded; None if it can.

@@ -9,19 +9,6 @@ from functools import lru_cache
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 
-__all__ = [
-    "DOSES_SAID",
-    "FLIP_RATE",
-    "MODALITY_DOSES",
-    "OF_PLAIN_FLIPS",
-    "can_be_fitted",
-    "dose_of",
-    "doses_of",
-    "flip_rate",
-    "modality_doses",
-    "without_doses",
-]
-
 FLIP_RATE = "flip.p"
 """The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
 

@@ -55,8 +55,6 @@ from lockprobe.trial.told_outcome import told_moved, told_positions
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Executor", "broken", "here", "play", "streams_of"]
-
 _T = TypeVar("_T")
 
 

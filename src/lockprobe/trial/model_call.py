@@ -8,8 +8,6 @@ from typing import Annotated
 
 from annotated_types import Ge, Gt, Le, Lt
 
-__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Count", "Finite", "Seconds", "Usage", "Whole"]
-
 BROKEN_OFF = "broken off"
 """The error text of a call that was in progress when its run ended."""
 

@@ -13,8 +13,6 @@ from lockprobe.trial.condition import spec_of
 from lockprobe.trial.protocols import Actuator, Channel, Intervention, InterventionTraits, Memory, Prompt
 from lockprobe.trial.record import Fact, Percept
 
-__all__ = ["Places", "facts_of", "whole"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Places:

@@ -19,8 +19,6 @@ from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept, Snapshot, Step, Task
 from lockprobe.trial.trial_name import ForkName, TrialName
 
-__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
-
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 
 from lockprobe.foundation.spec import Spec, in_words
 
-__all__ = ["PLANT", "PlantChange"]
-
 PLANT = "plant"
 """The part of a condition's spec that changes options of the plant: ``plant?pose_error=0.01``."""
 

@@ -13,22 +13,6 @@ from lockprobe.trial.record import Decision, Fact, Moment, Percept, Situation, S
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = [
-    "Actuator",
-    "Agent",
-    "AgentTraits",
-    "CallBook",
-    "Calling",
-    "Channel",
-    "Closable",
-    "Intervention",
-    "InterventionTraits",
-    "Memory",
-    "Plant",
-    "PlantTraits",
-    "Prompt",
-]
-
 
 class _Traits:
     """What a class may declare by attributes, without inheriting from anything. Each has a default."""

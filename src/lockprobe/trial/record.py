@@ -21,26 +21,6 @@ from lockprobe.trial.trial_name import ForkName, TrialName
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
 
-__all__ = [
-    "PLAIN_WORDS",
-    "STATES",
-    "STRUCTURED",
-    "Decision",
-    "Ending",
-    "Fact",
-    "Look",
-    "Moment",
-    "Outcome",
-    "Percept",
-    "Situation",
-    "Snapshot",
-    "Step",
-    "Task",
-    "Trial",
-    "TrialError",
-    "Turn",
-]
-
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 

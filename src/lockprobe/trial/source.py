@@ -20,21 +20,6 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.pictures.picture_reader import clear_positions
 from lockprobe.trial.record import Snapshot, Trial
 
-__all__ = [
-    "CAMERA",
-    "UNCLEAR",
-    "VERDICT",
-    "ReportSource",
-    "Source",
-    "SourceKind",
-    "camera_outcomes",
-    "is_reading",
-    "source_of",
-    "verdict_outcomes",
-    "with_reading",
-    "wrong_source",
-]
-
 SourceKind = Literal["truth", "verdict", "camera"]
 """Where reports come from."""
 

@@ -7,8 +7,6 @@ from itertools import pairwise
 
 from lockprobe.trial.record import Moment, Outcome, Task, Trial
 
-__all__ = ["false_reports", "in_words", "told_moved", "told_positions"]
-
 
 def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
     """An outcome in words, given as such or as whether the joint moved; ``nothing`` where there is none.

@@ -18,16 +18,6 @@ from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Fact, Step, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
-__all__ = [
-    "check_step",
-    "check_whole",
-    "record_end",
-    "trial_from_json",
-    "trial_from_line",
-    "trial_to_json",
-    "trial_to_line",
-]
-
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 
 _IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\Z')

@@ -18,8 +18,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import Decision, Step, Trial
 from lockprobe.trial.trial_json import check_step, check_whole, record_end, trial_from_json
 
-__all__ = ["Outline", "TrialReader"]
-
 _KEY, _STUDY, _REPETITION = b'{"key":"', b'","study":', b',"repetition":'
 _PLACE = re.compile(_REPETITION + rb'([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
 _STEPS, _FIRST_STEP, _NEXT_STEP, _ENDING = b',"steps":[', b'{"step":', b'},{"step":', b'],"ending":'

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import forked
 import pytest
-from provider_server import completion, failure, here, pictures, truthful, words
+from provider_server import completion, failure, here, truthful, words
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
@@ -23,8 +23,10 @@ from lockprobe.report.verify.verification import verify
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
+from lockprobe.testing.provider import pictures
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture

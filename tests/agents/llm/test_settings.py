@@ -12,7 +12,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 
 UNKNOWN = ModelFacts()

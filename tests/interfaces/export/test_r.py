@@ -13,7 +13,7 @@ from taking_part import take_part
 from lockprobe.interfaces.export.data_dictionary import COLUMN
 from lockprobe.interfaces.export.table_files import write_table
 from lockprobe.interfaces.export.tables import TABLES, table_of
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=4)
 DOCS = Path(__file__).parents[3] / "docs" / "participants.md"

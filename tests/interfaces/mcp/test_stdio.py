@@ -23,7 +23,7 @@ from tool_player import AGENT, SPEC, Player, plain_records
 
 from lockprobe.interfaces.mcp.stdio import LONGEST_LINE, _lines
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}

@@ -15,7 +15,7 @@ from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.interfaces.mcp.tools import make_server
 from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.pictures.png import from_png
 

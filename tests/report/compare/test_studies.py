@@ -9,7 +9,7 @@ from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare.studies import compare_studies
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 AGENTS = ("cognitive:careful", "random")
 A = small_study(agents=AGENTS)

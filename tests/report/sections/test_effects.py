@@ -9,7 +9,7 @@ from lockprobe.report.pages import Page, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 READER = "cognitive:perseverant"
 LAB = {

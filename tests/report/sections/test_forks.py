@@ -12,7 +12,8 @@ from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 
 
 @pytest.fixture(scope="module", params=["flips", "why"])

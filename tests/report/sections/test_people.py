@@ -21,7 +21,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.sections.people import _caption
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.people import people
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
 

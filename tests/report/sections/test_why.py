@@ -15,7 +15,7 @@ from lockprobe.report.svg import image
 from lockprobe.statistics.why.arms import ARMS, PARTS, PLANNED
 from lockprobe.statistics.why.mechanism import CONTRASTS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 
 AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 

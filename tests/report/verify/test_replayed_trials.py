@@ -14,7 +14,8 @@ from lockprobe.report.verify.replayed_trials import kind_of
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.next_choice import write_choices
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_name import ForkName, TrialName
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage
+from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, usage
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
@@ -16,8 +16,6 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.costs.spending import Ledger, price_of
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
-
-__all__ = ["prices"]
 
 
 async def reserve(calls, most, agent=DEAR, trial=1, unanswered=0):

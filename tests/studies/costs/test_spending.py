@@ -1,7 +1,7 @@
 """What a study has cost, by agent, and a budget that it never passes."""
 
 import pytest
-from made_up_prices import CHEAP, DEAR, FREE, call, planned, prices, usage
+from made_up_prices import CHEAP, DEAR, FREE, call, planned, usage
 from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.token_bounds import tokens
@@ -14,8 +14,6 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF
 from lockprobe.trial.record import Situation
-
-__all__ = ["prices"]
 
 
 def test_prices_are_of_hosted_models_only():

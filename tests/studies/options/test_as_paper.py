@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing.provider import replying, words
 from lockprobe.trial.plan import Names

@@ -12,7 +12,7 @@ from lockprobe.report.verify.verification import verify
 from lockprobe.statistics.confusion import confusion
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 
 THERE = study("flips", agent="cognitive:perseverant", p=[0, 0.4], trials=6, repetitions=1)

@@ -10,7 +10,8 @@ from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.condition import Condition

@@ -11,8 +11,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interventions.conditions import flips, read_condition
-from lockprobe.studies.records.journal import left_out, load
-from lockprobe.studies.records.read_records import read_records
+from lockprobe.studies.records.read_records import left_out, load, read_records
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json, trial_to_line
 

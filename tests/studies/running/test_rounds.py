@@ -8,8 +8,9 @@ import pytest
 
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import run, run_study

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from lockprobe_robot.arm.panda import JOINTS, TORQUE_LIMITS
 from lockprobe_robot.arm.protocol import Vector
 
-__all__ = ["ForceController"]
-
 _TURN_STIFFNESS = 120.0
 _TURN_DAMPING = 15.0
 _TOOL_MASS = 10.0

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from lockprobe_robot.arm.protocol import Arm, Vector
 
-__all__ = ["GuardedMove", "HandlePath", "Touch", "TouchVerdict"]
-
 TouchVerdict = Literal["moved", "blocked", "failed"]
 """The robot's judgement: the handle came along, it was held, or the hand never got over it."""
 

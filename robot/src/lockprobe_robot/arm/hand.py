@@ -13,8 +13,6 @@ import mujoco
 
 from lockprobe_robot.geom_groups import ARM, HIDDEN, PANEL
 
-__all__ = ["FINGERS", "HAND_RADIUS", "REACH", "TOOL", "add_hand"]
-
 FINGERS = 6
 
 TOOL = 0.108

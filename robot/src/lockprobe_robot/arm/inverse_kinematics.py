@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from lockprobe_robot.arm.panda import JOINTS, LOWER, UPPER
 from lockprobe_robot.arm.protocol import Vector
 
-__all__ = ["InverseKinematics"]
-
 _STEPS = 200
 _DAMPING = 1e-4
 _LONGEST_STEP = 0.3

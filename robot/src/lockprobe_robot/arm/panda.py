@@ -18,21 +18,6 @@ from numpy.typing import NDArray
 
 from lockprobe_robot.geom_groups import ARM, PANEL
 
-__all__ = [
-    "ACCELERATION_LIMITS",
-    "DH",
-    "FLANGE",
-    "HOME",
-    "JOINTS",
-    "LINKS",
-    "LOWER",
-    "TORQUE_LIMITS",
-    "UPPER",
-    "VELOCITY_LIMITS",
-    "Link",
-    "add_panda",
-]
-
 JOINTS = 7
 
 DH = (

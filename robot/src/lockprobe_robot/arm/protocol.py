@@ -7,8 +7,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Arm", "StoppableArm", "Vector"]
-
 Vector = NDArray[np.float64]
 """Shape (3,), in the frame of the arm's base: x forward, z up."""
 

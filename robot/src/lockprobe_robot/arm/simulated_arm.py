@@ -14,8 +14,6 @@ from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
 from lockprobe_robot.arm.panda import ACCELERATION_LIMITS, HOME, JOINTS, VELOCITY_LIMITS
 from lockprobe_robot.arm.protocol import Vector
 
-__all__ = ["SimulatedArm"]
-
 _STEPS_PER_PERIOD = 5
 _SPEED_SHARE, _ACCELERATION_SHARE = 0.85, 0.6
 _ARRIVED = 0.02

@@ -21,8 +21,6 @@ from lockprobe_robot.calibration.pose import Pose, angle_between, mean_pose, row
 from lockprobe_robot.calibration.views import CalibrationView, Intrinsics, Views, read_picture
 from lockprobe_robot.scene.tag_layout import TagLayout
 
-__all__ = ["FEWEST_TAGS", "FEWEST_VIEWS", "LEAST_TURN", "BoardView", "calibrate", "look_at_views", "turned_degrees"]
-
 FEWEST_TAGS = 3
 """The fewest tags of a view: with fewer, the board's pose error is far larger (robot/docs/calibration.md)."""
 

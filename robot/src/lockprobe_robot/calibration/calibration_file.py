@@ -16,15 +16,6 @@ from lockprobe.foundation.validation import plain
 from lockprobe_robot.calibration.pose import PoseRows
 from lockprobe_robot.calibration.views import Intrinsics
 
-__all__ = [
-    "TOLERATED_MM",
-    "Calibration",
-    "CalibrationErrors",
-    "calibration_for",
-    "read_calibration",
-    "write_calibration",
-]
-
 TOLERATED_MM = 4.0
 """Largest error of a board's pose with which the guarded move is always right (robot/docs/twin.md), millimetres."""
 

@@ -20,8 +20,6 @@ from lockprobe_robot.calibration.pose import Pose, is_rigid
 if TYPE_CHECKING:
     from lockprobe_robot.calibration.views import Intrinsics
 
-__all__ = ["METHODS", "Method", "board_pose", "find_tags", "hand_eye", "read_grey"]
-
 Method = Literal["park", "tsai", "horaud", "daniilidis"]
 
 METHODS: tuple[Method, ...] = get_args(Method)

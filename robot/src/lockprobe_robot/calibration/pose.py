@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, FiniteFloat
 
-__all__ = ["Pose", "PoseRows", "angle_between", "array_of", "is_rigid", "mean_pose", "rows_of"]
-
 Pose = NDArray[np.float64]
 """Shape (4, 4): rotation and position in metres of one frame in another."""
 

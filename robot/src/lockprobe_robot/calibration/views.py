@@ -28,8 +28,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import plain
 from lockprobe_robot.calibration.pose import Pose, PoseRows, array_of
 
-__all__ = ["VIEWS_FILE", "CalibrationView", "Intrinsics", "Views", "read_picture", "read_views"]
-
 VIEWS_FILE = "views.json"
 
 _LARGEST_FILE, _LARGEST_PICTURE = 1 << 20, 1 << 26

@@ -11,8 +11,6 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe_robot.rendering.probe import probe
 from lockprobe_robot.simulation import require_mujoco
 
-__all__ = ["examine"]
-
 
 def examine() -> Iterator[Finding]:
     """Examine what a physical box needs."""

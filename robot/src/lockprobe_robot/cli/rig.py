@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from lockprobe_robot.hardware.dry_run import DryMotion, DryRun
     from lockprobe_robot.hardware.rehearsal import Rehearsal, RehearsedAttempt
 
-__all__ = ["app", "check", "dry_run", "rehearse"]
-
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("calibrate")(calibrate)
 

@@ -16,8 +16,6 @@ from lockprobe.foundation.errors import BadValue
 if TYPE_CHECKING:
     from lockprobe_robot.calibration.calibration_file import Calibration
 
-__all__ = ["calibrate"]
-
 _SMALLEST, _LARGEST = 10.0, 200.0
 """Accepted sides of a printed tag, millimetres."""
 

@@ -17,8 +17,6 @@ from lockprobe_robot.film.caption import captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import open_film
 from lockprobe_robot.film.replay import Film
 
-__all__ = ["film_seen"]
-
 _SECONDS = 1.2
 
 

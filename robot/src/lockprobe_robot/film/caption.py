@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-__all__ = ["WIDTH", "CaptionLine", "captioned", "opening_lines", "outcome_lines", "step_lines"]
-
 WIDTH = 480
 """Width of a film, pixels."""
 

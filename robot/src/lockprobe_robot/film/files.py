@@ -19,8 +19,6 @@ from lockprobe.trial.pictures.png import to_png
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["RATES", "FilmFile", "open_film"]
-
 RATES = {".gif": 12.5, ".mp4": 25.0, "": 12.5}
 """Pictures per second by suffix; a path without suffix is a directory of pictures."""
 

@@ -12,8 +12,6 @@ from lockprobe.trial.record import Trial
 from lockprobe_robot.film.agent_view import film_seen
 from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of
 
-__all__ = ["make_film"]
-
 _NO_MOTION = "A force pushed the model: the film shows it before and after each attempt."
 
 

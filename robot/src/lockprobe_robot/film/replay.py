@@ -28,8 +28,6 @@ from lockprobe_robot.filming import FILM_CAMERA
 if TYPE_CHECKING:
     from lockprobe_robot.rendering.opengl import OpenGL
 
-__all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
-
 STAND_IN = "fast-twin"
 """The plant on which trials of the symbolic plant are filmed."""
 

@@ -12,8 +12,6 @@ from lockprobe.foundation.errors import PlantFault
 from lockprobe_robot.arm.guarded_move import GuardedMove
 from lockprobe_robot.arm.protocol import Arm
 
-__all__ = ["MOST_DRIFT", "MOST_LATE", "MOST_NOISE", "SUCCESS_RATE", "ArmCheck", "check_arm"]
-
 SUCCESS_RATE = 0.95
 """Least share of control commands that the robot has to receive in time."""
 

@@ -17,8 +17,6 @@ from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 
-__all__ = ["Board", "calibrated_board"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Board:

@@ -20,8 +20,6 @@ from lockprobe.plants.operator import Operator
 from lockprobe_robot.arm.protocol import StoppableArm, Vector
 from lockprobe_robot.hardware.driver_call import DriverThread
 
-__all__ = ["Bounded", "Bounds", "CommandLog"]
-
 _T = TypeVar("_T")
 
 _STOP_SECONDS: Final = 2.0

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadFile, PlantFault, needing
 
-__all__ = ["FolderCamera", "HardwareCamera", "Shot", "check_shot"]
-
 _KINDS = (".png", ".jpg", ".jpeg")
 _MOST_PIXELS = 4096 * 4096
 """The largest picture; those of plants have the same limit."""

@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 
 from lockprobe.foundation.errors import LockprobeError, PlantFault, kind_and_words
 
-__all__ = ["DriverThread", "call_driver"]
-
 _T = TypeVar("_T")
 
 

@@ -17,8 +17,6 @@ from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath, TouchVerdi
 from lockprobe_robot.arm.protocol import Vector
 from lockprobe_robot.hardware.bounds import Bounded
 
-__all__ = ["HEIGHT", "HIGHEST", "LOWEST", "MOST_ASTRAY", "DryMotion", "DryRun", "check_height", "run_dry"]
-
 HEIGHT, LOWEST, HIGHEST = 0.10, 0.05, 0.30
 """Height of the motions above the handles, metres: the default, the least and the greatest."""
 

@@ -19,8 +19,6 @@ from lockprobe_robot.arm.protocol import Vector
 from lockprobe_robot.hardware.kinematics import ArmKinematics
 from lockprobe_robot.hardware.wrench import FreshWrench
 
-__all__ = ["FrankyArm"]
-
 _TURN_STIFFNESS = 60.0
 """Newton metres per radian that keep the hand's orientation."""
 

@@ -14,8 +14,6 @@ from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
 from lockprobe_robot.arm.panda import JOINTS, add_panda
 from lockprobe_robot.arm.protocol import Vector
 
-__all__ = ["ArmKinematics"]
-
 _FR3_LOWER = np.array([-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159])
 _FR3_UPPER = np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159])
 """Joint limits of the FR3 from its data sheet, radians."""

@@ -23,8 +23,6 @@ from lockprobe_robot.hardware.position_reader import (
     read_positions,
 )
 
-__all__ = ["CameraSight", "ManualSettings", "check_manual", "make_manual"]
-
 WEBCAM = "webcam"
 
 

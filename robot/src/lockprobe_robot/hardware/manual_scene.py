@@ -7,8 +7,6 @@ from typing import Literal
 
 from lockprobe_robot.twin_settings import HandleColours, Light, SceneSettings, Viewpoint
 
-__all__ = ["ManualScene"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManualScene:

@@ -22,8 +22,6 @@ from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import Handles, clear_positions
 from lockprobe_robot.hardware.camera import Shot
 
-__all__ = ["HANDLES_FILE", "ImageHandles", "Unclear", "read_handles", "read_positions"]
-
 HANDLES_FILE = "handles.toml"
 """The file with the places of handles, in the folder of the pictures."""
 

@@ -17,8 +17,6 @@ from lockprobe.foundation.errors import Missing, PlantFault, needing
 from lockprobe.foundation.plugins import ROBOT
 from lockprobe_robot.hardware.camera import Shot
 
-__all__ = ["PlayedRealSense", "RealSense"]
-
 _MILLISECONDS = 2000
 """Longest wait for a picture."""
 

@@ -30,8 +30,6 @@ from lockprobe_robot.hardware.rig import Eye, Rig
 from lockprobe_robot.hardware.rungs import Parts, parts_of
 from lockprobe_robot.rehearsal_settings import RehearsalRung, RehearsalSettings
 
-__all__ = ["BOUNDS", "Rehearsal", "RehearsedAttempt", "played_eye", "rehearse", "rehearse_rig"]
-
 BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
 

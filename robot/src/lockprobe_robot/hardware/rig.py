@@ -23,8 +23,6 @@ from lockprobe_robot.hardware.driver_call import call_driver
 from lockprobe_robot.hardware.dry_run import HEIGHT, DryMotion, DryRun, check_height, run_dry
 from lockprobe_robot.hardware.position_reader import ImageHandles, Unclear, read_positions
 
-__all__ = ["Eye", "Rig", "Rung", "TruthFrom"]
-
 Rung = Literal["scripted", "twin", "dry-run", "robot"]
 """How real the rig is; the record says which."""
 

@@ -24,8 +24,6 @@ from lockprobe_robot.simulation import require_mujoco
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
 
-__all__ = ["RUNGS", "Parts", "parts_of"]
-
 RUNGS: Mapping[RehearsalRung, str] = {
     "scripted": "an arm without a body",
     "twin": "the simulated arm, in this process",

@@ -10,8 +10,6 @@ from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.arm.protocol import Vector
 
-__all__ = ["ScriptedArm"]
-
 _GRIP = 0.012
 """Distance from a handle within which the hand holds it, metres."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from lockprobe.foundation.errors import Missing, PlantFault
 from lockprobe_robot.hardware.camera import Shot
 
-__all__ = ["Webcam"]
-
 _STALE = 5
 """Frames that a driver may hold in its buffer; they are older than the question."""
 

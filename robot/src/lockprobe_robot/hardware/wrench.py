@@ -12,8 +12,6 @@ from lockprobe.foundation.errors import PlantFault
 from lockprobe_robot.arm.protocol import Vector
 from lockprobe_robot.hardware.driver_call import call_driver
 
-__all__ = ["OLDEST", "FreshWrench", "WrenchReader", "WrenchReading"]
-
 OLDEST = 0.020
 """Age up to which a reading is used, seconds."""
 

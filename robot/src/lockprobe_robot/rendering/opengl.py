@@ -21,8 +21,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.geom_groups import SHOWN_GROUPS
 from lockprobe_robot.rendering.view_error import ViewError
 
-__all__ = ["OpenGL", "shown_options", "shown_state"]
-
 _PLATFORM = "cgl" if sys.platform == "darwin" else "egl"
 
 _SHADOW_PIXELS = 2048

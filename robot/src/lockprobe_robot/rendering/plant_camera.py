@@ -22,8 +22,6 @@ from lockprobe_robot.rendering.view_error import draw_view_error
 from lockprobe_robot.scene.scene import EYE
 from lockprobe_robot.twin_settings import CameraSettings
 
-__all__ = ["PlantCamera", "add_depth_noise"]
-
 _FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 """MuJoCo's cameras look along -z with y up; cameras of pictures look along z with y down."""
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from lockprobe_robot.rendering.opengl import OpenGL
 
-__all__ = ["Probed", "open_renderer", "probe", "renderer_name", "require_opengl"]
-
 _REMEDY = "install libEGL and Mesa's drivers (Debian: libegl1 libopengl0 libegl-mesa0 libgl1-mesa-dri)"
 
 _PLATFORMS = ("MUJOCO_GL", "PYOPENGL_PLATFORM")

@@ -8,8 +8,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ViewError", "draw_view_error"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ViewError:

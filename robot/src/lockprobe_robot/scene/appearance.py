@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from lockprobe_robot.twin_settings import SceneSettings, Viewpoint
 
-__all__ = ["HANDLES", "Appearance", "Colour", "HandleShape", "appearance_of"]
-
 Colour = tuple[float, float, float]
 """Red, green, blue, 0 to 1."""
 

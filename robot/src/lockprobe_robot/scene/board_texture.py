@@ -16,8 +16,6 @@ from lockprobe_robot.scene.panel import PanelLayout
 if TYPE_CHECKING:
     from PIL import ImageDraw
 
-__all__ = ["PIXELS_PER_METRE", "paint_board", "wood"]
-
 PIXELS_PER_METRE = 1600
 
 _DARK = (30, 27, 26)

@@ -16,8 +16,6 @@ from lockprobe_robot.scene.gates import PIN_RADIUS, STROKE, Gate, GateLiteral, b
 from lockprobe_robot.scene.mounted_joint import MountedJoint
 from lockprobe_robot.scene.panel import PanelLayout
 
-__all__ = ["FIRM", "FIRM_REFERENCE", "LIFT", "add_gates", "case_depth"]
-
 FIRM_REFERENCE = (0.004, 1.0)
 """Time constant in seconds and damping ratio of every contact, limit and gear."""
 

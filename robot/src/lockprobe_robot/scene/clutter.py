@@ -17,8 +17,6 @@ from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.scene.panel import PanelLayout, covered_area
 from lockprobe_robot.scene.view import View
 
-__all__ = ["add_clutter"]
-
 _RADII: Final = (0.006, 0.012)
 """Least and greatest radius of an object, metres; on the ground it is twice as large."""
 

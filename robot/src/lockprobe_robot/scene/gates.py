@@ -24,8 +24,6 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.scene.mounted_joint import MountedJoint
 
-__all__ = ["MAX_GATES", "PIN_RADIUS", "STROKE", "Gate", "GateBlock", "GateLiteral", "blocks_of", "gates_of", "pin_of"]
-
 MAX_GATES = 40
 """Most gates of one box; each takes a layer behind the board."""
 

@@ -15,8 +15,6 @@ from lockprobe_robot.scene.bolts import LIFT
 from lockprobe_robot.scene.gates import STROKE, GateLiteral
 from lockprobe_robot.scene.scene import LockboxScene
 
-__all__ = ["RESTING", "Mechanism"]
-
 RESTING = 0.08
 """Largest distance of a resting joint from an end, as a fraction of its travel."""
 

@@ -17,8 +17,6 @@ from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.scene.scene import EYE, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
-__all__ = ["write_mjcf", "write_model"]
-
 _FREE = "-"
 """How the name of no joint of a box begins."""
 

@@ -13,21 +13,6 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import JointKind
 
-__all__ = [
-    "BAR",
-    "KNOB_RADIUS",
-    "KNOB_TOP",
-    "LEVER",
-    "LEVER_HALF_WIDTH",
-    "PIVOT_RADIUS",
-    "SLIDE",
-    "SWING",
-    "TRACK_RADIUS",
-    "WAY_RADIUS",
-    "MountedJoint",
-    "mounting_choices",
-]
-
 KNOB_RADIUS = 0.015
 """Radius of every handle, metres."""
 

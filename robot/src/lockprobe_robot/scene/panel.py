@@ -18,8 +18,6 @@ from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, MountedJoint, mounting_choices
 
-__all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "covered_area", "lay_out_panel", "panel_pose"]
-
 _CLEARANCE = 0.074
 """Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
 

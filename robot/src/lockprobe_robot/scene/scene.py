@@ -30,8 +30,6 @@ from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.scene.view import View, view_of
 from lockprobe_robot.twin_settings import SceneSettings
 
-__all__ = ["EYE", "TIMESTEP", "LockboxScene", "add_handle", "build_scene"]
-
 TIMESTEP = 0.002
 """Seconds. With twice this time step, locked joints jam."""
 

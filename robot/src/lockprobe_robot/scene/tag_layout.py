@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.scene.panel import PanelLayout, camera_angle, covered_area
 
-__all__ = ["QUIET_ZONE", "TAG_SIDE", "TagLayout", "board_checksum", "place_tags", "resized"]
-
 TAG_SIDE = 0.04
 """Side of a tag's black square, metres."""
 

@@ -12,8 +12,6 @@ from lockprobe_robot.scene.appearance import Appearance
 from lockprobe_robot.scene.mounted_joint import KNOB_TOP
 from lockprobe_robot.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle
 
-__all__ = ["View", "view_of"]
-
 _MARGIN = 0.08
 """Margin around the board in pictures, as a share of their width or height."""
 

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
 
-__all__ = ["LONGEST_SIDE", "plain_png"]
-
 LONGEST_SIDE = 4096
 """Pixels of a picture along each side."""
 

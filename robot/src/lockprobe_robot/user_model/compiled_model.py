@@ -16,8 +16,6 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe_robot.user_model.assets import LONGEST_SIDE
 from lockprobe_robot.user_model.mjcf_file import MjcfModel
 
-__all__ = ["CAMERA", "compile_model", "without_stderr"]
-
 CAMERA = "lockprobe"
 """Camera of the plant; a model without one gets MuJoCo's free default view."""
 

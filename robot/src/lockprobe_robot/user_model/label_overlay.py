@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import Missing
 
-__all__ = ["draw_labels"]
-
 _HEIGHT = 0.05
 """Height of the letters, as a share of the picture's height."""
 

@@ -21,8 +21,6 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
 from lockprobe_robot.user_model.assets import plain_png
 
-__all__ = ["LARGEST_ASSETS", "LARGEST_XML", "MjcfModel", "read_model"]
-
 LARGEST_XML = 1 << 20
 """Bytes of the model and of all files that it includes together."""
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import Configuration, JointKind, Lockbox, bits
 from lockprobe.foundation.errors import BadValue, PlantFault
 
-__all__ = ["INITIAL", "RESTING", "ModelJoints"]
-
 INITIAL = "initial"
 """Keyframe in which the parts of the model stand when a trial begins; without it, the model's reference."""
 

@@ -14,8 +14,6 @@ from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe_robot.user_model.model_joints import ModelJoints
 
-__all__ = ["MOST_CONFIGURATIONS", "check_rules"]
-
 MOST_CONFIGURATIONS = 64
 """Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""
 

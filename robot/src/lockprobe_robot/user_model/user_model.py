@@ -23,8 +23,6 @@ from lockprobe_robot.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_rules
 
-__all__ = ["PANEL", "UserModel", "check_model"]
-
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
 

@@ -18,8 +18,6 @@ from lockprobe.trial.model_call import Usage
 with needing("hosted models", "providers"):
     from inspect_ai.model import ChatCompletionChoice, ModelOutput, StopDetails
 
-__all__ = ["kind_of_stop", "reasoned_in", "refuse_overflow", "said_in", "usage_of"]
-
 _MOST_COUNTED = 2**40
 
 _REFUSAL = re.compile(

@@ -10,8 +10,6 @@ from typing import Any
 
 from lockprobe.agents.llm.retry import RefusedReply
 
-__all__ = ["LARGEST_ANSWER", "guard_answers"]
-
 LARGEST_ANSWER = 1 << 24
 """The most bytes of a decompressed answer: 16 MiB. Typical answers have a few thousand."""
 

@@ -42,8 +42,6 @@ with needing("hosted models", "providers"):
     )
     from inspect_ai.util import JSONSchema
 
-__all__ = ["RUNTIME", "ModelClient", "ModelReply", "sent"]
-
 RUNTIME = f"inspect-ai {inspect_ai.__version__}"
 
 LONGEST_REPLY = 100_000

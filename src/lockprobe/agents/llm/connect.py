@@ -20,8 +20,6 @@ from lockprobe.foundation.errors import BadValue, Missing, UserMistake, needing
 with needing("hosted models", "providers"):
     from inspect_ai.model import GenerateConfig, Model, get_model
 
-__all__ = ["config_of", "host_of", "mistake", "opened"]
-
 _STARTED_HERE = {
     "vllm": ("VLLM_BASE_URL", "vllm"),
     "vllm-completions": ("VLLM_BASE_URL", "vllm"),

@@ -19,8 +19,6 @@ try:
 except ImportError:  # another provider's package will do
     AsyncBaseTransport = AsyncByteStream = object  # type: ignore[assignment,misc]
 
-__all__ = ["spread_connections"]
-
 
 def spread_connections(client: object) -> None:
     """Give a provider's client such pools, with the settings of its own; leave clients without Inspect AI's pool."""

@@ -42,8 +42,6 @@ from lockprobe.trial.record import Decision, Fact, Situation
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
-
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered", "reasoned")
 """The fields of an answer, besides its text, that a call keeps under the same names."""
 

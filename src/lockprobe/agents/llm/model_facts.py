@@ -23,8 +23,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import plain
 from lockprobe.trial.model_call import Usage
 
-__all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "price_lines", "read_facts"]
-
 OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
 """Environment variable with the path of a user's file of facts."""
 

@@ -15,8 +15,6 @@ from urllib.parse import urlsplit
 
 from lockprobe.foundation.errors import BadValue, Missing
 
-__all__ = ["check_certificates", "check_key", "check_proxies", "is_url"]
-
 _PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
 _NO_PROXY = "NO_PROXY"
 

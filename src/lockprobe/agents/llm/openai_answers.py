@@ -24,8 +24,6 @@ from lockprobe.trial.model_call import Usage
 if TYPE_CHECKING:
     from openai import APIStatusError
 
-__all__ = ["accepted", "check_answers"]
-
 _FAILURES = frozenset(map(str, range(400, 600)))
 """Error codes that are HTTP statuses; some servers write them as text, and most other codes are words."""
 

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from openai import AsyncOpenAI
     from typing_extensions import TypeIs
 
-__all__ = ["is_openai"]
-
 
 def is_openai(client: object) -> TypeIs[AsyncOpenAI]:
     """Whether a client is OpenAI's. Whoever made one has imported the package."""

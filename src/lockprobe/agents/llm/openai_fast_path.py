@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from openai.resources.chat import AsyncCompletions
     from openai.resources.responses import AsyncResponses
 
-__all__ = ["use_fast_path"]
-
 
 def use_fast_path(client: object) -> None:
     """Make an OpenAI client send requests unchanged; leave other clients as they are."""

@@ -25,19 +25,6 @@ from lockprobe.foundation.errors import LockprobeError, ModelFault
 from lockprobe.foundation.redaction import without_secrets
 from lockprobe.trial.model_call import Usage
 
-__all__ = [
-    "LONGEST_OBEYED",
-    "LONGEST_PAUSE",
-    "Again",
-    "Declined",
-    "Judgement",
-    "RefusedReply",
-    "Tries",
-    "fault",
-    "pausing",
-    "with_retries",
-]
-
 LONGEST_PAUSE = 60.0
 """The longest wait in seconds, unless the provider asks for more."""
 

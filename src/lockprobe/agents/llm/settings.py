@@ -11,8 +11,6 @@ from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.record import Fact
 
-__all__ = ["MOST_PLAIN", "MOST_REASONED", "ModelSettings", "read_settings"]
-
 MOST_PLAIN = 1000
 """The default limit of a reply in tokens for models without reasoning; typical replies have 20 to 100."""
 

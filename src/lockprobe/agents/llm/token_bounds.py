@@ -10,8 +10,6 @@ from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.trial.model_call import Usage
 
-__all__ = ["at_most", "tokens"]
-
 CHARACTERS = 3.1
 """Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
 observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 2.0 in observations, 3.2 in replies and

@@ -21,8 +21,6 @@ import numpy as np
 from lockprobe.boxes.beliefs.structures import Interlocks, as_mask
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["MOST_PLANNED", "SAME", "Planner", "can_plan", "planner"]
-
 MOST_PLANNED = 60_000
 """Interlocks times configurations up to which exact planning takes well below a second per decision."""
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, Belief
 
-__all__ = ["Held", "held_by"]
-
 Floats = NDArray[np.float64]
 
 

@@ -17,17 +17,6 @@ from lockprobe.boxes.beliefs.exact import SAME, can_plan, planner
 from lockprobe.boxes.beliefs.held import Held, held_by
 from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, TRUE_ELSEWHERE, Belief, Noise, entropy
 
-__all__ = [
-    "PlanGoal",
-    "all_expected_steps",
-    "all_information",
-    "best_joints",
-    "expected_steps",
-    "information",
-    "least",
-    "qmdp",
-]
-
 _KNOWN = 0.95
 """Posterior probability from which an interlock counts as known."""
 

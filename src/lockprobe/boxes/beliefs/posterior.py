@@ -42,20 +42,6 @@ from lockprobe.boxes.beliefs.structures import NEVER, Interlocks, as_mask
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
 
-__all__ = [
-    "OF_OUTCOMES",
-    "TRUE_ELSEWHERE",
-    "Belief",
-    "KnownReading",
-    "Noise",
-    "ReportedAttempt",
-    "begin",
-    "compared",
-    "entropy",
-    "noise_model",
-    "update",
-]
-
 KnownReading = Literal["outcomes", "positions", "memoryless", "latched", "re-observed", "integrated"]
 """What a false report is, as far as an observer was told: a reading, or only what is inverted."""
 

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
-__all__ = ["MOST_INTERLOCKS", "PRIORS", "Interlocks", "Masks", "as_mask", "interlocks"]
-
 MOST_INTERLOCKS = 20_000
 """The largest prior that is built."""
 

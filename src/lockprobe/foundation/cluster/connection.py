@@ -17,8 +17,6 @@ from typing import Any
 from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.terminal_text import readable
 
-__all__ = ["connected"]
-
 _SETTINGS = {
     "RAY_AUTH_MODE": "token",
     "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # else it packs the working directory and builds an environment on each node

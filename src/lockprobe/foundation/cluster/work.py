@@ -24,8 +24,6 @@ from lockprobe.foundation.cluster.connection import connected
 from lockprobe.foundation.errors import Missing, UserMistake
 from lockprobe.foundation.terminal_text import readable
 
-__all__ = ["Cluster", "Lost", "Node"]
-
 _J = TypeVar("_J")
 _R = TypeVar("_R")
 

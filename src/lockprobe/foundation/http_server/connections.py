@@ -19,8 +19,6 @@ from uvicorn.server import ServerState
 
 from lockprobe.foundation.http_server.listening import is_loopback
 
-__all__ = ["FULL", "Connection", "ConnectionLimits", "Connections", "raise_file_limit"]
-
 FILES_KEPT_BACK = 256
 """Open files that connections leave to diaries, pictures and plants."""
 

@@ -7,8 +7,6 @@ import socket
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["QUEUE", "is_loopback", "listen"]
-
 QUEUE = 2048
 """Connections that wait to be accepted; the operating system may allow fewer."""
 

@@ -15,8 +15,6 @@ import uvicorn
 from lockprobe.foundation.http_server.connections import Connections
 from lockprobe.foundation.http_server.listening import QUEUE
 
-__all__ = ["running", "stop_signals"]
-
 _ACCEPTED_AT_ONCE = 64
 """Connections that are accepted before one of them is looked at: each is an open file."""
 

@@ -28,19 +28,6 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import irregular
 from lockprobe.foundation.storage.links import refuse_links
 
-__all__ = [
-    "NewDirectory",
-    "Replacement",
-    "atomic_file",
-    "atomic_files",
-    "remove_file",
-    "sync_directory",
-    "write_file",
-    "write_files",
-    "write_private",
-    "writing",
-]
-
 
 class Replacement:
     """A draft of a file, which replaces the file or is dropped.

@@ -25,18 +25,6 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import check_regular, read_lines
 from lockprobe.foundation.storage.links import refuse_links
 
-__all__ = [
-    "LineFile",
-    "State",
-    "checked_length",
-    "read_values",
-    "rescued_files",
-    "state_of",
-    "whole_lines",
-    "with_checksum",
-    "without_checksum",
-]
-
 _Value = TypeVar("_Value")
 
 _BLOCK = 1 << 16

@@ -12,8 +12,6 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
 
-__all__ = ["MARK", "make_directory", "refuse_links"]
-
 MARK = "study.json"
 """The file by which a directory is that of a study."""
 

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["COLUMN", "PLATFORM", "Column", "Kind", "as_bits", "column", "dictionary"]
-
 PAGE = "the monotonic clock of the participant's browser (performance.now)"
 SERVER = "the clock of the server"
 

@@ -16,8 +16,6 @@ from lockprobe.interfaces.export.data_dictionary import as_bits, column, diction
 from lockprobe.interfaces.export.tidy import TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.trial.record import Trial
 
-__all__ = ["FileKind", "Rows", "rows_of", "write_rows", "write_table"]
-
 FileKind = Literal["csv", "jsonl", "parquet"]
 
 

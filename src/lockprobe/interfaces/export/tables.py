@@ -22,11 +22,9 @@ from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
 from lockprobe.people.withdrawal import withdrawing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
-
-__all__ = ["TABLES", "PeopleRecords", "TableName", "people_table", "table_of"]
 
 TableName = Literal["steps", "trials", "calls", "participants", "acts", "checks", "answers"]
 

@@ -13,18 +13,6 @@ from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT
 
-__all__ = [
-    "COLUMNS",
-    "NO_SECONDS",
-    "TRIAL_COLUMNS",
-    "TidyCell",
-    "tidy",
-    "tidy_columns",
-    "tidy_rows",
-    "trial_columns",
-    "trial_rows",
-]
-
 _WHICH = ("key", "agent", "box", "modality", "p", "repetition", "trial")
 """The columns that identify a trial, in both tables."""
 

@@ -19,8 +19,6 @@ from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Task, Trial
 
-__all__ = ["HeldEpisode", "held"]
-
 
 class _Listener:
     """The last channel: it keeps the percept and passes it on unchanged."""

@@ -28,21 +28,6 @@ from lockprobe.trial.pictures.picture import PictureKind
 from lockprobe.trial.pictures.png import from_png
 from lockprobe.trial.record import Percept, Task
 
-__all__ = [
-    "BLOCKED",
-    "FARTHEST",
-    "MOVED",
-    "UNTOLD",
-    "Images",
-    "Vector",
-    "colours",
-    "distances",
-    "images",
-    "laid_out",
-    "sizes",
-    "vector",
-]
-
 Vector = NDArray[np.int64]
 
 BLOCKED, MOVED = 1, 2

@@ -13,8 +13,6 @@ from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, PlainState
 from lockprobe.interfaces.gymnasium.settings import EnvironmentSettings, EpisodeKey
 from lockprobe.trial.record import Ending, Trial
 
-__all__ = ["PlainEpisode"]
-
 
 class PlainEpisode:
     """One trial of a plain box, as :class:`lockprobe.interfaces.gymnasium.held_episode.HeldEpisode` plays it.

@@ -22,8 +22,6 @@ from lockprobe.trial.condition import spec_of
 from lockprobe.trial.plan import Names, drawn_orders
 from lockprobe.trial.protocols import Intervention
 
-__all__ = ["PlainRules", "PlainState", "is_plain"]
-
 
 def is_plain(settings: EnvironmentSettings) -> bool:
     """Whether the plant is symbolic, reports are told, and nothing but flips of all attempts alike acts on them."""

@@ -15,8 +15,6 @@ from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact, Snapshot
 
-__all__ = ["WatchedPlant", "make_plant"]
-
 
 def make_plant(plan: Plan, names: Names) -> Plant:
     """A fresh plant for a trial, with the trial's stream, as in studies."""

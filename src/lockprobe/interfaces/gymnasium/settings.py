@@ -28,8 +28,6 @@ from lockprobe.trial.plan import LABELS, Plan
 from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits
 from lockprobe.trial.record import Percept, Task
 
-__all__ = ["NOT_HERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
-
 _OWN: Mapping[str, Any] = {
     "observation": None, "shuffle": "never", "steps_left": False, "step_cost": 0.0, "info": None,
 }  # fmt: skip

@@ -18,8 +18,6 @@ from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, is_plain
 from lockprobe.interfaces.gymnasium.settings import EnvironmentSettings, EpisodeKey, read_episode_key, read_settings
 from lockprobe.trial.record import Trial
 
-__all__ = ["LockboxEnv"]
-
 _RENDER_MODES = ("ansi", "rgb_array", "depth_array")
 
 

@@ -24,8 +24,6 @@ from lockprobe.interfaces.gymnasium.settings import (
     whole,
 )
 
-__all__ = ["LockboxVectorEnv"]
-
 Flags = NDArray[np.bool_]
 
 

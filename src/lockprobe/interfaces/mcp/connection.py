@@ -9,8 +9,6 @@ from lockprobe.foundation.redaction import without_secrets
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.record import Fact
 
-__all__ = ["Connection", "facts_of"]
-
 _LONGEST = 100
 
 

@@ -32,8 +32,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Outcome, Situation
 
-__all__ = ["CallRefused", "Reply", "ToolSession"]
-
 _T = TypeVar("_T")
 
 TOGETHER = 0.01

@@ -14,8 +14,6 @@ from lockprobe.interfaces.mcp.tools import make_server
 with needing("agents with tools", "mcp"):
     from mcp.server.stdio import stdio_server
 
-__all__ = ["LONGEST_LINE", "serve_stdio"]
-
 LONGEST_LINE = 64 * 1024
 """Bytes of the longest message. A longer one is read, is answered as malformed, and never kept as a whole."""
 

@@ -22,8 +22,6 @@ with needing("agents with tools", "mcp"):
     from mcp.server.context import ServerRequestContext
     from mcp.server.lowlevel import Server
 
-__all__ = ["make_server"]
-
 _INSTRUCTIONS = (
     "A lockbox to open, one trial after another. Call observe for a trial and its instruction, then attempt, one "
     "call at a time, until the trial is over."

@@ -14,16 +14,6 @@ from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.trial.plan import LABELS
 from lockprobe.trial.record import Outcome, Percept, Situation
 
-__all__ = [
-    "NO_REPORT",
-    "OVER",
-    "instruction",
-    "observation",
-    "reply_form",
-    "tool_schema",
-    "wording",
-]
-
 OVER = "The trial is over."
 
 NO_REPORT = "(no report)"

@@ -9,8 +9,6 @@ from urllib.parse import urlsplit
 
 from lockprobe.foundation.errors import BadValue, Missing
 
-__all__ = ["Address", "check_exposure"]
-
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Names under which a browser on the same machine asks, and a proxy that keeps to its own."""
 

@@ -33,8 +33,6 @@ from lockprobe.people.web.guard import Guard, body_of
 from lockprobe.people.web.log import LOGGED, ServerLog
 from lockprobe.people.web.refusals import STATUS, RequestRefused, refusal, refused
 
-__all__ = ["COOKIE", "application"]
-
 COOKIE = "lockprobe"
 
 SECONDS_REMEMBERED = 60 * 24 * 3600

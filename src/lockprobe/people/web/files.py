@@ -14,8 +14,6 @@ from starlette.responses import Response
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.web.refusals import RequestRefused
 
-__all__ = ["File", "Files", "page_version"]
-
 STATIC = Path(__file__).with_name("static")
 
 KINDS = {

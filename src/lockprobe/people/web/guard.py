@@ -20,8 +20,6 @@ from lockprobe.people.web.address import Address
 from lockprobe.people.web.log import ServerLog
 from lockprobe.people.web.refusals import STATUS, RequestRefused, refused
 
-__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard", "body_of"]
-
 Body = TypeVar("Body", bound=BaseModel)
 
 LARGEST_BODY = 16 * 1024

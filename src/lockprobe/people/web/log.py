@@ -17,8 +17,6 @@ from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.open_study import LOG
 
-__all__ = ["A_MINUTE", "LOGGED", "ServerLog"]
-
 A_MINUTE = 120
 """The most lines written in one minute; further ones are counted. Whoever floods the server cannot fill the disk."""
 

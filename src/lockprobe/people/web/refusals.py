@@ -9,8 +9,6 @@ from starlette.responses import JSONResponse
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.people.refusals import ActRefused
 
-__all__ = ["STATUS", "RequestRefused", "refusal", "refused"]
-
 STATUS: Mapping[str, int] = {
     "malformed": 400,
     "incomplete": 400,

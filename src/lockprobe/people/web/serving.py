@@ -22,8 +22,6 @@ from lockprobe.people.web.log import ServerLog
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
-__all__ = ["RunningServer", "ServerOptions", "opened", "serve"]
-
 SECONDS_BETWEEN_CHECKS = 1.0
 """Time between two checks that nobody else has changed the records."""
 

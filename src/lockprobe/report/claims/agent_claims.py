@@ -50,8 +50,6 @@ from lockprobe.statistics.published import (
     MisreadRate,
 )
 
-__all__ = ["AGENT_MEASURES", "misread_measure"]
-
 _NEAR = 0.1
 """How far a minimum "near 40 %" may lie from it: the next p of the paper."""
 

@@ -16,23 +16,6 @@ from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference
 
-__all__ = [
-    "NOT_MEASURED",
-    "ClaimFinding",
-    "ClaimMeasure",
-    "ClaimPattern",
-    "above_half",
-    "apart",
-    "borne_out",
-    "error",
-    "in_points",
-    "pattern",
-    "same_share",
-    "same_step",
-    "tested",
-    "verdict_of",
-]
-
 ClaimVerdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
 """*Compatible*: no difference from the paper's value was detected, which may only mean few trials, and the study shows
 the pattern of the claim. *Borne out*: the study shows the pattern of a claim without a value. *Not compatible*: a test

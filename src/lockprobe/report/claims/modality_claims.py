@@ -29,8 +29,6 @@ from lockprobe.statistics.published import MODALITY, STEPS_TO_80
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import PLAIN_WORDS, STATES
 
-__all__ = ["MODALITY_MEASURES", "agents_shown"]
-
 Shown = Mapping[str, AgentSummary]
 """One agent by the modality in which it was shown the box."""
 

@@ -21,8 +21,6 @@ from lockprobe.statistics.published import (
     TABLE1,
 )
 
-__all__ = ["CLAIMS", "PaperClaim", "counted_share", "fisher_z"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperClaim:

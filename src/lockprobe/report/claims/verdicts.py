@@ -12,8 +12,6 @@ from lockprobe.report.claims.paper import CLAIMS, PaperClaim
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["claim_rows"]
-
 
 def claim_rows(summary: StudySummary) -> list[tuple[PaperClaim, str, ClaimFinding]]:
     """Every claim against every agent that speaks to it, claims in the order of the paper.

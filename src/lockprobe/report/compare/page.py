@@ -18,8 +18,6 @@ from lockprobe.report.section import Caption
 from lockprobe.report.svg import image
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 
-__all__ = ["difference_table", "study_table", "success_table", "write_comparison"]
-
 _CAPTION = Caption(
     "Difference in success between two agents, one row for each condition; filled marks were detected. Circles: pairs "
     "of trials with common random numbers; squares: independent samples.",

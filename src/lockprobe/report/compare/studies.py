@@ -24,8 +24,6 @@ from lockprobe.studies.comparable import check_comparable, families, shared_name
 from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial
 
-__all__ = ["ComparedStudy", "Comparison", "SuccessRow", "compare_studies"]
-
 _VERSION = 1
 """Version of the layout of :meth:`Comparison.plain`."""
 

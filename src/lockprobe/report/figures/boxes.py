@@ -13,13 +13,11 @@ from matplotlib.patches import Circle
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.report.figures.compose import legend_below
-from lockprobe.report.figures.frame import FAINT, INK, settable
+from lockprobe.report.figures.frame import settable
 from lockprobe.report.figures.interlock import diagram_of, draw_interlock, name_joint, rounded, symbols
 from lockprobe.report.figures.palette import TARGET, Dash
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.rows import Results
-
-__all__ = ["box_figure", "box_of_study"]
 
 Point = tuple[float, float]
 

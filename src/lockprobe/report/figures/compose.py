@@ -17,8 +17,6 @@ from PIL import Image
 
 from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 
-__all__ = ["CELLS", "COLUMN", "HEIGHT", "files", "legend_below", "pages_as_pdf", "render", "sheet"]
-
 COLUMN = 3.5
 """Width of a panel in inches."""
 

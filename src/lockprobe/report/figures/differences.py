@@ -15,17 +15,15 @@ from lockprobe.foundation.formatting import bracketed, minus
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, around, forest, height
-from lockprobe.report.figures.frame import FAINT, INK, agent_label, from_to, safe_name, title, title_lines
+from lockprobe.report.figures.frame import agent_label, from_to, safe_name, title, title_lines
 from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style, colours
 from lockprobe.report.figures.primitives import Interval
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
-
-__all__ = ["SHOWN", "by_condition", "comparison_drawing", "effects", "pair_rows", "side_by_side"]
 
 SHOWN = 15
 """Differences that one picture of agents or of studies has room for; those of the first pair are always shown."""

@@ -13,12 +13,10 @@ from matplotlib.patches import Rectangle
 
 from lockprobe.foundation.formatting import bracketed, p_value, percent
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.frame import FAINT, INK, axis_label, safe_name, title
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.frame import axis_label, safe_name, title
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Results
-
-__all__ = ["cell_lines", "dose_grid"]
 
 _COLOURS = mpl.colormaps["Blues"]
 

@@ -10,14 +10,12 @@ from matplotlib.figure import Figure
 from lockprobe.foundation.formatting import bracketed
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, around, forest, height
-from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
+from lockprobe.report.figures.frame import safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Style
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.figures.why import change_ticks
 from lockprobe.report.prose.factorial import factor_said
 from lockprobe.report.rows import Estimate, Results
-
-__all__ = ["factorial"]
 
 _LONGEST = 34
 """Characters of the agent's name."""

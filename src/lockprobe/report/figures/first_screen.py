@@ -17,7 +17,6 @@ from matplotlib.transforms import Bbox
 
 from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
 from lockprobe.report.figures.frame import (
-    FAINT,
     agent_label,
     label_in_lines,
     label_right,
@@ -28,12 +27,10 @@ from lockprobe.report.figures.frame import (
 )
 from lockprobe.report.figures.palette import Dash, Style, of_agent, styles
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p, staircase
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, own_settings
 from lockprobe.report.prose.readings import reading_name
 from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-
-__all__ = ["draw_overview"]
 
 _SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT), "print": (6.9, 3.0)}
 """Sizes in inches; that of the first screen is as wide for its height as a slide, that of print two columns wide."""

@@ -13,11 +13,9 @@ from matplotlib.textpath import TextToPath
 from matplotlib.transforms import ScaledTranslation
 
 from lockprobe.report.figures.compose import COLUMN
-from lockprobe.report.figures.frame import FAINT, INK, SMALL
 from lockprobe.report.figures.palette import Dash, Style
 from lockprobe.report.figures.primitives import Interval, estimates
-
-__all__ = ["ForestRow", "around", "forest", "height"]
+from lockprobe.report.figures.settings import FAINT, INK, SMALL
 
 _BAR, _LINE, _APART = 0.16, 0.165, 0.06
 """Height of a bar, of a line of text, and of what stands between two rows, in inches."""

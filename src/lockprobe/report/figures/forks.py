@@ -6,14 +6,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.frame import FAINT, INK, from_to, safe_name, share_axis, title
+from lockprobe.report.figures.frame import from_to, safe_name, share_axis, title
 from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.report.figures.primitives import estimates
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.figures.why import change_ticks
 from lockprobe.report.rows import Estimate, Results
-
-__all__ = ["forks"]
 
 _LONGEST = 38
 """Characters of the agent's name."""

@@ -21,38 +21,11 @@ from matplotlib.ticker import MaxNLocator
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.figures.palette import Dash, of_text
-from lockprobe.report.figures.settings import FAINT, INK, SMALL
+from lockprobe.report.figures.settings import FAINT
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
-
-__all__ = [
-    "BEYOND",
-    "EXACT",
-    "FAINT",
-    "INK",
-    "SMALL",
-    "agent_label",
-    "axis_label",
-    "axis_note",
-    "blank",
-    "counts",
-    "dose_axes",
-    "from_to",
-    "heading",
-    "label_in_lines",
-    "label_right",
-    "p_axis",
-    "safe_name",
-    "settable",
-    "share_axis",
-    "share_ticks",
-    "shortened",
-    "step_axis",
-    "title",
-    "title_lines",
-]
 
 EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
 """Names and dashes of the two blind agents, by their models of chance. They are drawn in FAINT wherever they are

@@ -21,10 +21,9 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from lockprobe.boxes.box import Clause, Lockbox
 from lockprobe.boxes.difficulty import depths
-from lockprobe.report.figures.frame import INK, settable
+from lockprobe.report.figures.frame import settable
 from lockprobe.report.figures.palette import TARGET
-
-__all__ = ["Alternative", "Diagram", "diagram_of", "draw_interlock", "name_joint", "rounded", "short_name", "symbols"]
+from lockprobe.report.figures.settings import INK
 
 Point = tuple[float, float]
 

@@ -11,8 +11,6 @@ from lockprobe.foundation.formatting import bracketed, p_value
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import (
     EXACT,
-    FAINT,
-    INK,
     agent_label,
     axis_note,
     blank,
@@ -38,11 +36,9 @@ from lockprobe.report.figures.primitives import (
     staircase,
     widened,
 )
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
-
-__all__ = ["loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
 
 _OWN = Style(colour=INK)
 """Loop rates, or the lowest flip rate, in the colour of the agent."""

@@ -20,20 +20,6 @@ import matplotlib as mpl
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.rows import Course
 
-__all__ = [
-    "ACCENT",
-    "SUBJECTS",
-    "TARGET",
-    "Dash",
-    "Marker",
-    "Style",
-    "colours",
-    "of_agent",
-    "of_text",
-    "shifts",
-    "styles",
-]
-
 Dash = str | tuple[int, tuple[float, ...]]
 Marker = str | tuple[int, int, int]
 

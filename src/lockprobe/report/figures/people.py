@@ -16,13 +16,11 @@ from matplotlib.figure import Figure
 
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.figures.compose import HEIGHT, sheet
-from lockprobe.report.figures.frame import INK, SMALL, agent_label, p_axis, safe_name, shortened, title
+from lockprobe.report.figures.frame import agent_label, p_axis, safe_name, shortened, title
 from lockprobe.report.figures.palette import Style, shifts, styles
 from lockprobe.report.figures.primitives import key, numbers
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import INK, SMALL, own_settings
 from lockprobe.report.rows import Cell, Course, Estimate, Results
-
-__all__ = ["people"]
 
 _NAME, _ROW, _BETWEEN, _FRAME = 0.2, 0.13, 0.06, 0.95
 """Heights in inches: the name of a condition, the row of an agent, between conditions, and all around the rows."""

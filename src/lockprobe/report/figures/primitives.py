@@ -10,28 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 from matplotlib.axes import Axes
 
-from lockprobe.report.figures.frame import BEYOND, INK
+from lockprobe.report.figures.frame import BEYOND
 from lockprobe.report.figures.palette import Style
+from lockprobe.report.figures.settings import INK
 from lockprobe.report.rows import Cell, Course, Curve, Estimate
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
-
-__all__ = [
-    "Interval",
-    "band",
-    "by_dose",
-    "curve_with_band",
-    "dots",
-    "estimates",
-    "key",
-    "numbers",
-    "published",
-    "published_by_p",
-    "repetitions",
-    "second_order_fit",
-    "staircase",
-    "widened",
-]
 
 
 class Interval(Protocol):

@@ -13,15 +13,13 @@ from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
+from lockprobe.report.figures.frame import agent_label, counts, p_axis, share_axis, title
 from lockprobe.report.figures.palette import Dash, Marker, Style, of_agent
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import INK, own_settings
 from lockprobe.report.prose.readings import reading_name
 from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-
-__all__ = ["readings"]
 
 _LOOKS: tuple[tuple[Marker, Dash], ...] = (
     ("o", "-"),

@@ -14,8 +14,6 @@ from typing import Any
 
 from lockprobe.foundation.errors import BadFile
 
-__all__ = ["FAINT", "INK", "SMALL", "own_settings"]
-
 INK, FAINT = "#222222", "#666666"
 
 SMALL = 9.0

@@ -8,12 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.frame import FAINT, INK, SMALL, safe_name, title
+from lockprobe.report.figures.frame import safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 from lockprobe.report.rows import Curve, Results
-
-__all__ = ["stopping"]
 
 _MOST = 6
 """Panels that are drawn: total effects first, then the differences of agents that the study is about."""

@@ -12,8 +12,6 @@ from lockprobe.foundation.formatting import p_value, percent
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import (
     EXACT,
-    FAINT,
-    INK,
     agent_label,
     axis_note,
     blank,
@@ -36,17 +34,9 @@ from lockprobe.report.figures.primitives import (
     repetitions,
     second_order_fit,
 )
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-
-__all__ = [
-    "draw_success_by_dose",
-    "draw_success_by_p",
-    "fig4",
-    "fig4_corrected",
-    "success_by_dose",
-]
 
 _SHARE = Style(colour=INK)
 """Of the share of trials solved, where an agent is shown by itself; entries of the legend have this colour."""

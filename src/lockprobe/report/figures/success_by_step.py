@@ -11,25 +11,12 @@ from matplotlib.figure import Figure
 from lockprobe.foundation.formatting import bracketed
 from lockprobe.report.figures.compose import HEIGHT, sheet
 from lockprobe.report.figures.forest import ForestRow, around, forest, height
-from lockprobe.report.figures.frame import (
-    EXACT,
-    FAINT,
-    INK,
-    agent_label,
-    blank,
-    counts,
-    heading,
-    label_right,
-    step_axis,
-    title,
-)
+from lockprobe.report.figures.frame import EXACT, agent_label, blank, counts, heading, label_right, step_axis, title
 from lockprobe.report.figures.palette import Dash, Style, styles
 from lockprobe.report.figures.primitives import band, published, staircase
-from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
-
-__all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""

@@ -14,14 +14,12 @@ from matplotlib.patches import Rectangle
 
 from lockprobe.foundation.formatting import bracketed, percent, points
 from lockprobe.report.figures.compose import sheet
-from lockprobe.report.figures.frame import FAINT, INK, safe_name, title
+from lockprobe.report.figures.frame import safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Style
 from lockprobe.report.figures.primitives import estimates
-from lockprobe.report.figures.settings import SMALL, own_settings
+from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Results
-
-__all__ = ["change_ticks", "why"]
 
 _COLOURS = mpl.colormaps["Blues"]
 

@@ -10,8 +10,6 @@ from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["comparison_said"]
-
 
 def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     """One pair: differences in success, in the effect of false reports and in the number of steps."""

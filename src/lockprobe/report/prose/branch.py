@@ -8,8 +8,6 @@ from lockprobe.foundation.formatting import change, minus, p_value, percent, poi
 from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["branch_said", "found_said", "place_said", "size_said", "value_said"]
-
 _PLACES = {
     "onset": "the report that completes its first loop",
     "first-lie": "its first false report",

@@ -6,8 +6,6 @@ from lockprobe.report.prose.readings import false_reports
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
 from lockprobe.trial.plant_change import PLANT
 
-__all__ = ["at_dose", "cause"]
-
 _PICTURED = ("rgb", "rgbd")
 """Modalities, whose pictures can be false, blurred, noisy or covered."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from lockprobe.foundation.formatting import bracketed, listed, percent
 from lockprobe.statistics.factorial.effects import FactorEffect, FactorialEffects
 
-__all__ = ["factor_said", "factorial_said"]
-
 
 def factor_said(factor: str) -> str:
     """A factor with its named level, without the plant whose option it is.

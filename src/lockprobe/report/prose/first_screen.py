@@ -26,24 +26,6 @@ from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import STATES
 
-__all__ = [
-    "NARROW",
-    "Varied",
-    "all_broken_said",
-    "baselines_answer",
-    "changed_baselines",
-    "effects_answer",
-    "flips_answer",
-    "heeding_baselines",
-    "interaction_said",
-    "is_changed",
-    "modality_answer",
-    "no_advantage_said",
-    "not_above_chance",
-    "trial_said",
-    "varied_by",
-]
-
 NARROW = 0.1
 """Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from lockprobe.foundation.formatting import share
 from lockprobe.report.rows import Estimate
 
-__all__ = ["NO_FLOOR", "floor_said"]
-
 NO_FLOOR = (
     "How hard these pictures are to read is not known: --agent viewer adds a scripted reader, whose misreading is the "
     "floor."

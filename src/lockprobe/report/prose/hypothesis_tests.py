@@ -8,15 +8,6 @@ from lockprobe.report.prose.doses import cause
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import MEAN_STEPS, ONE_LOOK, Question, TestResult
 
-__all__ = [
-    "asked",
-    "effect_said",
-    "limits_said",
-    "note_said",
-    "unit_of_effect",
-    "why_missing",
-]
-
 _ASKED: Mapping[Question, str] = {
     "success": "Do {cause} change how often the box is solved?",
     "speed": "Do {cause} change how many steps a trial takes?",

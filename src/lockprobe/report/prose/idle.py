@@ -10,8 +10,6 @@ from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.idle import Idle, Unheeded
 
-__all__ = ["idle_doses_said", "idle_said", "unheeded_said"]
-
 
 def idle_said(idle: Sequence[Idle], agents: Sequence[str]) -> list[str]:
     """What changed nothing, a sentence for each set of agents, and one for interventions in conditions that act.

@@ -11,8 +11,6 @@ from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.behaviour import Behaviour
 from lockprobe.statistics.loops.against_chance import ChanceVerdict, against_chance, chance_range
 
-__all__ = ["LOOP_DEFINITION", "loop_finding"]
-
 LOOP_DEFINITION = "Action loop: three or more attempts in a row that occur twice without overlap."
 """What the word means, for readers."""
 

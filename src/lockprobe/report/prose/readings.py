@@ -8,8 +8,6 @@ from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.flip import OutcomeFlip
 
-__all__ = ["BOTH_FIT", "false_reports", "inverted", "reading_name", "untested_said"]
-
 _KNOWN: Mapping[tuple[str, str], str] = {
     ("outcome", "fresh"): "false reports",
     ("outcome", "kept"): "false reports that stay",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from lockprobe.statistics.rules import RuleBreaks
 
-__all__ = ["broken_said", "not_judged"]
-
 
 def broken_said(found: RuleBreaks | None) -> str:
     """How many attempts broke the rules of the box, in few words; empty if none did."""

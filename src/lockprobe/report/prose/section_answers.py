@@ -11,8 +11,6 @@ from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["NO_NUMBERS", "section_answers"]
-
 NO_NUMBERS = "It cannot be computed from these trials."
 """The answer of a section without numbers."""
 

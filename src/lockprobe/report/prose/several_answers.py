@@ -17,8 +17,6 @@ from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["Question", "of_axis", "of_conditions", "several_answers"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question:

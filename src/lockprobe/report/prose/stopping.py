@@ -9,16 +9,6 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
-__all__ = [
-    "AT_ONE_LOOK",
-    "PEOPLE_SAID",
-    "decided_said",
-    "effects_said",
-    "every_look_said",
-    "progress_said",
-    "small_said",
-]
-
 _HOLDS = "Success and differences in success are shown as they hold at every look"
 
 PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."

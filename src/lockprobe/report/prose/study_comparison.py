@@ -10,8 +10,6 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["comparison_of_studies_said", "leading"]
-
 
 def leading(found: Sequence[StudyDifference]) -> list[StudyDifference]:
     """The differences that a conclusion is about: those of the first kind that there is."""

@@ -11,8 +11,6 @@ from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import PLAIN_WORDS
 
-__all__ = ["Subject", "subject_of", "subjects_by_name"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:

@@ -12,9 +12,6 @@ from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast
 from lockprobe.statistics.proportions import Proportion
 
-__all__ = ["alike_said", "finding", "of_trials"]
-
-
 _MANY, _COPIES = 50, 3
 """Trials from which on copies are mentioned, and trials per different sequence; ours, chosen by eye."""
 

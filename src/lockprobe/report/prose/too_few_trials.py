@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 from lockprobe.foundation.formatting import listed
 
-__all__ = ["finished_said", "of_baselines", "too_few_said"]
-
 Finished = Mapping[str, tuple[int, int]]
 """Agent -> its finished trials, and those that are planned."""
 

@@ -14,8 +14,6 @@ from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["effects_needed", "flips_needed"]
-
 
 def flips_needed(summary: StudySummary, *, named: bool = False) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested.

@@ -10,8 +10,6 @@ from lockprobe.statistics.why.arms import PARTS
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.statistics.why.mechanism import CONTENT, NEEDS, Decision
 
-__all__ = ["ARMS", "ASSUMED", "mechanism_said", "why_said"]
-
 ARMS = {
     "truth": "every report is true",
     "lie": "the report is inverted",

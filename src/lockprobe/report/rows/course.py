@@ -8,8 +8,6 @@ from typing import Protocol
 from lockprobe.report.rows.design import Player, Progress
 from lockprobe.report.rows.row import Curve, Estimate
 
-__all__ = ["Cell", "Course"]
-
 
 class _Rows(Protocol):
     """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""

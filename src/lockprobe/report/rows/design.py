@@ -9,8 +9,6 @@ from pydantic import Field
 from lockprobe.report.rows.part import Part
 from lockprobe.statistics.conditions.axis import axis_key
 
-__all__ = ["Condition", "Design", "DoseAxis", "EveryLook", "LeftOut", "Player", "Progress"]
-
 
 class Condition(Part):
     """A condition of the study."""

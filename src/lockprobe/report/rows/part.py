@@ -7,8 +7,6 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-__all__ = ["Number", "Part", "Probability"]
-
 
 def _finite(value: object) -> object:
     """None for what is not a number, as JSON has it."""

@@ -20,8 +20,6 @@ from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, P
 from lockprobe.report.rows.part import Part
 from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Exhibit, Fact, Finding, Row
 
-__all__ = ["MEASURES", "NoSuchRow", "Results"]
-
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
 

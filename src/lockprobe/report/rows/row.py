@@ -8,8 +8,6 @@ from pydantic import Field
 
 from lockprobe.report.rows.part import Number, Part, Probability
 
-__all__ = ["IDENTITY", "UNITS", "Curve", "Estimate", "Exhibit", "ExhibitStep", "Fact", "Finding", "Row"]
-
 
 class _Measured(Part):
     """What an estimate and a curve have in common: the columns that say what they are of.

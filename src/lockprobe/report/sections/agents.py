@@ -15,8 +15,6 @@ from lockprobe.trial import record
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.record import Decision, Trial
 
-__all__ = ["SECTIONS"]
-
 _PLANT = "plant "
 """What facts about a plant are about: this and its spec."""
 

@@ -18,8 +18,6 @@ from lockprobe.report.table_rows import points_cell, steps_cell
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder
 from lockprobe.trial.condition import Condition
 
-__all__ = ["SECTIONS"]
-
 _NAME = "agents_by_condition"
 _APART, _CHANGED = "success_difference", "success_change_difference"
 

@@ -22,8 +22,6 @@ from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import Paired
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
-__all__ = ["FAMILIES", "SECTIONS", "at_one_condition", "change_at", "labels"]
-
 _SUBJECTS, _BASELINES = "agents", "agents and baselines"
 FAMILIES = {"subjects": _SUBJECTS, "reference": _BASELINES}
 """Kind of pair -> the name of its family."""

@@ -10,8 +10,6 @@ from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial.record import Trial
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     """By agent and boundary, with the first message, and whether the first of them will be replayed."""

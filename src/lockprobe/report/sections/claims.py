@@ -19,8 +19,6 @@ from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["SECTIONS"]
-
 NOT_JUDGED = "not judged"
 """What stands in place of a verdict where attempts broke the rules of the box."""
 

@@ -14,8 +14,6 @@ from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
 
-__all__ = ["SECTIONS"]
-
 _AGAINST = "against the rules"
 
 

@@ -25,19 +25,6 @@ from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.condition import Condition
 
-__all__ = [
-    "CONTROL",
-    "DOSE",
-    "LOWEST",
-    "PERMUTED",
-    "AgentCourse",
-    "at",
-    "course_rows",
-    "log_rank_rows",
-    "trend_rows",
-    "two_lines_rows",
-]
-
 LOWEST = "lowest dose"
 """Part of a quantity: at the lowest dose."""
 

@@ -19,8 +19,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.axis import FLIPS, Axis, axis_key
 from lockprobe.trial.record import PLAIN_WORDS
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for i, (number, series, summary) in enumerate(numbers.series, 1):

@@ -27,8 +27,6 @@ from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects, I
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.condition import Condition
 
-__all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]
-
 _INTERACTIONS = "interactions"
 """The family of interactions."""
 

@@ -16,8 +16,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.factorial.effects import FactorialEffects
 
-__all__ = ["SECTIONS"]
-
 _FAMILY = "factors"
 
 

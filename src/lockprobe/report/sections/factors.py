@@ -14,8 +14,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.factors import LEVELS, READING_FACTORS
 from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     found = numbers.others.on_factors if numbers.others else ()

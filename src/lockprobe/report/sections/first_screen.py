@@ -54,8 +54,6 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import TRUTH
 
-__all__ = ["SECTIONS", "without_answer"]
-
 _ABOUT = "first screen"
 """What the facts of the first screen are about; those of an agent, with its place from 1 behind it."""
 

@@ -19,8 +19,6 @@ from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.rules import rule_breaks
 
-__all__ = ["FIGURE", "SECTIONS"]
-
 _OUTCOMES = {
     "solved": ("success", "points"),
     "steps": ("steps", "steps"),

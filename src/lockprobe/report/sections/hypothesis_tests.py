@@ -19,8 +19,6 @@ from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["SECTIONS", "tables_of_tests"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Line:

@@ -20,16 +20,6 @@ from lockprobe.statistics.proportions import ALPHA, Paired
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.trial.condition import TRUTH
 
-__all__ = [
-    "KeyNumbers",
-    "axis_numbers",
-    "cards_of",
-    "condition_numbers",
-    "intervals_said",
-    "open_said",
-    "why_numbers",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyNumbers:

@@ -8,8 +8,6 @@ from lockprobe.report.rows import Results
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
 
-__all__ = ["SECTIONS"]
-
 _ANSWER = "An effect that was not detected may be there."
 
 

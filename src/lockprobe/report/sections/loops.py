@@ -21,8 +21,6 @@ from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
 from lockprobe.statistics.published import PEAK
 
-__all__ = ["SECTIONS"]
-
 _NULLS = {
     "uniform": "uniform",
     "no-repeat": "without repeats",

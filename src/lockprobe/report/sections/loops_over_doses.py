@@ -11,8 +11,6 @@ from lockprobe.statistics.inference.association import Correlation
 from lockprobe.statistics.inference.hazard import LoopEffect
 from lockprobe.statistics.inference.logrank import LogRanks
 
-__all__ = ["loops_over_doses"]
-
 _ODDS = "odds_ratio_after_loop"
 
 

@@ -20,8 +20,6 @@ from lockprobe.report.table_rows import by_conditions, count_of, share_of_row
 from lockprobe.statistics.misinterpretation import misread_in_blocks
 from lockprobe.studies.modality import is_pictured
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:

@@ -14,8 +14,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
 from lockprobe.statistics.rationality import ACTIONS, JUDGED, prior_for
 
-__all__ = ["SECTIONS"]
-
 _PRIORS = {
     "single-parent": "every joint is free or needs one other joint open",
     "chains": "the joints form a chain that ends in the target",

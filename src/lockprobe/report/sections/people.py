@@ -29,8 +29,6 @@ from lockprobe.studies.study import Study
 if TYPE_CHECKING:
     from lockprobe.people.progress import Flow
 
-__all__ = ["SECTIONS"]
-
 _BY_PERSON = "by person"
 """Marks numbers whose interval is clustered by person and block."""
 

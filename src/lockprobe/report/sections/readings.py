@@ -23,8 +23,6 @@ from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
 from lockprobe.trial.condition import Condition
 
-__all__ = ["SECTIONS", "untested"]
-
 _NAME = "readings"
 
 

@@ -11,8 +11,6 @@ from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, share_of_row
 from lockprobe.statistics.robot import Judged, SensedAttempts
 
-__all__ = ["SECTIONS"]
-
 _JUDGES = {"verdict": ("right_verdicts", "undecided_verdicts"), "camera": ("right_readings", "unclear_readings")}
 """What judges outcomes -> the shares of right outcomes, and of attempts without an outcome."""
 

@@ -13,8 +13,6 @@ from lockprobe.statistics.clustered import ClusteredProportion, share_of
 from lockprobe.statistics.outcomes import ended, outcomes
 from lockprobe.statistics.rules import break_shares, rule_breaks, unbroken
 
-__all__ = ["SECTIONS"]
-
 _NAME = "rules"
 
 

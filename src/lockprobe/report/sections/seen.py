@@ -11,8 +11,6 @@ from lockprobe.report.sample_pictures import ABOUT, KINDS, seen_facts
 from lockprobe.report.section import Part, Picture, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
     yield from seen_facts(numbers.opened.trials)

@@ -18,8 +18,6 @@ from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
 from lockprobe.statistics.pace import Pace
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
 
-__all__ = ["SECTIONS"]
-
 _PAIRS = "every two agents"
 _MODALITIES = "every two modalities"
 

@@ -14,8 +14,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     until = numbers.study.until

@@ -12,8 +12,6 @@ from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial.record import STATES
 
-__all__ = ["SECTIONS"]
-
 _READINGS = {
     READINGS["position", "fresh"]: " (a false position is corrected in the next report)",
     READINGS["position", "kept"]: " (a false position stays until its joint is attempted again)",

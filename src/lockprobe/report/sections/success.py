@@ -34,8 +34,6 @@ from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import PEAK
 
-__all__ = ["SECTIONS"]
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for agent in numbers.flips.agents:

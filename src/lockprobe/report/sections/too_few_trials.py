@@ -10,8 +10,6 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.summary import StudySummary
 
-__all__ = ["answered_questions", "lacking_agents", "unfinished_agents", "with_lacking"]
-
 
 def unfinished_agents(numbers: StudyNumbers) -> dict[str, tuple[int, int]]:
     """The agents that an unfinished study is about: their finished trials, and those that are planned."""

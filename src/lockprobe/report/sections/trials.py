@@ -11,8 +11,6 @@ from lockprobe.report.section import Block, Detail, Heading, Part, Section, Step
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial.record import Trial
 
-__all__ = ["SECTIONS"]
-
 _CONDITIONS = 6
 """Conditions beside flip rates of which a trial is shown."""
 

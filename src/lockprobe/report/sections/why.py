@@ -39,8 +39,6 @@ from lockprobe.statistics.why.contrasts import Why
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
 from lockprobe.trial.record import Trial
 
-__all__ = ["SECTIONS"]
-
 _EFFECT, _CONTRAST, _ARMS, _AGENTS = "false_report_effect", "arm_contrast", "arms", "agents"
 
 _INTERVAL = "interval corrected for agents alone"

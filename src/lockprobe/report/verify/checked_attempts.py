@@ -14,8 +14,6 @@ from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Trial
 
-__all__ = ["attempts_check"]
-
 
 def attempts_check(opened: OpenedStudy) -> Iterator[Check]:
     """Whether steps of people and clients are the attempts in their diaries and in ``attempts.jsonl``, and all of them.

@@ -20,8 +20,6 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import ForkName
 
-__all__ = ["fork_checks"]
-
 
 def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
     """Whether forks follow from the records of their trials; nothing without forks.

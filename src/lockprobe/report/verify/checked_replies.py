@@ -22,8 +22,6 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_from_line
 
-__all__ = ["CallEvidence", "agent_check", "replies_check"]
-
 
 @dataclass(frozen=True, slots=True)
 class CallEvidence:

@@ -21,8 +21,6 @@ from lockprobe.report.verify.check import Check, check_of
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import RECORDS
 
-__all__ = ["report_checks"]
-
 RESULTS = "results.json"
 
 PAGES = ("report.html", "claims.html", "why.html", "forks.html", "details.html")

@@ -30,8 +30,6 @@ from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = ["UNPLAYED", "AgentKind", "Replay", "ReplayedTrial", "is_foreign", "is_hosted", "kind_of"]
-
 UNPLAYED = "a plant or an intervention that does not ship, or a real box"
 """What trials need that are not played again: no code of others runs, and no robot or person moves a joint."""
 

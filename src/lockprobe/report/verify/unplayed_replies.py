@@ -16,8 +16,6 @@ from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Trial
 
-__all__ = ["other_replies"]
-
 
 def other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
     """Where decisions and errors of a trial are not its replies in the log of calls; empty if nowhere.

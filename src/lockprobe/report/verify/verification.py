@@ -38,8 +38,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import InterventionTraits
 
-__all__ = ["NOT_SHOWN", "Check", "hash_check", "verify"]
-
 NOT_SHOWN = (
     "No such check can show that the plan was changed, the seed chosen, or an agent or a person left out before these "
     "records were made, or that all files were made up together (calls.jsonl, answers of people and of local models, "

@@ -27,8 +27,6 @@ from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 from lockprobe.trial.source import source_of
 
-__all__ = ["ConditionChances", "Report", "condition_chances", "told_by"]
-
 _KNOWN = (
     "flip (but while=looping), phantom, correction, drop, tremble (but at), force (but joint) and what is asked; "
     "sample others (lockprobe.run_trial)"

@@ -17,8 +17,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact.condition_chances import ConditionChances, Report
 from lockprobe.simulation.montecarlo.plain import BoxWorld, listed, reported
 
-__all__ = ["MarkovChain", "TooManyStates"]
-
 
 class TooManyStates(BadValue):
     """A policy has more states than can be followed; it can be sampled."""

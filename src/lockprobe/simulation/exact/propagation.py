@@ -25,8 +25,6 @@ from lockprobe.simulation.exact.markov_chain import MarkovChain
 from lockprobe.simulation.montecarlo.plain import LONGEST, BoxWorld, heeds_order, policy_of, world_of
 from lockprobe.trial.protocols import Intervention
 
-__all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
-
 Listing = Literal["shuffled", "panel"]
 """The order in which joints are listed to the agent: drawn anew for every trial, or along the panel."""
 

@@ -15,8 +15,6 @@ from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 
-__all__ = ["Played", "played_blocks"]
-
 BATCH = 250
 """Blocks that a process plays before it reports."""
 

@@ -26,24 +26,6 @@ from lockprobe.simulation.montecarlo.compiled_choices import HUMAN, MAP, NO_REPE
 from lockprobe.simulation.montecarlo.plain import BoxWorld
 from lockprobe.simulation.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record
 
-__all__ = [
-    "SPAN",
-    "below",
-    "compiled",
-    "deepest",
-    "fill",
-    "joints_in",
-    "jumps",
-    "lasting_in",
-    "mixed",
-    "numbers_a_step",
-    "pays",
-    "play_blind",
-    "rule_of",
-    "scene_of",
-    "uniform",
-]
-
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 

@@ -13,20 +13,6 @@ from numpy.typing import NDArray
 
 from lockprobe.simulation.montecarlo.rules import Integers, Memory, Numbers, Rule, Scene
 
-__all__ = [
-    "HUMAN",
-    "MAP",
-    "NO_REPEAT",
-    "PARTS",
-    "RANDOM",
-    "ROUND_ROBIN",
-    "SOFTMAX",
-    "choose",
-    "forget",
-    "play_trials",
-    "remember",
-]
-
 RANDOM, NO_REPEAT, ROUND_ROBIN, HUMAN, SOFTMAX, MAP = range(6)
 FIRST, LATER = 0, 1
 BY_CONFIGURATION = 1

@@ -30,18 +30,6 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.second_draw import survival
 from lockprobe.interventions.words import Tell
 
-__all__ = [
-    "BoxWorld",
-    "PlainTrial",
-    "below",
-    "heeds_order",
-    "listed",
-    "play_plainly",
-    "policy_of",
-    "reported",
-    "world_of",
-]
-
 LONGEST = 10_000
 
 

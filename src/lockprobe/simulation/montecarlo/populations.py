@@ -42,8 +42,6 @@ from lockprobe.simulation.montecarlo.rules import Rule
 from lockprobe.simulation.montecarlo.streams import Counted, FromTree, LuckSource, order_of
 from lockprobe.statistics.loops import LoopMeasures, measure
 
-__all__ = ["Population", "Streams", "population"]
-
 Streams = Literal["study", "fast"]
 """``study``: trial i is trial i of a study with this seed. ``fast``: counter-based random numbers."""
 

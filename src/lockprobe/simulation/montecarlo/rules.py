@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import MAX_JOINTS
 from lockprobe.simulation.montecarlo.plain import LONGEST
 
-__all__ = ["MEMORY", "RULE", "SCENE", "Integers", "Memory", "Numbers", "Rule", "Scene", "record"]
-
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 Scene: TypeAlias = Any

@@ -20,8 +20,6 @@ from lockprobe.simulation.montecarlo.compiled import SPAN, below, joints_in, uni
 from lockprobe.simulation.montecarlo.rules import Integers, Numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
 
-__all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource", "order_of"]
-
 OF_FLIPS = SPAN // 2
 OF_LISTING = SPAN - 8
 """Offsets of the random numbers of the outcome flip and of the listing; the agent's come first."""

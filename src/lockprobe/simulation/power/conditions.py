@@ -28,13 +28,6 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 
-__all__ = [
-    "ConditionPower",
-    "Family",
-    "condition_power",
-    "detected",
-]
-
 POOL = 1000
 """Blocks that are played of every agent."""
 

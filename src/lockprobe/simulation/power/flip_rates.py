@@ -14,8 +14,6 @@ from lockprobe.simulation.power.worlds import Design, P, World
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import proportion
 
-__all__ = ["MOST_TRIALS", "TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]
-
 TRIALS = (15, 30, 60, 120, 240)
 """Trials per p at which power is measured."""
 

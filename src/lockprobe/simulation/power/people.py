@@ -21,20 +21,6 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = [
-    "EFFECT_SD",
-    "FEWEST",
-    "PERSON_SD",
-    "Design",
-    "People",
-    "PeopleNeeded",
-    "PowerOfPeople",
-    "people_needed",
-    "power_of",
-    "power_with",
-    "spread_by",
-]
-
 Design = Literal["within", "between"]
 
 PERSON_SD = 1.0

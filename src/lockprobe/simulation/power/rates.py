@@ -14,8 +14,6 @@ from lockprobe.simulation.power.worlds import Design, World
 from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.inference.verdict import Question
 
-__all__ = ["Progress", "Rate", "measure"]
-
 BATCH = 10
 """Studies that a process plays before it reports."""
 

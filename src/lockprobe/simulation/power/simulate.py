@@ -13,8 +13,6 @@ from lockprobe.simulation.power.worlds import Design, World
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["BUDGET", "JOINTS", "actions_of", "simulate_outcomes", "solved_at"]
-
 BUDGET = 20
 JOINTS = 4
 FIRST = 4

@@ -14,8 +14,6 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import MARGIN, Claim, Verdict, decide
 
-__all__ = ["STATED", "Mechanism", "VerdictRates", "mechanism_of", "stated_rates"]
-
 Assertion = Literal["changes", "no change", "says", "form"]
 """What a verdict can assert: that lies change success; that they change it by less than the margin; that they act
 through what they say; that they act as any odd report does."""

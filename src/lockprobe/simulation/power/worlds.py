@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from lockprobe.statistics.inference.verdict import Question
 
-__all__ = ["Design", "P", "World"]
-
 P = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
 

@@ -25,8 +25,6 @@ from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference, proportion
 from lockprobe.trial.record import Trial
 
-__all__ = ["Kind", "Sample", "Side", "StudyDifference", "study_differences"]
-
 Kind = Literal["between", "between-baselines", "within", "within-baselines"]
 """Whether two sides belong to different studies or to one, and whether one of them is a baseline."""
 

@@ -28,8 +28,6 @@ from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.proportions import ALPHA, LEVEL
 from lockprobe.statistics.rare_long_trials import RareBlock
 
-__all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
-
 FEWEST = 7
 """The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 

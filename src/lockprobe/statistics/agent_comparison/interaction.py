@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from lockprobe.statistics.agent_comparison.crossed_clusters import crossed_change, people_of
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, Sheet, block_mean
 
-__all__ = ["Interaction", "InteractionAt", "interaction"]
-
 FLIPS = 4000
 _TIE = 1e-9
 

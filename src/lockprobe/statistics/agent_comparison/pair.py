@@ -16,8 +16,6 @@ from lockprobe.statistics.inference.logrank import holm_by_family
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 from lockprobe.statistics.rare_long_trials import RareBlock, rare_block
 
-__all__ = ["AgentComparison", "Among", "ComparisonAt", "compare", "corrected", "paired_difference"]
-
 Among = Literal["subjects", "reference"]
 """Kind of pair: two agents that the study is about, or one of them and a baseline."""
 

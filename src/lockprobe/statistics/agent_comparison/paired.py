@@ -23,19 +23,6 @@ from lockprobe.statistics.proportions import ALPHA, LEVEL
 from lockprobe.statistics.rare_long_trials import RareBlock
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
-__all__ = [
-    "Array",
-    "BlockMean",
-    "Sheet",
-    "block_mean",
-    "by_cluster",
-    "half_width",
-    "mean_at_every_look",
-    "numbers_of",
-    "sheets",
-    "sign_flip",
-]
-
 Array = NDArray[np.float64]
 
 _EXACT = 50_000_000

@@ -20,8 +20,6 @@ from lockprobe.statistics.agent_comparison.paired import BlockMean, Sheet, sheet
 from lockprobe.statistics.inference.broken_trials import completed
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["Entrant", "both_ends", "comparisons", "worst_case"]
-
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""
 

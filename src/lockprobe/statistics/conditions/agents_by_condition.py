@@ -24,8 +24,6 @@ from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import entrant
 from lockprobe.trial.record import Trial
 
-__all__ = ["ComparisonUnder", "agents_by_condition"]
-
 _CONTROL, _CONDITION = 0.0, 1.0
 """Places of a condition and its control in a comparison of two agents."""
 

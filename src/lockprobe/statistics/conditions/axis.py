@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["AGENT", "FLIPS", "Axis", "axis_key"]
-
 AGENT = "agent"
 """The kind of an axis that is an option of agents, such as their temperature."""
 

@@ -13,8 +13,6 @@ from lockprobe.statistics.outcomes import Outcomes, broken_off, ended, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
-__all__ = ["AxisTrials", "Place", "on_axis", "on_flip_axis"]
-
 
 class Place(NamedTuple):
     """The place of a trial on an axis.

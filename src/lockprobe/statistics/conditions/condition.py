@@ -26,8 +26,6 @@ from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.trial.record import Trial
 
-__all__ = ["ConditionSummary", "Contrast", "condition_at", "condition_summary", "contrast"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionSummary:

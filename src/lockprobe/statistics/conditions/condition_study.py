@@ -33,8 +33,6 @@ from lockprobe.statistics.summary import StudySummary, summarise
 from lockprobe.statistics.why.contrasts import Why, why
 from lockprobe.trial.record import Trial
 
-__all__ = ["ConditionStudySummary", "dose_series", "summarise_conditions"]
-
 _Cells = Mapping[tuple[str, str], Sequence[Trial]]
 """The trials of every agent under every condition."""
 

@@ -27,8 +27,6 @@ from lockprobe.statistics.conditions.series import (
 )
 from lockprobe.statistics.why.arms import arms_of
 
-__all__ = ["Comparison", "Design"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:

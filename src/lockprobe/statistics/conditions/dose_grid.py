@@ -22,8 +22,6 @@ from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
 
-__all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:

@@ -22,8 +22,6 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
 
-__all__ = ["CONDITIONS", "CONTROLS", "Effect", "Effects", "Interplay", "effects", "interactions"]
-
 CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
 """Families of comparisons beside those of axes and options: conditions, and the controls of all modalities."""
 

@@ -23,8 +23,6 @@ from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
-__all__ = ["LEVELS", "READING_FACTORS", "Factor", "factor_effects", "factors_of"]
-
 LEVELS = "levels of "
 """How the names of families of factors begin."""
 

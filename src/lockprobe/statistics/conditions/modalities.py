@@ -23,8 +23,6 @@ from lockprobe.statistics.outcomes import Outcomes, joined, outcomes, solved_in_
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 from lockprobe.trial.record import Trial
 
-__all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "spoken"]
-
 _SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": ""}
 """The paper's modalities from low to high fidelity. Its ground truth is :data:`_CONTENTS` in :data:`_FORMS`."""
 

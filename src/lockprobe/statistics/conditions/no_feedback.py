@@ -8,8 +8,6 @@ from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.conditions.series import SeriesArm
 
-__all__ = ["NO_FEEDBACK", "no_feedback_factors"]
-
 NO_FEEDBACK = "no feedback"
 """The name of the factor."""
 

@@ -13,8 +13,6 @@ from lockprobe.statistics.conditions.axis import AGENT, Axis
 from lockprobe.trial.doses import can_be_fitted, dose_of, without_doses
 from lockprobe.trial.record import STATES
 
-__all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
-
 _FEWEST = 3
 """Fewest doses, 0 included, that make a series."""
 

@@ -14,8 +14,6 @@ from math import prod
 from lockprobe.foundation.spec import Spec
 from lockprobe.statistics.conditions.series import SeriesArm
 
-__all__ = ["Factorial", "factorials_of", "fraction"]
-
 _BASE = 4
 """Factors whose combinations are all played; the others follow from three of them each."""
 

@@ -21,8 +21,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.trial.record import Trial
 
-__all__ = ["MEASURES", "FactorEffect", "FactorialEffects", "factorial_effects"]
-
 MEASURES = ("misreading", "success")
 """What is analysed: the share of statements about an attempt that contradict what happened, and the share solved."""
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.outcomes import Point
 
-__all__ = ["LENGTH_CAVEAT", "Correlation", "correlation", "pearson"]
-
 Array = NDArray[np.float64]
 
 LENGTH_CAVEAT = (

@@ -20,15 +20,6 @@ from lockprobe.statistics.inference.verdict import ONE_LOOK, TestResult
 from lockprobe.statistics.outcomes import Outcomes, appended
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
 
-__all__ = [
-    "BrokenShares",
-    "broken_shares",
-    "completed",
-    "worst_case_difference",
-    "worst_case_lines",
-    "worst_case_tests",
-]
-
 PERMUTATIONS = 999
 
 

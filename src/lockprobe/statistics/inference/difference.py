@@ -19,8 +19,6 @@ from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import Paired, Proportion, paired, proportion
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 
-__all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference", "each_difference"]
-
 PERMUTATIONS = 2000
 
 _PER_AGENT = 400

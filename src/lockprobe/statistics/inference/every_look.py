@@ -19,8 +19,6 @@ from lockprobe.statistics.sequential.contrasts import AtEveryLook, Numbers, at_e
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 
-__all__ = ["Change", "changes_at_every_look"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from lockprobe.statistics.distributions import chi_squared_tail, student_tails
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["Excess", "excess", "grid"]
-
 Array = NDArray[np.float64]
 
 

@@ -21,8 +21,6 @@ from lockprobe.statistics.inference.excess import Excess, excess, grid
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import Z
 
-__all__ = ["LoopEffect", "loop_hazard"]
-
 Array = NDArray[np.float64]
 
 

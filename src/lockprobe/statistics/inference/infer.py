@@ -37,9 +37,6 @@ from lockprobe.statistics.inference.verdict import (
 )
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = ["Inference", "infer"]
-
-
 _Test = TypeVar("_Test")
 
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.distributions import log_binomial
 
-__all__ = ["Counts", "LogitFit", "counts", "logit_fit"]
-
 Array = NDArray[np.float64]
 
 _STEPS = 200

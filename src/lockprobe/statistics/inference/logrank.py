@@ -18,17 +18,6 @@ from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.loops.incidence import Incidence, incidence
 from lockprobe.statistics.outcomes import Outcomes
 
-__all__ = [
-    "EventComparison",
-    "EventGroup",
-    "LogRanks",
-    "holm",
-    "holm_by_family",
-    "independent_logrank",
-    "loop_onset_logrank",
-    "solution_logrank",
-]
-
 Steps = NDArray[np.int64]
 
 

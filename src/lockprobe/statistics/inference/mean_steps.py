@@ -20,8 +20,6 @@ from lockprobe.statistics.clustered import two_way_variance
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.rare_long_trials import rare_block
 
-__all__ = ["MeanSteps", "mean_steps"]
-
 Array = NDArray[np.float64]
 
 

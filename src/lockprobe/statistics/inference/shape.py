@@ -17,8 +17,6 @@ from lockprobe.statistics.distributions import chi_squared_tail
 from lockprobe.statistics.inference.logit import Counts, LogitFit, counts, logit_fit
 from lockprobe.statistics.proportions import Z
 
-__all__ = ["BinomialCurve", "BinomialOrder", "BinomialOrders", "binomial_orders"]
-
 _HIGHEST = 3
 _GRID = 61
 

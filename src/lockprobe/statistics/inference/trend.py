@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.outcomes import Point
 
-__all__ = ["OrderScore", "Quadratic", "TrendFit", "trend_fit"]
-
 _GRID = 61
 _EXACT = 1e-12
 """Mean squared residual below which a fit is exact."""

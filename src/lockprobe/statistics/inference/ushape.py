@@ -19,8 +19,6 @@ from lockprobe.statistics.inference.logit import Counts, counts, logit_fit
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = ["Line", "TwoLines", "UShape", "corrected", "onset_lines", "two_lines"]
-
 UShape = Literal["U", "inverted U"]
 
 Array = NDArray[np.float64]

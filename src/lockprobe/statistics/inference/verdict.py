@@ -19,19 +19,6 @@ from lockprobe.statistics.inference.mean_steps import MeanSteps
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.proportions import ALPHA
 
-__all__ = [
-    "MEAN_STEPS",
-    "ONE_LOOK",
-    "Question",
-    "TestResult",
-    "at_every_look",
-    "harm_test",
-    "looping_test",
-    "speed_test",
-    "success_test",
-    "two_lines_test",
-]
-
 Question = Literal["success", "speed", "shape", "looping", "looping again", "harm"]
 
 MEAN_STEPS = "mean steps, Student over blocks"

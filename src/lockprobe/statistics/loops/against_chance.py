@@ -11,8 +11,6 @@ from typing import Literal
 
 from lockprobe.statistics.behaviour import Behaviour
 
-__all__ = ["ChanceVerdict", "against_chance", "chance_range"]
-
 ChanceVerdict = Literal["more", "less", "not detected"]
 
 

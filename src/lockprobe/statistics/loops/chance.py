@@ -26,8 +26,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.loops import any_loop_batch, onset_batch
 
-__all__ = ["Chance", "Null", "chance_level", "decisive_length", "expected_loop_rate", "first_loops", "simulated_chance"]
-
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
 

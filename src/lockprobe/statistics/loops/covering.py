@@ -24,8 +24,6 @@ from lockprobe.statistics.loops import Solver
 from lockprobe.statistics.loops.integer_programme import programme_pieces
 from lockprobe.statistics.loops.words import Interval, actions_of, all_loops, least_distance, letters
 
-__all__ = ["LONGEST_ILP", "TRIAL_LENGTH", "LoopCover", "cover"]
-
 LONGEST_ILP = 120
 
 TRIAL_LENGTH = 5000

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.proportions import Z, wilson
 
-__all__ = ["Area", "Incidence", "incidence"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:

@@ -7,8 +7,6 @@ import numpy as np
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.statistics.loops.words import Interval, all_loops
 
-__all__ = ["programme_pieces"]
-
 
 def programme_pieces(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
     """The pieces of a greatest cover, in order.

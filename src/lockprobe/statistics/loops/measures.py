@@ -13,8 +13,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.loops.covering import cover
 from lockprobe.statistics.loops.words import least_distance, onset
 
-__all__ = ["LoopMeasures", "measure"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopMeasures:

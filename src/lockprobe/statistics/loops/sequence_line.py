@@ -7,8 +7,6 @@ import re
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["parse_sequence"]
-
 _MARKS = {";": r";", "|": r"\|", "->": r"[-=]+>|[\u2192\u21d2\u27f6]"}
 """Separators besides blanks and commas: how each is called, and its pattern. A line has one kind of them."""
 

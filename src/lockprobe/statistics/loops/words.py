@@ -10,18 +10,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = [
-    "Interval",
-    "actions_of",
-    "all_loops",
-    "any_loop",
-    "any_loop_batch",
-    "least_distance",
-    "letters",
-    "onset",
-    "onset_batch",
-]
-
 Interval = tuple[int, int]
 """A piece of a trial: its first action (from 0) and its length."""
 

@@ -25,8 +25,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["DIFFERENCES", "NEAR", "SHARES", "Side", "confidence_sequence", "log_wealth", "looks"]
-
 Array = NDArray[np.float64]
 
 _PARTS = (np.arange(128) + 0.5) / 128

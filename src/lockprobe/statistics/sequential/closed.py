@@ -11,8 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["adjusted", "log_thresholds"]
-
 Array = NDArray[np.float64]
 
 _LARGEST = 600.0

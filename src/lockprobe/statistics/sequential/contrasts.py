@@ -19,8 +19,6 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.betting import confidence_sequence, log_wealth, looks
 from lockprobe.statistics.sequential.closed import adjusted, log_thresholds
 
-__all__ = ["E_PROCESS", "AtEveryLook", "Decided", "Numbers", "at_every_look", "decided_at_every_look"]
-
 Array = NDArray[np.float64]
 
 E_PROCESS = "e-process"

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["NO_ORDERS", "BlockOrder"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockOrder:

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.sequential.betting import SHARES, confidence_sequence
 
-__all__ = ["SequentialShare", "share_at_every_look"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SequentialShare(Proportion):

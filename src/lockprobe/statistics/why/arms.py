@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from lockprobe.foundation.spec import Spec, split_specs
 from lockprobe.statistics.conditions.series import SeriesArm
 
-__all__ = ["ARMS", "CROSSED", "ON_REQUEST", "PARTS", "PLANNED", "arms_of"]
-
 ARMS: Mapping[str, str] = {
     "truth": "truth",
     "lie": "flip?p={p:g}{reading}",

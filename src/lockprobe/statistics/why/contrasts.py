@@ -23,8 +23,6 @@ from lockprobe.statistics.why.arms import PLANNED, arms_of
 from lockprobe.statistics.why.mechanism import MARGIN, Decision, decide, mean_over_blocks
 from lockprobe.trial.record import Trial
 
-__all__ = ["ArmEffect", "Why", "why"]
-
 _POWER = 0.8
 """The power for which the needed blocks are computed."""
 

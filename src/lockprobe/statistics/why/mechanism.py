@@ -26,20 +26,6 @@ from lockprobe.statistics.paired_proportions import equivalence
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import at_every_look
 
-__all__ = [
-    "CONTENT",
-    "CONTRASTS",
-    "MARGIN",
-    "NEEDS",
-    "PART",
-    "Claim",
-    "Decision",
-    "Verdict",
-    "decide",
-    "decision_of",
-    "mean_over_blocks",
-]
-
 MARGIN = 0.1
 """Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
 

@@ -19,8 +19,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.plan import Plan
 
-__all__ = ["Budget"]
-
 
 class Budget:
     """The budget of a study, including earlier runs. A call of unknown cost counts at its upper bound.

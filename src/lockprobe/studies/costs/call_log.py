@@ -27,8 +27,6 @@ from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.plan import Plan
 
-__all__ = ["Calls", "KeptReplies", "kept_replies", "read_asked", "read_calls", "unanswered"]
-
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
 

@@ -24,8 +24,6 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.record import Trial
 
-__all__ = ["Estimate", "Expected", "assumed_output", "estimates"]
-
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
 

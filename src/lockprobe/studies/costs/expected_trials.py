@@ -19,8 +19,6 @@ from lockprobe.studies.stopping import at_most, families, outcomes_of, own_place
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["ASSUMPTIONS", "Assumption", "Outlook", "Spread", "outlooks", "spread"]
-
 _STUDIES = {"decided": 60, "width": 10}
 """Simulated studies by rule: an interval takes longer to compute, and its width varies less."""
 

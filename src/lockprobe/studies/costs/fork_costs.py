@@ -10,8 +10,6 @@ from lockprobe.studies.branch import Branching
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import hosted, price_of
 
-__all__ = ["ForkCost", "fork_costs"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForkCost:

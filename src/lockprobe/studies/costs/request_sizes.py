@@ -26,8 +26,6 @@ from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits, Memory, Prompt
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
 
-__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "PromptSizes", "Request", "made_up_steps", "reply"]
-
 SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
 

@@ -18,17 +18,6 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call, Usage
 
-__all__ = [
-    "Ledger",
-    "Spending",
-    "dollars",
-    "hosted",
-    "most_dollars",
-    "price_of",
-    "total",
-    "unknown_dollars",
-]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spending:

@@ -14,8 +14,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.plan import Plan
 
-__all__ = ["TrialCosts"]
-
 
 class TrialCosts:
     """The costs of one agent's trials, in US dollars.

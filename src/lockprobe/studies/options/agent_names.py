@@ -10,8 +10,6 @@ from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.spec import PEOPLE, named_spec
 from lockprobe.foundation.terminal_text import printable
 
-__all__ = ["LONGEST_LABEL", "check_names", "joined_agents", "named_agents", "short"]
-
 LONGEST_LABEL = 200
 """Characters of what keys, tables and pages call an agent."""
 

@@ -13,8 +13,6 @@ from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.trial.record import STRUCTURED
 
-__all__ = ["as_paper"]
-
 
 def as_paper(asked: StudyOptions, plant: PlantSource) -> StudyOptions:
     """The options with everything that they leave out as the paper has it. What they say stays.

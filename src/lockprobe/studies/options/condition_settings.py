@@ -13,8 +13,6 @@ from lockprobe.interventions.catalogue import shipped_as
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.plant_change import PlantChange
 
-__all__ = ["ConditionSettings", "condition_settings"]
-
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 
 

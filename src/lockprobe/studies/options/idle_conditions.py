@@ -9,8 +9,6 @@ from lockprobe.studies.records.counted import Counted, played_cells
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["idle_conditions"]
-
 
 def idle_conditions(study: Study, records: Iterable[Counted]) -> list[str]:
     """The names of these conditions, for example ``flips/random/nudge``, in the order of the study.

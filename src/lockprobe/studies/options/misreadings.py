@@ -16,8 +16,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
 
-__all__ = ["with_misreadings"]
-
 
 def with_misreadings(study: Study) -> Study:
     """A study whose conditions hold the rates that they take from other studies.

@@ -9,24 +9,6 @@ from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES, STRUCTURED
 
-__all__ = [
-    "FIRST",
-    "FULL",
-    "LOOKERS",
-    "MAX_STEPS",
-    "MODALITIES",
-    "MODALITIES_AS_PAPER",
-    "MODALITY_PANEL",
-    "MODALITY_TRIALS",
-    "ONE_TRIAL",
-    "PERSEVERANT",
-    "REFERENCES",
-    "ROBOT",
-    "SHORT",
-    "Extent",
-    "is_short",
-]
-
 MAX_STEPS = 20
 """Sec. 2.2: "a maximum budget of 20 steps"."""
 

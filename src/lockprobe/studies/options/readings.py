@@ -12,8 +12,6 @@ from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.studies.options import paper
 from lockprobe.trial.condition import Condition
 
-__all__ = ["conditions_for_strategies", "flips_of_readings", "readings_of"]
-
 ALL: tuple[FlipKind, ...] = ("re-observed", "integrated", "memoryless", "latched")
 """The readings of a false report that the paper leaves open, the default first."""
 

@@ -19,8 +19,6 @@ from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.studies.until import EarlierSize, Until
 
-__all__ = ["LONGEST_SPEC", "read_study", "study_from"]
-
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a condition or a plant."""

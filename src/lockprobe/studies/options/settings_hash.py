@@ -9,8 +9,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 
-__all__ = ["hash_of", "in_no_order", "sorted_text"]
-
 _SETS = ("agents", "conditions")
 """Lists among the settings whose order is no setting."""
 

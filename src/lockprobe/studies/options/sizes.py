@@ -13,8 +13,6 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.until import MOST, Until
 
-__all__ = ["SIZES", "Sizes", "sized_as_there", "sizes_of"]
-
 SIZES = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", "most"})
 """The options that say how much is played."""
 

@@ -12,8 +12,6 @@ from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.trial.record import STATES
 
-__all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default", "shuffle_by_default"]
-
 _PICTURED = ("modalities", "looks")
 """The studies that show pictures."""
 

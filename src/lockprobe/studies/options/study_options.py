@@ -33,17 +33,6 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.trial.briefing import Ask
 
-__all__ = [
-    "SHIPPED",
-    "STUDIES",
-    "NamedCondition",
-    "StudyOptions",
-    "parse_p",
-    "read_options_file",
-    "refusal_of",
-    "study_options",
-]
-
 STUDIES = ("flips", "modalities", "why", "looks")
 """The studies by name."""
 

@@ -49,8 +49,6 @@ from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
-__all__ = ["study", "trial_study"]
-
 AGENT_SWEEP = "agent."
 """How a sweep begins that is over an option of agents."""
 

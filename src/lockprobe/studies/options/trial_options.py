@@ -18,8 +18,6 @@ from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Agent, Intervention
 
-__all__ = ["TrialOptions", "trial_options"]
-
 
 class TrialOptions(TypedDict, total=False):
     """The options of one trial.

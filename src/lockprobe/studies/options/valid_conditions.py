@@ -9,8 +9,6 @@ from lockprobe.studies.records.counted import Counted, played_cells
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import TrialError
 
-__all__ = ["Invalid", "invalid_conditions"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Invalid:

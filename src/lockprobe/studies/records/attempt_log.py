@@ -19,8 +19,6 @@ from lockprobe.studies.file_names import ATTEMPTS
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
 
-__all__ = ["AttemptLog"]
-
 
 class _Line(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)

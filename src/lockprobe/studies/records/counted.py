@@ -9,8 +9,6 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
-__all__ = ["Counted", "counted", "played_cells"]
-
 
 @dataclass(frozen=True, slots=True)
 class Counted:

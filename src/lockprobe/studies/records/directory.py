@@ -28,15 +28,6 @@ from lockprobe.studies.until import Until
 from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.record import STATES
 
-__all__ = [
-    "StudyDirectory",
-    "claim",
-    "is_begun",
-    "read_settings",
-    "told_apart",
-    "write_settings",
-]
-
 _KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
 """Files that hold finished trials, paid calls or steps."""
 

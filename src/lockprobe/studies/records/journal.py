@@ -34,13 +34,11 @@ from lockprobe.foundation.storage.jsonl import LineFile, rescued_files, whole_li
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.file_names import RECORDS, TIMINGS
 from lockprobe.studies.records.directory import StudyDirectory, claim
-from lockprobe.studies.records.read_records import LeftOut, left_out, load, read_records
+from lockprobe.studies.records.read_records import read_records
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Count, Seconds
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_line
-
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings", "rewritten", "time_played", "without"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""

@@ -23,16 +23,15 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import told_apart, write_settings
-from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.records.journal import Journal, Timing, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Fact, Trial
-
-__all__ = ["Gathered", "MergeSource", "gather", "lasting_facts", "source_of_directory"]
 
 _PLANT_FACTS = ("engine", "renderer")
 

@@ -9,8 +9,6 @@ from lockprobe.foundation.storage.atomic_file import write_file, writing
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.trial.pictures.picture import Picture
 
-__all__ = ["ALBUM", "Album", "read_picture"]
-
 ALBUM = "pictures"
 """Name of the directory of pictures in the directory of a study."""
 

@@ -19,8 +19,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader
 
-__all__ = ["LeftOut", "LinesLeftOut", "RecordFilter", "left_out", "load", "read_records", "records_of"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:

@@ -21,8 +21,6 @@ from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
 from lockprobe.trial.trial_reader import Outline, TrialReader
 
-__all__ = ["RecordIndex"]
-
 
 class _Kind(NamedTuple):
     """Records that are alike but for their places.

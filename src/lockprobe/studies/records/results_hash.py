@@ -23,14 +23,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
 
-__all__ = [
-    "StudyHashes",
-    "check_hash",
-    "hash_of_digest",
-    "records_digest",
-    "results_hash",
-]
-
 _DIGITS = 32
 
 

@@ -9,8 +9,6 @@ from typing import Self
 
 from lockprobe.foundation.errors import BadValue
 
-__all__ = ["Shard"]
-
 _MOST = 100_000
 
 

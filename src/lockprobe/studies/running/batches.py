@@ -29,8 +29,6 @@ from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.trial_json import trial_to_line
 from lockprobe.trial.trial_reader import TrialReader
 
-__all__ = ["Finish", "play_in_batches"]
-
 OnStep = Callable[[str, Step], None]
 Lines = list[tuple[bytes, Timing]]
 

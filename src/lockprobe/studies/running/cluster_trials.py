@@ -27,8 +27,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Step, Trial
 
-__all__ = ["can_travel", "play_on_cluster"]
-
 _SIMULATED = ("symbolic", "fast-twin", "twin")
 """Plants that are computed alone; others have a person or a device."""
 

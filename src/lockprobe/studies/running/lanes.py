@@ -12,8 +12,6 @@ from lockprobe.studies.records.journal import Timing
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = ["play_in_lanes"]
-
 
 async def play_in_lanes(
     plans: Sequence[Plan],

@@ -8,8 +8,6 @@ from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 
-__all__ = ["Observer", "PassedOn"]
-
 
 class Observer:
     """Receives the progress of a run, and ignores what it does not override."""

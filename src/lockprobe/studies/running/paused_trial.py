@@ -23,8 +23,6 @@ from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Outcome, Situation, Step, Trial
 
-__all__ = ["PausedTrial", "RecordedAttempt"]
-
 
 class RecordedAttempt(NamedTuple):
     """An attempt of a paused trial, as stored on disk.

@@ -15,8 +15,6 @@ from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 
-__all__ = ["CLIENT", "PERSON", "Outside", "check_playable"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outside:

@@ -12,8 +12,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = ["next_plans", "owed_plans", "rounds"]
-
 
 def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]]:
     """Function from an agent to its plans: all, or those before the next look of a study that may stop there.

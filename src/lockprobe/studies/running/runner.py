@@ -38,8 +38,9 @@ from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.extension import extended
-from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.records.journal import Journal, Timing, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.batches import play_in_batches
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.running.lanes import play_in_lanes
@@ -53,8 +54,6 @@ from lockprobe.trial.model_call import OWED_ANEW, Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable
 from lockprobe.trial.record import Fact, Step, Trial
-
-__all__ = ["Limits", "owe_anew", "run", "run_study"]
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which the run gives the agent up."""

@@ -22,8 +22,6 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable
 from lockprobe.trial.record import Trial
 
-__all__ = ["run_trial"]
-
 
 def run_trial(**options: Unpack[TrialOptions]) -> Trial:
     """Play one trial here and now; a study with the same settings plays the same one.

@@ -27,8 +27,6 @@ from lockprobe.trial.protocols import Agent, Calling, Plant
 from lockprobe.trial.record import Fact, Snapshot, Step, Trial
 from lockprobe.trial.source import CAMERA
 
-__all__ = ["closed_in_one_line", "own_thread", "play_timed"]
-
 _T = TypeVar("_T")
 
 

@@ -29,8 +29,6 @@ from lockprobe.trial.loop import broken
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Step, Trial
 
-__all__ = ["play_in_workers"]
-
 OnStep = Callable[[str, Step], None]
 Finish = Callable[[Trial, Timing], None]
 

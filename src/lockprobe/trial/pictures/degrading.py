@@ -12,8 +12,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.pictures.frame import Frame
 
-__all__ = ["Damage", "degraded"]
-
 _PATCH: Final = 128
 """Grey level of the patch."""
 

@@ -15,8 +15,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.pictures.frame import Camera
 
-__all__ = ["HEIGHTS", "DepthKind", "Window", "encode", "from_millimetres", "legend", "to_millimetres", "turbo"]
-
 DepthKind = Literal["turbo", "gray", "height", "packed"]
 """Colours from near to far; greys from near to far; colours by height above the board; 16 bits in three channels."""
 

@@ -7,8 +7,6 @@ import re
 from dataclasses import dataclass, field
 from typing import Literal
 
-__all__ = ["PICTURE_NAME", "Picture", "PictureKind"]
-
 PictureKind = Literal["rgb", "depth", "depth16"]
 """Colours; depth as the agent sees it; measured depth in millimetres."""
 

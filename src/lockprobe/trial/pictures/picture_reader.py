@@ -26,8 +26,6 @@ from lockprobe.trial.pictures.depth import turbo
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.pictures.png import from_png
 
-__all__ = ["Handles", "clear_positions", "evidence", "gaze_at", "needed_acuity", "shrunk"]
-
 Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 """For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue, needing
 
-__all__ = ["from_png", "to_png"]
-
 _COMPRESSION = {"compress_level": 1, "compress_type": 3}
 """Run-length matching only: twice as fast as the default, with files of the same size."""
 
