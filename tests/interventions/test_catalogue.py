@@ -1,87 +1,106 @@
-"""Interventions by spec: those that ship, those of a package, and those of nobody."""
+"""Interventions and conditions by spec: those that ship, those of a package, and those of nobody."""
 
 import json
 import re
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from lockprobe.foundation.errors import UserMistake
+from lockprobe.cli import main
+from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.catalogue import interventions_of, shipped, shipped_as
+from lockprobe.interventions.conditions import distinct, flips, interventions_in, read_condition, sweep
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.nudge import Nudge
+from lockprobe.interventions.tremble import Tremble
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
-from lockprobe.trial.condition import place_of, spec_of
+from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
-ROWS = dict(
-    re.findall(r"^\| `([^`]+)` \| (\w+) ", (ROOT / "docs" / "interventions.md").read_text("utf-8"), re.MULTILINE)
-)
+DOCS = (HERE.parents[1] / "docs" / "interventions.md").read_text("utf-8")
+ROWS = dict(re.findall(r"^\| `([^`]+)` \| (\w+) ", DOCS, re.MULTILINE))
 """Spec in the documentation -> place."""
 
 
-def test_every_one_that_ships_has_a_test_file_and_a_line_in_the_documentation():
-    kinds = {shipped_as(Spec.parse(spec)) for spec in ROWS}
-    assert kinds == set(shipped().values())
-    modules = {kind.__module__.rpartition(".")[2] for kind in shipped().values()}
-    assert [module for module in modules if not (HERE / f"test_{module}.py").exists()] == []
+def test_every_one_that_ships_has_a_line_in_the_documentation():
+    assert {shipped_as(Spec.parse(spec)) for spec in ROWS} == set(shipped().values())
 
 
-ALONE = {spec: place for spec, place in ROWS.items() if "like=" not in spec}
-"""Those that need no other study; the other one has tests of its own for the same laws."""
+MORE = [
+    *(f"flip?p=0.3&{reading}" for reading in ("keep=0.5", "others=kept", "at=4", "from=9", "while=looping")),
+    *(f"flip?p=0.3&inverts=position&{others}" for others in ("keep=0.5", "others=kept", "others=noisy")),
+    "yoked?p=0.4", "correction?p=0.4&first=truth&last=lie", "remark?after=0", "distract?p=0.3&luck=flip",
+]  # fmt: skip
+CONTRACTS = [spec for spec in ROWS if "like=" not in spec] + MORE
+"""But for the one that needs another study, whose tests have the same laws."""
 
 
-@pytest.mark.parametrize(("spec", "place"), ALONE.items())
-def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, place, monkeypatch):
+@pytest.mark.parametrize("spec", CONTRACTS)
+def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monkeypatch):
     monkeypatch.chdir(HERE)
     (one,) = interventions_of(spec)
-    assert place_of(type(one)) == place
-    check_intervention(one, doses=(0,))
-
-
-def test_they_are_found_when_a_spec_is_read_and_not_before():
-    code = """if True:
-        import sys, lockprobe
-        lockprobe.run_trial
-        print([m for m in sys.modules if m == 'lockprobe.interventions.tremble'])
-        lockprobe.run_trial(condition='drop')
-        print([m for m in sys.modules if m == 'lockprobe.interventions.tremble'])
-    """
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout.split() == ["[]", "['lockprobe.interventions.tremble']"]
-
-
-def test_a_condition_is_read_in_order_and_written_again():
-    spec = "flip?p=0.4&others=kept + nudge?after=3 + tremble?p=0.1"
-    assert " + ".join(map(spec_of, interventions_of(spec))) == spec
-    assert interventions_of("truth") == interventions_of("") == ()
+    assert place_of(type(one)) == ROWS.get(spec, place_of(type(one)))
+    check_intervention(one, doses=(0, 1), modality="symbolic")
 
 
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
         ("lie", "no intervention is called 'lie'"),
-        ("flip?q=1", "no option of flip is called 'q'"),
-        ("flip?p=2", "expected a number from 0 to 1"),
-        ("flip?p", "expected options as name"),
-        ("nudge?after=1", "expected a number of copies from 2"),
-        ("python:nowhere:Nothing", "importable class"),
+        ("flip?p", "'flip?p', expected options as name"),
+        ("flip?p=0.1 +", "no intervention is called ''"),
+        ("python:nowhere:Nothing", "expected python:module:Name of an importable class"),
         ("python:json:JSONDecoder", "json is one of Python"),
         (f"python:{__name__}:Both", "exactly one of perceive, brief, recall, act"),
         (f"python:{__name__}:pytest.Item", "a frozen dataclass"),
+        ("flip?q=1", "no option of flip is called 'q'"),
+        ("flip?from_=5", "no option of flip is called 'from_'"),
+        ("flip?p=2", "flip rate p: got 2.0, expected a number from 0 to 1"),
+        ("flip?p=nan", "got nan, expected a"),
+        ("flip?inverts=both", "inverts: got 'both', expected one of position, outcome"),
+        ("flip?keep=2", "keep: got 2.0, expected a number from 0 to 1"),
+        ("flip?keep=0.5&others=kept", "others: got 'kept', expected none with keep=0.5, which says it already"),
+        ("flip?only=true", "only: got 'true', expected one of moved, blocked, any"),
+        ("flip?while=lost", "while: got 'lost', expected one of looping, always"),
+        ("flip?from=0", "from: got 0, expected a step from 1"),
+        ("flip?at=4;0", "at: got 0, expected a step from 1"),
+        ("flip?at=4;x", "at: got 'x', expected a whole number"),
+        ("flip?from=5&until=4", "until: got 4, expected a step from 5, the first step of the flip"),
+        ("flip?part=none", "part: got 'none', expected one of both, outcome, position"),
+        ("flip?part=outcome&keep=1", "part: got 'outcome', expected none with inverts, others or keep"),
+        ("flip?others=noisy", "others: got 'noisy', expected inverts=position with it, and no keep, part, only or"),
+        ("flip?inverts=position&others=noisy&keep=1", "others: got 'noisy', expected inverts=position with it"),
+        ("flip?like=rgb&by=place", "by: got 'place', expected one of joint, direction, total"),
+        ("flip?like=rgb&part=outcome", "none with others=noisy or part"),
+        ("flip?like=rgb&rates=slider:0.1", "rates: got 'slider:0.1', expected joints with the rates"),
+        ("flip?like=rgb&rates=slider:0.1:1.2", "rates: got 'slider:0.1:1.2'"),
+        ("flip?like=", "DIR/CONDITION, with the directory of a finished study"),
+        ("phantom?p=1.2", "phantom rate p: got 1.2, expected a number from 0 to 1"),
+        ("yoked?how=random", "how: got 'random', expected one of next, shuffle"),
+        ("correction?at=3;0", "at: got 0, expected a step from 1"),
+        ("correction?first=half", "first: got 'half', expected one of lie, truth"),
+        ("correction?last=half", "last: got 'half', expected one of lie, truth"),
+        ("correction?others=noisy", "others: got 'noisy', expected one of fresh, kept"),
+        ("correction?inverts=all", "inverts: got 'all', expected one of position, outcome"),
+        ("correction?p=2", "correction rate p: got 2"),
+        ("delay?lag=-1", "lag: got -1, expected a whole number from 0"),
+        ("force?at=-1", "at: got -1, expected a step from 1, or 0 for none"),
         ("history?last=-1", "a whole number from 0"),
-        ("flip?p=0.1 +", "no intervention is called ''"),
+        ("hypothesis?ask=never", "ask: got 'never', expected one of before, after, off"),
+        ("nudge?after=1", "expected a number of copies from 2"),
+        ("remark?after=1", "a number of copies from 2, or 0 for always"),
+        ("prompt", "a file with an instruction"),
     ],
 )
 def test_what_is_none_is_refused_in_one_line(spec, said):
     allow(spec)
-    with pytest.raises(UserMistake, match=said.replace("?", r"\?")) as refused:
+    with pytest.raises(UserMistake) as refused:
         interventions_of(spec)
+    assert said in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
@@ -96,75 +115,30 @@ class Louder:
 
 
 @dataclass(frozen=True)
-class Both:
+class Both(Louder):
     """Acts at two places."""
-
-    def brief(self, briefing, past, task, rng):
-        return briefing
 
     def act(self, joint, past, task, rng):
         return joint
 
 
-def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
+def test_a_stranger_s_class_is_named_by_its_module():
     allow(f"python:{__name__}:Louder")
     (made,) = interventions_of(f"python:{__name__}:Louder?marks=3")
     assert made == Louder(marks=3)
     assert spec_of(made) == f"python:{__name__}:Louder?marks=3"
     check_intervention(made)
-    with pytest.raises(UserMistake, match="exactly one of perceive, brief, recall, act"):
-        place_of(Both)
 
 
-@dataclass(frozen=True)
-class Draws:
-    """Draws as often as its dose says."""
-
-    doses = ("p",)
-    p: float = 0.0
-
-    def act(self, joint, past, task, rng):
-        rng.random(int(10 * self.p))
-        return joint
-
-
-@dataclass(frozen=True)
-class Counts:
-    """Keeps something between calls."""
-
-    def act(self, joint, past, task, rng):
-        SEEN.append(joint)
-        return task.joints[len(SEEN) % len(task.joints)]
-
-
-SEEN: list[str] = []
-
-
-@dataclass(frozen=True)
-class Always:
-    """Acts at dose 0."""
-
-    doses = ("p",)
-    p: float = 0.0
-
-    def act(self, joint, past, task, rng):
-        return task.joints[0]
-
-
-@pytest.mark.parametrize(
-    ("one", "said"), [(Draws(p=0.5), "equally often"), (Counts(), "keeps something"), (Always(), "as in truth")]
-)
-def test_the_contract_finds_who_breaks_it(one, said):
-    with pytest.raises(AssertionError, match=said):
-        check_intervention(one)
-
-
-def test_one_intervention_has_the_same_luck_whatever_else_acts():
-    alone, beside = (
-        run_trial(agent="random", condition=spec) for spec in ("tremble?p=0.5", "drop?p=0.9 + tremble?p=0.5")
+def test_one_intervention_has_the_same_luck_whatever_else_acts_and_whatever_its_dose():
+    alone, beside, more = (
+        run_trial(agent="random", condition=spec)
+        for spec in ("tremble?p=0.5", "drop?p=0.9 + tremble?p=0.5", "tremble?p=0.9")
     )
     assert alone.actions == beside.actions
-    assert any(step.chosen for step in alone.steps)
+    few, many = ({step.step for step in trial.steps if step.chosen} for trial in (alone, more))
+    assert few
+    assert {step for step in few if step <= len(more.steps)} <= many
 
 
 def test_a_flip_in_a_condition_is_the_flip_of_a_study():
@@ -175,33 +149,128 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
         run_trial(p=0.2, condition="flip?p=0.4")
 
 
-def test_the_command_lists_them(lockprobe_command):
-    rows = [json.loads(line) for line in lockprobe_command("list", "interventions", "--json").splitlines()]
+def test_the_command_lists_them(capsys, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["lockprobe", "list", "interventions", "--json"])
+    with pytest.raises(SystemExit):
+        main()
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {row["spec"] for row in rows} == set(shipped())
     assert {row["spec"]: row["doses"] for row in rows}["tremble"] == ["p"]
-    assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=PLACES.index)
+    places = ["told", "asked", "remembered", "done"]
+    assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=places.index)
 
 
-PLACES = ["told", "asked", "remembered", "done"]
+def test_the_truth_is_the_empty_condition():
+    assert read_condition("truth") == read_condition("") == Condition()
+    assert (Condition().label, Condition().p, Condition().does_nothing) == ("truth", 0, True)
+    assert interventions_of("truth") == ()
 
 
-@pytest.fixture
-def lockprobe_command(capsys, monkeypatch):
-    from lockprobe.cli import main
-
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["lockprobe", *arguments])
-        with pytest.raises(SystemExit):
-            main()
-        return capsys.readouterr().out
-
-    return run
+@pytest.mark.parametrize(
+    "spec", ["flip?p=0.4&others=kept + nudge?after=3 + tremble?p=0.1", "nudge + flip?p=0.4", "drop?p=0.3 + rgb"]
+)
+def test_a_spec_makes_what_it_says_and_is_said_again(spec):
+    assert read_condition(spec).spec == spec
 
 
-def test_numbers_of_a_stream_do_not_depend_on_the_dose():
-    def slips(p):
-        return {step.step for step in run_trial(agent="random", condition=f"tremble?p={p}").steps if step.chosen}
+def test_order_and_name_of_a_condition_matter_and_how_the_box_is_shown_stands_last():
+    assert read_condition("nudge + flip?p=0.4") != read_condition("flip?p=0.4 + nudge")
+    named = read_condition("flip?p=0.4", "lies")
+    assert (named.label, named.spec) == ("lies", "flip?p=0.4")
+    assert named != read_condition("flip?p=0.4")
+    shown = read_condition("warn + rgbd?depth=height")
+    assert (shown.modality, shown.specs) == ("rgbd?depth=height", ("warn",))
+    one, other = Condition(interventions=(OutcomeFlip(p=0.2),)), read_condition("nudge")
+    assert distinct([one, other, read_condition("flip?p=0.2")]) == (one, other)
+    for name in (" a", "a\nb", "nud\u200bge", "x" * 201):
+        with pytest.raises(BadValue, match="condition"):
+            Condition(interventions=(Nudge(),), name=name)
 
-    few, many = slips(0.2), slips(0.9)
-    shared = range(1, 1 + min(len(run_trial(agent="random", condition=f"tremble?p={p}").steps) for p in (0.2, 0.9)))
-    assert few & set(shared) <= many
+
+@pytest.mark.parametrize(
+    ("spec", "p", "nothing"),
+    [
+        ("truth", 0, True), ("flip?p=0", 0, True), ("flip?p=0.1234567890123", 0.1234567890123, False),
+        ("tremble?p=0", None, True), ("tremble?p=0 + flip?p=0&others=kept", None, True), ("nudge", None, False),
+        ("tremble?p=0.1", None, False), ("symbolic?tell=outcome", 0, True),
+    ],
+)  # fmt: skip
+def test_only_flips_have_a_flip_rate_and_dose_0_does_nothing(spec, p, nothing):
+    assert (read_condition(spec).p, read_condition(spec).does_nothing) == (p, nothing)
+
+
+@pytest.mark.parametrize(
+    ("written", "specs"),
+    [
+        ("tremble?p=0,0.1, 0.2", ["tremble?p=0", "tremble?p=0.1", "tremble?p=0.2"]),
+        (
+            "nudge?after=3 + drop?p=0.1,0.2&luck=flip",
+            ["nudge?after=3 + drop?p=0.1&luck=flip", "nudge?after=3 + drop?p=0.2&luck=flip"],
+        ),
+        (
+            "flip?p=0,0.2,0.4 + nudge + tremble?p=0,0.1",
+            [
+                "nudge", "nudge + tremble?p=0.1", "flip?p=0.2 + nudge", "flip?p=0.2 + nudge + tremble?p=0.1",
+                "flip?p=0.4 + nudge", "flip?p=0.4 + nudge + tremble?p=0.1",
+            ],
+        ),
+        ("flip?p=0.4&keep=0,0.5,1", ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]),
+        ("flip?p=0,0.4 + rgb?blur=0,8", ["rgb", "rgb?blur=8", "flip?p=0.4 + rgb", "flip?p=0.4 + rgb?blur=8"]),
+        (
+            "nudge + rgbd?depth=height&p=0.2,0.4",
+            ["nudge + rgbd?depth=height&p=0.2", "nudge + rgbd?depth=height&p=0.4"],
+        ),
+    ],
+)  # fmt: skip
+def test_a_sweep_is_one_condition_for_each_combination_of_doses(written, specs):
+    assert [one.spec for one in sweep(written)] == specs
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        "tremble?p=0.1", "nudge?after=2,3", "truth", "tremble?p=0,0.1 + nudge?after=2,3", "rgbd?near=0.5,0.6",
+        " + ".join(f"{name}?p={','.join('0' * 11)}" for name in ("flip", "drop", "tremble")),
+    ],
+)  # fmt: skip
+def test_a_sweep_is_over_several_values_of_a_dose(spec):
+    with pytest.raises(BadValue, match="sweep"):
+        sweep(spec)
+
+
+@pytest.mark.parametrize(
+    ("kind", "modality", "spec", "truth"),
+    [
+        ("integrated", "symbolic", "flip?p=0.4&others=kept + symbolic", "symbolic"),
+        ("integrated", "rgb", "flip?p=0.4&others=kept + rgb", "rgb"),
+        ("re-observed", "rgb?p=0.4", "flip?p=0.4 + rgb?p=0.4", "rgb?p=0.4"),
+        ("integrated", "rgb?p=0.4", "flip?p=0.4&others=kept + rgb?p=0.4", "flip?p=0&others=kept + rgb?p=0.4"),
+        ("integrated", "rgb?blur=2", "flip?p=0.4&others=kept + rgb?blur=2", "rgb?blur=2"),
+        (
+            "outcome-only", "symbolic?form=json", "flip?p=0.4 + symbolic?form=json&tell=outcome",
+            "symbolic?form=json&tell=outcome",
+        ),
+    ],
+)  # fmt: skip
+def test_the_paper_s_conditions_run_over_flip_rates_and_are_the_truth_at_rate_0(kind, modality, spec, truth):
+    assert [one.spec for one in flips((0, 0.4), kind, (modality,))] == [truth, spec]
+
+
+def test_modalities_follow_each_other_and_flips_of_outcomes_alone_need_reports_that_show_them():
+    found = flips((0, 0.4), "integrated", ("symbolic", "rgb"))
+    assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
+    for modality in ("symbolic?tell=state", "rgb"):
+        with pytest.raises(BadValue, match="^flip: got 'outcome-only', expected .*, which shows positions$"):
+            flips((0.4,), "outcome-only", (modality,))
+
+
+def test_settings_import_nothing_until_a_trial_is_played():
+    stranger = Condition(interventions=(Recorded(spec="python:mine:Hush?x=1", doses=("x",)),))
+    assert (stranger.label, stranger.dose_names) == ("python:mine:Hush?x=1", (("x",),))
+    assert stranger.doses == {"python:mine:Hush.x": 1.0}
+    with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
+        interventions_in(stranger)
+    known = Condition(interventions=(Recorded(spec="tremble?p=0.1", doses=("p",)),))
+    assert (known.is_recorded, read_condition("tremble?p=0.1").is_recorded) == (True, False)
+    assert known == Condition(interventions=(Tremble(p=0.1),))
+    assert interventions_in(known) == (Tremble(p=0.1),)

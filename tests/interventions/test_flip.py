@@ -1,4 +1,4 @@
-"""The outcome flip: what it inverts, how often, and what becomes of it."""
+"""False reports: what flips and their kin invert, how often, and what becomes of it."""
 
 import itertools
 import re
@@ -9,10 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.foundation.errors import BadValue, TrialFault
+from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.confusion import entries_of, rates_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
+from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.phantom import Phantom
+from lockprobe.interventions.second_draw import survival
 from lockprobe.statistics.loops import onset
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
@@ -20,59 +24,14 @@ from lockprobe.trial.record import STATES, Moment, Percept, Task
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
-
-
-class Fixed:
-    """A stream that always gives one number."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def random(self):
-        return self.number
-
-
-def tell(channel, percept=TRUTH, previous=None, number=0.0):
-    past = () if previous is None else (Moment(was=TRUTH, told=previous),)
-    return channel.perceive(percept, past, TASK, Fixed(number))
-
-
 LIKE = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
 NOISY = OutcomeFlip(inverts="position", others="noisy")
 PARTS = [OutcomeFlip(part="outcome"), *(OutcomeFlip(part="position", inverts=one) for one in ("position", "outcome"))]
 
 
-@pytest.mark.parametrize("like", LIKE, ids=lambda one: one.reading)
-def test_nothing_is_flipped_at_zero_and_everything_at_one(like):
-    honest, lying = tell(like), tell(like.at_rate(1.0), number=0.999999)
-    assert honest.outcome == "moved"
-    assert lying.outcome == "blocked"
-
-
-def test_outcome_and_position_of_the_attempted_joint_agree():
-    told = tell(OutcomeFlip(p=1.0))
-    assert (told.outcome, told.positions) == ("blocked", (False, False, False))
-
-
-def test_the_first_look_is_never_flipped():
-    opening = Percept(positions=(False, False, False))
-    assert tell(OutcomeFlip(p=1.0), opening) == opening
-
-
-def test_a_lie_is_gone_in_the_next_report_of_another_joint():
-    lie = tell(OutcomeFlip(p=1.0))
-    later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
-    assert tell(OutcomeFlip(p=0.0), later, lie).positions == (False, True, False)
-
-
-def test_a_latched_lie_stays_until_the_joint_is_attempted_again():
-    lie = tell(OutcomeFlip(p=1.0, inverts="position", others="kept"))
-    later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
-    still = tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), later, lie)
-    assert still.positions == (False, False, False)
-    again = Percept(joint="B", outcome="moved", positions=(False, False, False))
-    assert tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), again, still).positions == (False, False, False)
-    assert tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), again, lie).outcome == "moved"
+@pytest.mark.parametrize("percept", [Percept(positions=(False, True, False)), Percept(joint="B")])
+def test_a_first_look_and_a_report_that_says_nothing_are_not_inverted(percept):
+    assert OutcomeFlip(p=1.0).perceive(percept, (), TASK, np.random.default_rng(1)) == percept
 
 
 def played(like, seed=1, agent="random", p=0.5, **settings):
@@ -87,18 +46,19 @@ def told_errors(trial):
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
-@pytest.mark.parametrize("like", LIKE, ids=lambda one: one.reading)
+@pytest.mark.parametrize("like", [*LIKE, *PARTS], ids=lambda one: one.reading)
 def test_each_reading_is_its_law_of_false_positions(like, seed):
     """Position: false if this report is flipped. Outcome: false if it was before, or this report is flipped, not both.
-    Others: true if fresh, as they were if kept."""
+    Others: true if fresh, as they were if kept. One part alone: at the same steps, and the other part is true."""
     flips = [step.told_falsely for step in played(OutcomeFlip(), seed, modality="symbolic").steps]
     trial = played(like, seed, modality="symbolic")
+    assert [step.told_falsely for step in trial.steps] == [one and like.part != "position" for one in flips]
     before = [False] * 8
     for step, flipped, after in zip(trial.steps, flips, told_errors(trial), strict=False):
-        assert step.told_falsely == flipped
         for joint in range(8):
             if trial.joints[joint] == step.joint:
-                assert after[joint] == flipped ^ (like.inverts == "outcome" and before[joint])
+                law = flipped ^ (like.inverts == "outcome" and before[joint])
+                assert after[joint] == (law and like.part != "outcome")
             elif like.keep in (0, 1):
                 assert after[joint] == (before[joint] and like.keep == 1)
             else:
@@ -106,17 +66,14 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
         before = after
 
 
-@pytest.mark.parametrize("seed", range(1, 4))
-@pytest.mark.parametrize("like", PARTS, ids=lambda one: f"{one.part}-{one.inverts}")
-def test_one_part_of_a_false_report_is_false_at_the_steps_of_the_whole(like, seed):
-    flips = [step.told_falsely for step in played(OutcomeFlip(), seed, modality="symbolic").steps]
-    trial, before = played(like, seed, modality="symbolic"), [False] * 8
-    assert [step.told_falsely for step in trial.steps] == [flipped and like.part == "outcome" for flipped in flips]
-    for step, flipped, after in zip(trial.steps, flips, told_errors(trial), strict=False):
-        for joint, name in enumerate(trial.joints):
-            repeated = like.inverts == "outcome" and before[joint]
-            assert after[joint] == (like.part == "position" and name == step.joint and flipped ^ repeated)
-        before = after
+def test_it_draws_equally_often_whatever_its_parameters():
+    after = set()
+    for channel in [like.at_rate(p) for like in [*LIKE, NOISY, *PARTS] for p in (0.0, 0.3, 1.0)]:
+        rng, past = np.random.default_rng(1), ()
+        for _ in range(7):
+            past = (*past, Moment(was=TRUTH, told=channel.perceive(TRUTH, past, TASK, rng)))
+        after.add(rng.random())
+    assert len(after) == 1
 
 
 @pytest.mark.parametrize("modality", [STATES, "symbolic?tell=outcome"])
@@ -144,14 +101,9 @@ def test_noise_on_all_joints_is_nested_in_p_and_inverts_the_attempted_joint_as_e
     assert (fewer <= some).all()
     assert (some <= more).all()
     assert fewer.sum() < some.sum() < more.sum()
-
-
-def test_noise_on_all_joints_keeps_to_the_steps_of_the_flip():
-    trial = run_trial(
-        agent="random", box="chain-8", condition=[OutcomeFlip(p=1, inverts="position", others="noisy", at=(3, 5))]
-    )
-    assert [any(wrong) for wrong in told_errors(trial)][:6] == [False, False, True, False, True, False]
-    assert all(told_errors(trial)[2])
+    few = told_errors(run_trial(agent="random", box="chain-8", condition=[replace(NOISY, p=1, at=(3, 5))]))
+    assert [any(wrong) for wrong in few][:6] == [False, False, True, False, True, False]
+    assert all(few[2])
 
 
 @pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant"])
@@ -162,18 +114,6 @@ def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, ke
     trials = [played(like, trial=trial, agent=agent, p=0.3, modality=STATES) for trial in range(1, 41)]
     false = [step.told_falsely for trial in trials for step in trial.steps]
     assert abs(np.mean(false) - 0.3) < 4 * (0.21 / len(false)) ** 0.5
-
-
-def test_an_agent_that_repeats_infers_other_outcomes_than_a_share_p_where_positions_are_inverted():
-    """2p(1 - p) after a repeat, .32 at p = .2 and .32 at .8, where the last report was of the same joint."""
-    for p, share in ((0.2, 0.32), (0.8, 0.32)):
-        rng, channel, past, false = np.random.default_rng(3), OutcomeFlip(p=p, inverts="position"), (), []
-        for _ in range(4_000):
-            blocked = Percept(joint="B", outcome="blocked", positions=(False, False, False))
-            told = channel.perceive(blocked, past, TASK, rng)
-            false += [told.positions != past[-1].told.positions] if past else []
-            past = (Moment(was=blocked, told=told),)
-        assert np.mean(false) == pytest.approx(share, abs=0.03)
 
 
 @pytest.mark.parametrize("agent", ["random", "random-no-repeat", "round-robin"])
@@ -207,6 +147,11 @@ def test_a_false_position_survives_with_probability_keep_and_independently_of_ot
     assert np.corrcoef(told.T.astype(float)) == pytest.approx(np.eye(3), abs=0.03)
 
 
+def test_the_second_number_of_a_draw_is_the_same_for_one_and_for_many():
+    drawn = np.random.default_rng(1).random(50)
+    assert survival(drawn, 3).tolist() == [survival(one, 3) for one in drawn.tolist()]
+
+
 @pytest.mark.parametrize(
     ("spec", "canonical", "reading"),
     [
@@ -224,11 +169,8 @@ def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
     assert (spec_of(flip), flip.reading) == (canonical, reading)
     assert interventions_of(canonical) == (flip,)
     assert READINGS[flip.inverts, flip.others] in reading
-
-
-def test_a_part_has_a_name_of_its_own():
-    assert OutcomeFlip(part="outcome").reading == "outcome noise with true positions"
-    assert OutcomeFlip(part="position", inverts="position").reading == "memoryless state noise with true outcomes"
+    with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only, mem"):
+        flip_of("sometimes")
 
 
 @given(st.integers(0, 10_000), st.floats(0, 1), st.floats(0, 1))
@@ -241,40 +183,6 @@ def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, o
         return [channel.perceive(TRUTH, (), TASK, rng).outcome == "blocked" for _ in range(20)]
 
     assert all(not at_low or at_high for at_low, at_high in zip(flips(low), flips(high), strict=True))
-
-
-def test_it_draws_equally_often_whatever_its_parameters():
-    after = set()
-    for channel in [like.at_rate(p) for like in [*LIKE, NOISY, *PARTS] for p in (0.0, 0.3, 1.0)]:
-        rng = np.random.default_rng(1)
-        past = ()
-        for _ in range(7):
-            past = (*past, Moment(was=TRUTH, told=channel.perceive(TRUTH, past, TASK, rng)))
-        after.add(rng.random())
-    assert len(after) == 1
-
-
-def test_its_rate_is_p():
-    rng = np.random.default_rng(7)
-    channel = OutcomeFlip(p=0.3)
-    n = 20_000
-    flipped = sum(channel.perceive(TRUTH, (), TASK, rng).outcome == "blocked" for _ in range(n))
-    assert abs(flipped / n - 0.3) < 4 * (0.3 * 0.7 / n) ** 0.5
-
-
-def test_bad_settings_are_named():
-    with pytest.raises(BadValue, match=r"^flip rate p: got 1.2, expected a number from 0 to 1$"):
-        OutcomeFlip(p=1.2)
-    with pytest.raises(BadValue, match=r"^flip rate p: got nan"):
-        OutcomeFlip(p=float("nan"))
-    with pytest.raises(BadValue, match="^inverts: got 'both', expected one of position, outcome$"):
-        OutcomeFlip(p=0.2, inverts="both")
-    with pytest.raises(BadValue, match=r"^keep: got 2, expected a number from 0 to 1$"):
-        OutcomeFlip(p=0.2, keep=2)
-    with pytest.raises(BadValue, match=r"^others: got 'kept', expected none with keep=0.5, which says it already$"):
-        OutcomeFlip(p=0.2, keep=0.5, others="kept")
-    with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only, mem"):
-        flip_of("sometimes")
 
 
 def lies(condition, agent="round-robin", **settings):
@@ -313,42 +221,177 @@ def test_every_option_is_in_the_record():
     assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
 
 
-def test_the_draws_are_as_many_whatever_the_options():
-    after = set()
-    for spec in ("flip?p=1", "flip?p=1&only=moved", "flip?p=1&at=4", "flip?p=1&from=9", "flip?p=1&while=looping"):
-        (channel,) = interventions_of(spec)
-        rng = np.random.default_rng(1)
-        for _ in range(7):
-            channel.perceive(TRUTH, (Moment(was=TRUTH, told=TRUTH),), TASK, rng)
-        after.add(rng.random())
-        assert interventions_of(spec_of(channel)) == (channel,)
-    assert len(after) == 1
-
-
-def test_a_report_that_says_nothing_is_not_inverted():
-    silent = Percept(joint="B")
-    assert tell(OutcomeFlip(p=1.0), silent) == silent
-
-
-@pytest.mark.parametrize(
-    ("spec", "said"),
-    [
-        ("flip?only=true", "only: got 'true', expected one of moved, blocked, any"),
-        ("flip?while=lost", "while: got 'lost', expected one of looping, always"),
-        ("flip?from=0", "from: got 0, expected a step from 1"),
-        ("flip?at=4;0", "at: got 0, expected a step from 1"),
-        ("flip?at=4;x", "at: got 'x', expected a whole number"),
-        ("flip?from=5&until=4", "until: got 4, expected a step from 5, the first step of the flip"),
-        ("flip?part=none", "part: got 'none', expected one of both, outcome, position"),
-        ("flip?part=outcome&keep=1", "part: got 'outcome', expected none with inverts, others or keep"),
-        (
-            "flip?others=noisy",
-            "others: got 'noisy', expected inverts=position with it, and no keep, part, only or while",
-        ),
-        ("flip?inverts=position&others=noisy&keep=1", "others: got 'noisy', expected inverts=position with it"),
-        ("flip?from_=5", "no option of flip is called 'from_'"),
-    ],
+# Flips like the misreadings of a finished study.
+LABELS = "ABCDEFGH"
+RATE = st.integers(0, 1000).map(lambda found: found / 1000)
+MATRIX = st.dictionaries(
+    st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,10}", fullmatch=True), st.tuples(RATE, RATE), max_size=8
 )
-def test_bad_options_are_named_as_users_call_them(spec, said):
-    with pytest.raises(UserMistake, match=f"^{re.escape(said)}"):
-        interventions_of(spec)
+
+
+@given(MATRIX)
+def test_rates_of_misreadings_are_written_and_read_again(rates):
+    assert rates_of(entries_of(rates)) == rates
+
+
+def misread(hidden, invented, others=LABELS, first=(), **options):
+    """The intervention with the same two rates for every joint, but the first."""
+    entries = (*first, *(f"{label}:{hidden}:{invented}" for label in others))
+    return [replace(MisreadFlip(like="rgb"), by_label=entries, **options)]
+
+
+def blind(condition, trial=1):
+    """A trial of an agent that heeds nothing, so that outcomes are the same whatever it is told."""
+    return run_trial(agent="random", box="gray-code-4", trial=trial, condition=condition)
+
+
+def false(condition, trial):
+    return [step.told_falsely for step in blind(condition, trial).steps]
+
+
+@pytest.mark.parametrize("trial", range(1, 9))
+def test_misreadings_are_as_frequent_as_each_direction_and_joint_has_it_and_at_one_rate_the_flip(trial):
+    truth = blind("truth", trial)
+    moved = [step.moved for step in truth.steps]
+    assert false(misread(0.4, 0.4), trial) == false(misread(0.8, 0.8, p=0.5), trial) == false("flip?p=0.4", trial)
+    assert false(misread(1, 0), trial) == moved
+    assert false(misread(0, 1), trial) == [not one for one in moved]
+    assert blind(misread(0.8, 0.8, p=0.0), trial).steps == truth.steps
+    joint = truth.joints[truth.labels.index("A")]
+    at_one = [step.joint == joint for step in truth.steps]
+    assert false(misread(0, 0, LABELS[1:], ("A:1:1",)), trial) == at_one
+
+
+def test_its_spec_leaves_out_what_is_filled_in_and_alone_it_has_no_rates():
+    (one,) = interventions_of("flip?like=d/rgb&by=total&others=kept")
+    assert spec_of(one) == "flip?p=1&others=kept&like=d/rgb&by=total"
+    known = replace(one, rates=("slider:0.1:0.2",), size=7)
+    assert interventions_of(spec_of(known)) == (known,)
+    assert Spec.parse(spec_of(known)).options["rates"] == "slider:0.1:0.2"
+    assert spec_of(replace(known, by_label=("A:0.1:0.2",))) == spec_of(known)
+    with pytest.raises((BadValue, TrialFault), match="a study that has it, with the rates that it read"):
+        run_trial(agent="random", condition="flip?like=rgb")
+
+
+# Yoked reports are as often false as their source, at steps of another trial.
+def yoked(condition, trial):
+    """For each step whether its report was false, where nothing that is told changes what is done."""
+    settings = {"agent": "round-robin", "box": "chain-7", "max_steps": 24, "shuffle": "never"}
+    return [step.told_falsely for step in run_trial(condition=condition, trial=trial, **settings).steps]
+
+
+@pytest.mark.parametrize("trial", range(1, 7))
+def test_yoked_lies_where_the_flip_of_the_next_trial_does_or_shuffled_exactly_as_often(trial):
+    assert yoked("yoked?p=0.4", trial) == yoked("flip?p=0.4", trial + 1) != yoked("flip?p=0.4", trial)
+    found = {}
+    for p in (0.0, 0.2, 0.4, 1.0):
+        source, shuffled = yoked(f"flip?p={p}", trial), yoked(f"yoked?p={p}&how=shuffle", trial)
+        assert sum(shuffled) == sum(source)
+        assert p in (0.0, 1.0) or shuffled != source
+        found[p] = shuffled
+    assert all(more or not fewer for fewer, more in zip(found[0.2], found[0.4], strict=True))
+
+
+def test_a_flip_beside_a_yoked_one_keeps_its_luck():
+    both = yoked("flip?p=0.3 + yoked?p=0.4", 2)
+    assert both == [a != b for a, b in zip(yoked("flip?p=0.3", 2), yoked("yoked?p=0.4", 2), strict=True)]
+
+
+# Phantoms: which joint seems to jump, how often, and that nothing else is false.
+def jumped(p, seed=1, truth=TRUTH, reports=4_000):
+    """Whether the position of each joint is false in each report, shape (reports, joints)."""
+    rng, past, found = np.random.default_rng(seed), (), []
+    for _ in range(reports):
+        percept = Phantom(p=p).perceive(truth, past, TASK, rng)
+        assert percept.outcome == truth.outcome
+        found.append([a != b for a, b in zip(percept.positions, truth.positions, strict=True)])
+        past = (Moment(was=truth, told=percept),)
+    return np.array(found)
+
+
+def test_a_share_p_of_reports_has_one_joint_that_jumps_each_other_equally_likely_and_nested():
+    share = jumped(0.4)
+    assert set(share.sum(axis=1)) == {0, 1}
+    assert share.mean(axis=0) == pytest.approx([0.2, 0, 0.2], abs=0.03)
+    fewer, more, every = (jumped(p, reports=200) for p in (0.2, 0.5, 1))
+    assert (fewer <= more).all()
+    assert (more <= every).all()
+    assert (every.sum(axis=1) == 1).all()
+    alone = Percept(joint="A", outcome="blocked", positions=(False,))
+    task = Task(joints=("A",), target="A", budget=2)
+    assert Phantom(p=1.0).perceive(alone, (), task, np.random.default_rng(1)) == alone
+
+
+def test_phantoms_come_at_the_steps_at_which_a_flip_of_equal_p_lies():
+    lied, _ = lies("flip?p=0.4", seed=3)
+    none, phantom = lies("phantom?p=0.4", seed=3)
+    truth = [step.state for step in phantom.steps[1:]]
+    jumps = {step.step for was, step in zip(truth, phantom.steps, strict=False) if was != step.told_state}
+    assert jumps == lied - {30} != set()
+    assert none == set()
+
+
+def test_where_no_outcome_is_told_an_attempt_of_the_joint_that_jumped_is_inferred_falsely():
+    trials = [run_trial(agent="random", condition="phantom?p=0.5", modality=STATES, trial=n) for n in range(1, 21)]
+    inferred = [step.told_falsely for trial in trials for step in trial.steps]
+    assert 0.02 < np.mean(inferred) < 0.25  # one in eight attempts meets the joint that jumped
+
+
+# Corrections: a report in two statements, of which the last one is what was told.
+SAYS = ("lie", "truth")
+
+
+def steps(condition, seed=1, **more):
+    trial = run_trial(agent="round-robin", condition=condition, seed=seed, box="chain-7", max_steps=30, **more)
+    return trial.steps
+
+
+@pytest.mark.parametrize("last", SAYS)
+@pytest.mark.parametrize("first", SAYS)
+def test_a_correction_hits_the_steps_at_which_the_flip_lies_and_its_last_statement_is_what_is_told(first, last):
+    for seed in range(1, 4):
+        lied = [step.step for step in steps("flip?p=0.4", seed) if step.told_falsely]
+        found = steps(f"correction?p=0.4&first={first}&last={last}", seed)
+        assert [step.step for step in found if "Correction:" in step.told] == lied != []
+        assert [step.step for step in found if step.told_falsely] == (lied if last == "lie" else [])
+
+
+@pytest.mark.parametrize("reading", ["", "&others=kept", "&inverts=position", "&inverts=position&others=kept"])
+@pytest.mark.parametrize("first", SAYS)
+def test_a_lie_that_stands_last_is_the_false_report_of_the_flip(first, reading):
+    flipped = steps(f"flip?p=0.4{reading}")
+    for plain, said in zip(flipped, steps(f"correction?p=0.4&first={first}&last=lie{reading}"), strict=True):
+        assert (said.told_moved, said.told_state) == (plain.told_moved, plain.told_state)
+        assert said.told.split("Correction:")[-1].strip() == plain.told
+
+
+@pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state", "symbolic?form=json", "symbolic?form=table"])
+def test_each_statement_is_the_report_that_says_it_alone(modality):
+    """While nothing false was told before, the lie is the flip's and the truth the true report."""
+    flipped, true = steps("flip?p=1&at=3", modality=modality)[2], steps("truth", modality=modality)[2]
+    alone = {"lie": flipped.told, "truth": true.told}
+    assert flipped.told != true.told
+    for first, last in itertools.product(SAYS, SAYS):
+        said = steps(f"correction?p=1&at=3&first={first}&last={last}", modality=modality)
+        words = [part.strip() for part in said[2].told.split("Correction:")]
+        assert words == [alone[first], alone[last]]
+        assert not any("Correction:" in step.told for step in (*said[:2], *said[3:]))
+
+
+def test_strategies_play_by_the_last_statement():
+    for agent in ("human-inspired", "cognitive:careful"):
+        truth, lied = (run_trial(agent=agent, condition=acting) for acting in ("", "flip?p=0.5"))
+        assert truth.actions != lied.actions
+        for first in SAYS:
+            last_true, last_false = (
+                run_trial(agent=agent, condition=f"correction?p=0.5&first={first}&last={last}")
+                for last in ("truth", "lie")
+            )
+            assert (last_true.actions, last_false.actions) == (truth.actions, lied.actions)
+
+
+@pytest.mark.parametrize("later", ["drop?p=1", "delay?lag=2"])
+def test_a_report_that_is_dropped_or_late_has_no_correction(later):
+    for told, plain in zip(steps(f"correction?p=1 + {later}"), steps(later), strict=True):
+        assert (told.told, told.told_moved) == (plain.told, plain.told_moved)
+        assert "Correction" not in told.told
