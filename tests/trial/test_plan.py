@@ -1,13 +1,23 @@
-"""Plans, and the names by which joints go in a trial."""
+"""Plans, the names by which joints go in a trial, and where interventions act in it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
+from builders import make_trial
 from seen import PhotographedPlant
 
+from lockprobe import run_trial
 from lockprobe.boxes.families import box
+from lockprobe.interventions.catalogue import interventions_of, with_words
 from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
+from lockprobe.interventions.yoked import Yoked
+from lockprobe.trial.asked_again import asked_again
+from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.protocols import AgentTraits, InterventionTraits, PlantTraits
+from lockprobe.trial.record import TrialError
 from lockprobe.trial.trial_name import ForkName
 
 PLAN = Plan(
@@ -16,7 +26,7 @@ PLAN = Plan(
 )  # fmt: skip
 
 
-def test_names_agree_with_each_other():
+def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing():
     names = Names(PLAN)
     task = names.task(PLAN)
     assert sorted(names.order) == list(range(5))
@@ -25,13 +35,8 @@ def test_names_agree_with_each_other():
     assert [names.index(label) for label in task.joints] == list(names.order)
     assert task.target == names.labels[PLAN.box.target_index]
     assert task.places == tuple(PLAN.box.joints[i].place for i in names.order)
-
-
-def test_what_is_seen_has_its_handles_in_the_order_of_the_listing():
-    names = Names(PLAN)
     percept = names.percept(PhotographedPlant(PLAN.box).attempt(2))
-    frame = percept.look()
-    assert [int(x) for x in frame.handles[:, 0, 0]] == list(names.order)
+    assert [int(x) for x in percept.look().handles[:, 0, 0]] == list(names.order)
     assert percept.joint == names.labels[2]
     assert names.percept(PhotographedPlant(PLAN.box).observe()).joint is None
 
@@ -60,3 +65,91 @@ def test_the_key_of_a_fork_is_that_of_its_parent_and_what_was_changed():
     forked = replace(PLAN, fork=fork, condition=replace(PLAN.condition, name="fork: lie"))
     assert forked.key == "test/fake/rgb/rep=1/trial=3/at=2/lie/then=truth/time=3"
     assert (forked.name, forked.label) == (PLAN.name, PLAN.label)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aloud:
+    """Acts on words."""
+
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return percept
+
+
+def places(spec, *more):
+    return Places.of(with_words((*interventions_of(spec), *more), TextChannel(tell="state")))
+
+
+def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_ahead():
+    found = places("nudge + flip?p=0.2 + tremble?p=0.1 + history?last=3 + flip?p=0.2 + yoked?p=0.4", Aloud())
+    names = [type(one).__name__ for one in found.all]
+    of = {
+        place: [names[number] for number in getattr(found, place)]
+        for place in ("channels", "showing", "after", "prompts", "memories", "actuators")
+    }
+    assert of == {
+        "channels": ["OutcomeFlip", "OutcomeFlip", "Yoked"],
+        "showing": ["TextChannel"],
+        "after": ["Aloud"],
+        "prompts": ["Nudge"],
+        "memories": ["History"],
+        "actuators": ["Tremble"],
+    }
+    streams = dict(zip(names, found.streams, strict=True))
+    assert (streams["Tremble"], streams["TextChannel"]) == (("Tremble-0", 0), None)
+    channels = [found.streams[number] for number in found.channels]
+    assert channels == [("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
+    assert list(found.specs.values())[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
+    wordless = Places.of(interventions_of("flip?p=0.2 + drop?p=0.1"))
+    assert (wordless.channels, wordless.showing, wordless.after) == ((0, 1), (), ())
+
+
+@pytest.mark.parametrize("spec", ["truth", "flip?p=0.3 + nudge", "tremble?p=0.2 + history?last=2"])
+def test_the_record_says_what_acted_with_its_settings_as_they_were_given(spec):
+    trial, found = run_trial(agent="random", condition=spec, modality="symbolic?tell=state"), places(spec)
+    assert (trial.channels, trial.interventions) == (found.channel_facts, found.other_facts)
+    assert list(trial.changed) == list(found.specs.values())
+    whole, real = (Places.of([OutcomeFlip(p=p)]).channel_facts[0]["p"] for p in (0, 0.0))
+    assert (repr(whole), repr(real)) == ("0", "0.0")
+
+
+class Everything:
+    """Declares by class attributes, and by a property."""
+
+    doses = ("p",)
+    after_words = always_tells = unseeded = attended = True
+    ahead = property(lambda self: 3)
+
+
+def test_what_is_declared_is_read_from_class_and_object_and_else_are_the_defaults():
+    for one in (object, object(), None):
+        assert InterventionTraits.of(one) == InterventionTraits()
+        assert (AgentTraits.of(one), PlantTraits.of(one)) == (AgentTraits(), PlantTraits())
+    traits = InterventionTraits(doses=("p",), after_words=True, always_tells=True, ahead=3)
+    assert InterventionTraits.of(Everything()) == traits
+    assert InterventionTraits.of(Everything).doses == ("p",)
+    assert AgentTraits.of(Everything).unseeded
+    assert PlantTraits.of(Everything).attended
+    flip, yoked, words = (InterventionTraits.of(one) for one in (OutcomeFlip(), Yoked(), TextChannel(tell="state")))
+    assert (flip.name, flip.doses, flip.stream, flip.ahead) == ("flip", ("p", "keep"), "channel", 0)
+    assert (yoked.stream, yoked.ahead) == (flip.stream, 1)
+    assert (words.shows, words.shown is None, words.after_words) == (True, False, False)
+
+
+def replied(agent, *replies, broken=()):
+    """A trial with so many replies to each decision, and an error after so many."""
+    trial = make_trial([0] * len(replies), agent=agent, budget=9, broken="reply" if broken else None)
+    steps = [
+        replace(step, decision=replace(step.decision, replies=("?",) * n))
+        for step, n in zip(trial.steps, replies, strict=True)
+    ]
+    error = TrialError(boundary="reply", message="m", step=9, replies=("?",) * broken[0]) if broken else None
+    return replace(trial, steps=tuple(steps), error=error)
+
+
+def test_every_reply_but_the_last_was_asked_for_again():
+    trials = [replied("llm:a", 1, 3, 1), replied("llm:a", 2, broken=(5,)), replied("llm:b", 1, 1), replied("random", 0)]
+    assert asked_again(trials) == {"llm:a": (2 + 1 + 4, 5 + 2 + 5)}
+    assert asked_again(replace(trial, called="Ours") for trial in trials) == {"Ours": (7, 14)}
+    assert asked_again([replied("llm:b", 1, broken=(1,))]) == {}

@@ -1,18 +1,23 @@
-"""Records on disk: round trip and refusal."""
+"""Records on disk: round trip, refusal, and reading many lines as each alone, with equal parts as one object."""
 
+import json
 import math
 from dataclasses import replace
 
 import pytest
+from builders import make_trial
+from hypothesis import given
+from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.trial_json import trial_from_json, trial_to_json
+from lockprobe.foundation.storage.jsonl import with_checksum
+from lockprobe.trial.record import TrialError
+from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json, trial_to_line
+from lockprobe.trial.trial_reader import TrialReader
 
-
-def test_a_record_survives_the_disk():
-    trial = run_trial(agent="human-inspired", p=0.4)
-    assert trial_from_json(trial_to_json(trial)) == trial
+IDENTITY = "0123456789ab"
+SOLVED, FAILED = (trial_to_json(run_trial(agent=agent, seed=1)) for agent in ("human-inspired", "random"))
 
 
 @pytest.mark.parametrize(
@@ -29,11 +34,23 @@ def test_a_record_survives_the_disk():
         (b'"budget":20', b'"budget":3', "at most the budget of 3"),
         (b'"ending":"budget"', b'"ending":"solved"', "a last step that moved the target"),
         (b'"target":"revolute-left"', b'"target":"lid"', "target: got 'lid'"),
+        (b'"ending":"solved"', b'"ending":"budget"', "solved, or no step that moved the target"),
+        (b'"ending":"solved"', b'"ending":"error"', "error: got None, expected one exactly if the ending is error"),
+        (b'"labels":["', b'"labels":["Z","', "labels: got"),
+        (b'"solved"', b'"solved","solvd":true', "solvd"),
+        (b'"budget":20', b'"budget":"20"', "budget"),
+        (b'"budget":20', b'"budget":1000000', "at most the budget of 10000"),
+        (b'"moved":true', b'"moved":"yes"', "moved"),
+        (b'"told_state":"0001"', b'"told_state":"zzz"', "told state: got 'zzz'"),
+        (b'"budget":20', b'"budget":21', "expected 21, since the steps ran out"),
+        *(
+            (b'"decision":{', b'"decision":{"probabilities":%s,' % chances, "probabilities: got")
+            for chances in (b"[-1,2,0,0]", b"[1.0]", b"[0.5,0.5,1e308,0]", b"[0.25,0.25,0.25,NaN]")
+        ),
     ],
 )
 def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
-    agent = "random" if b'"budget"' in old else "human-inspired"  # the one fails, the other solves
-    line = trial_to_json(run_trial(agent=agent, seed=1))
+    line = FAILED if b'"budget"' in old and b'"20"' not in new else SOLVED
     assert old in line
     with pytest.raises(BadValue, match=where):
         trial_from_json(line.replace(old, new))
@@ -45,16 +62,17 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
         ({"specs": ("flip?p=2",), "doses": {"flip.p": 2.0}}, "flip.p: got 2.0"),
         ({"doses": {"flip.p": math.nan}}, "doses.flip.p"),
         ({"replays": -1}, "replays', expected a trial .* at least 0|replays', expected a trial .*equal to 0"),
+        ({"steps": ()}, "expected a last step that moved the target"),
     ],
 )
 def test_a_value_that_no_trial_has_is_refused(odd, where):
     with pytest.raises(BadValue, match=where):
-        trial_from_json(trial_to_json(replace(run_trial(agent="random"), **odd)))
+        trial_from_json(trial_to_json(replace(run_trial(seed=1), **odd)))
 
 
 @pytest.mark.parametrize("name", ["../../secret.png", "A" * 20 + ".png", "a" * 20 + ".png\n", ""])
 def test_a_record_names_no_file_outside_its_directory(name):
-    trial = run_trial(agent="human-inspired")
+    trial = trial_from_json(SOLVED)
     first = replace(trial.steps[0], pictures={"rgb": name})
     for odd in (replace(trial, opening_pictures={"rgb": name}), replace(trial, steps=(first, *trial.steps[1:]))):
         with pytest.raises(BadValue, match="rgb picture"):
@@ -62,48 +80,6 @@ def test_a_record_names_no_file_outside_its_directory(name):
     fine = replace(trial, opening_pictures={"rgb": "0123456789abcdef0123.png"})
     assert trial_from_json(trial_to_json(fine)) == fine
     assert fine.picture_names == {"0123456789abcdef0123.png"}
-
-
-def test_a_trial_without_steps_is_no_trial():
-    line = trial_to_json(run_trial())
-    start, end = line.index(b'"steps":[') + 9, line.rindex(b'],"ending"')
-    with pytest.raises(BadValue, match="expected a last step that moved the target"):
-        trial_from_json(line[:start] + line[end:])
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b'"ending":"solved"', b'"ending":"budget"', "solved, or no step that moved the target"),
-        (b'"ending":"solved"', b'"ending":"error"', "error: got None, expected one exactly if the ending is error"),
-        (b'"labels":["', b'"labels":["Z","', "labels: got"),
-        (b'"solved"', b'"solved","solvd":true', "solvd"),
-        (b'"budget":20', b'"budget":"20"', "budget"),
-        (b'"budget":20', b'"budget":1000000', "at most the budget of 10000"),
-        (b'"moved":true', b'"moved":"yes"', "moved"),
-        (b'"told_state":"0001"', b'"told_state":"zzz"', "told state: got 'zzz'"),
-    ],
-)
-def test_contradictions_are_refused(old, new, message):
-    line = trial_to_json(run_trial(agent="human-inspired", seed=1))
-    assert old in line
-    with pytest.raises(BadValue, match=message):
-        trial_from_json(line.replace(old, new, 1))
-
-
-@pytest.mark.parametrize("chances", ["[-1,2,0,0]", "[1.0]", "[0.5,0.5,1e308,0]", "[0.25,0.25,0.25,NaN]"])
-def test_probabilities_are_probabilities(chances):
-    line = trial_to_json(run_trial(agent="human-inspired", seed=1))
-    damaged = line.replace(b'"decision":{', b'"decision":{"probabilities":%s,' % chances.encode(), 1)
-    with pytest.raises(BadValue, match="probabilities: got"):
-        trial_from_json(damaged)
-
-
-def test_a_trial_that_ran_out_of_steps_used_them_all():
-    line = trial_to_json(run_trial(agent="random", seed=1))
-    assert b'"ending":"budget"' in line
-    with pytest.raises(BadValue, match="expected 21, since the steps ran out"):
-        trial_from_json(line.replace(b'"budget":20', b'"budget":21'))
 
 
 @pytest.mark.parametrize("number", [b"1e999", b"-1e999", b"NaN", b"1" + 400 * b"0"], ids=["inf", "-inf", "nan", "huge"])
@@ -126,8 +102,117 @@ def test_no_number_of_a_record_is_beyond_what_can_be_exported(field, changed, nu
     assert field in line
     with pytest.raises(BadValue, match="trial record"):
         trial_from_json(line.replace(field, changed % number, 1))
+    assert trial_from_json(line.replace(b'"seed":1', b'"seed":%d' % 2**63)).seed == 2**63  # the largest
 
 
-def test_the_largest_seed_is_read():
-    line = trial_to_json(run_trial(seed=1)).replace(b'"seed":1', b'"seed":%d' % 2**63)
-    assert trial_from_json(line).seed == 2**63
+PLAYED = [
+    run_trial(agent=agent, condition=condition, trial=trial)
+    for agent in ("random", "human-inspired", "cognitive:perseverant")
+    for condition in ("truth", "flip?p=0.4", "tremble?p=0.3 + nudge", "history?last=2 + drop?p=0.3")
+    for trial in (1, 2, 3)
+]
+LINES = [trial_to_line(trial, IDENTITY) for trial in PLAYED]
+
+
+def outcome(read, line):
+    try:
+        return read(line)
+    except BadValue as error:
+        return str(error)
+
+
+def warm():
+    reader = TrialReader()
+    for line in LINES:
+        reader.read(line)
+    return reader
+
+
+READER = warm()
+
+
+def test_it_reads_what_was_written():
+    reader = TrialReader()
+    for line, trial in [*zip(LINES, PLAYED, strict=True)] * 2:
+        assert reader.read(line) == trial_from_line(line) == (trial, IDENTITY)
+
+
+def test_equal_steps_and_equal_settings_are_one_object():
+    reader = TrialReader()
+    first, second = (
+        reader.read(trial_to_line(replace(make_trial([0, 1, 2], trial=number), budget=3, ending="budget"), IDENTITY))[0]
+        for number in (1, 2)
+    )
+    assert first != second
+    assert all(one is other for one, other in zip(first.steps, second.steps, strict=True))
+    assert first.facts is second.facts
+    assert first.doses is second.doses
+
+
+def test_what_only_one_trial_has_is_read_whole():
+    reader = warm()
+    broken = replace(
+        PLAYED[0], ending="error", error=TrialError(boundary="model", message='a,"ending":"b', step=1), steps=()
+    )
+    noted = replace(PLAYED[0], facts={"repetition": 1, "steps": "x", 'a","study":': '],"ending":'})
+    for trial in (broken, noted, replace(noted, called='c","study":"d')):
+        line = trial_to_line(replace(trial, key=str(trial.name)), IDENTITY)
+        assert reader.read(line) == trial_from_line(line)
+        assert reader.read(line) == trial_from_line(line)
+
+
+CHANGES = [
+    (b'"step":2', b'"step":3'),
+    (b'"step":2', b'"step":"2"'),
+    (b'"joint":"slider-1"', b'"joint":"slider-9"'),
+    (b'"moved":false', b'"moved":true'),
+    (b'"moved":false', b'"moved":0'),
+    (b'"state":"0000"', b'"state":"00002"'),
+    (b'"decision":{"joint"', b'"decision":{"extra":1,"joint"'),
+    (b'"told":', b'"more":1,"told":'),
+    (b'"ending":"budget"', b'"ending":"solved"'),
+    (b'"ending":"solved"', b'"ending":"budget"'),
+    (b'"budget":20', b'"budget":2'),
+    (b'"trial":1', b'"trial":2'),
+    (b'"trial":1', b'"trial":-1'),
+    (b'"repetition":1', b'"repetition":01'),
+    (b'"repetition":1', b'"repetition":true'),
+    (b'"study":', b'"study":"x","study":'),
+    (b'],"ending"', b',],"ending"'),
+    (b'"steps":[{', b'"steps":[{},{'),
+    (b'"target":"revolute-left"', b'"target":"nothing"'),
+    (b'"changed_steps":', b'"changed_steps":9'),
+    (b'{"key":"', b'{"key":"x'),
+    (b"rep=1", b"rep\\u003d1"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), CHANGES)
+def test_a_changed_record_is_refused_with_the_same_words(old, new):
+    reader, changed = warm(), 0
+    for line in LINES:
+        said = line[: line.rindex(b',"crc"')] + b"}"
+        if old in said:
+            changed += 1
+            broken = with_checksum(said.replace(old, new, 1))
+            assert outcome(reader.read, broken) == outcome(trial_from_line, broken)
+    assert changed
+
+
+@given(st.data())
+def test_any_piece_of_a_line_may_be_cut_out_or_repeated(data):
+    line = data.draw(st.sampled_from(LINES))
+    said = line[: line.rindex(b',"crc"')]
+    begin = data.draw(st.integers(1, len(said) - 1))
+    end = min(len(said), begin + data.draw(st.integers(1, 60)))
+    times = data.draw(st.sampled_from([0, 2]))
+    broken = with_checksum(said[:begin] + said[begin:end] * times + said[end:] + b"}")
+    assert outcome(READER.read, broken) == outcome(trial_from_line, broken)
+
+
+def test_members_in_another_order_are_read():
+    record = json.loads(LINES[0][: LINES[0].rindex(b',"identity"')] + b"}")
+    shuffled = dict(sorted(record.items())) | {"identity": IDENTITY}
+    shuffled["identity"] = shuffled.pop("identity")
+    line = with_checksum(json.dumps(shuffled, separators=(",", ":")).encode())
+    assert warm().read(line) == (PLAYED[0], IDENTITY)
