@@ -5,7 +5,6 @@ import socket
 from pathlib import Path
 
 import pytest
-from builders import make_trial, small_study, write_study
 
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli.sequences import read_sequences
@@ -13,8 +12,6 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input, read_lines
 from lockprobe.people.diary import read_diaries
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, read_timings
-from lockprobe.studies.records.merge import source_of_directory
 
 
 @pytest.fixture
@@ -37,6 +34,9 @@ def test_only_regular_files_are_read(tmp_path, pipe):
     (tmp_path / "file").write_bytes(b"12345")
     (tmp_path / "other").symlink_to("file")
     assert read_input(tmp_path / "other", most=5) == b"12345"
+    assert [is_there(tmp_path / name) for name in ("file", "absent")] == [True, False]
+    with pytest.raises(BadFile, match="a pipe, not a regular file"):
+        is_there(pipe)
 
 
 def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkeypatch):
@@ -44,13 +44,6 @@ def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkey
     for read in (read_input, lambda path: next(read_lines(path))):
         with pytest.raises(BadFile, match="pipe: not a regular file"):
             read(pipe)
-
-
-def test_only_a_regular_file_is_there(tmp_path, pipe):
-    (tmp_path / "file").touch()
-    assert [is_there(tmp_path / name) for name in ("file", "absent")] == [True, False]
-    with pytest.raises(BadFile, match="a pipe, not a regular file"):
-        is_there(pipe)
 
 
 def test_files_and_lines_have_an_end(tmp_path):
@@ -69,34 +62,13 @@ def test_json_that_is_none_or_too_deep_is_one_line(content):
         parse_json(content, Path("x"))
 
 
-@pytest.mark.parametrize("name", ["study.json", "trials.jsonl", "timings.jsonl"])
-def test_a_pipe_in_the_directory_of_a_study_is_refused(tmp_path, name):
-    study = small_study(["random"])
-    write_study(tmp_path / "s", study, [make_trial([0], budget=20, broken="reply")])
-    (tmp_path / "s" / name).unlink()
-    os.mkfifo(tmp_path / "s" / name)
-    with pytest.raises(BadFile, match=f"{name}: a pipe, not a regular file"), Journal.open(tmp_path / "s", study):
-        pass
-    if name != "timings.jsonl":
-        with pytest.raises(BadFile, match=f"{name}: a pipe, not a regular file"):
-            source_of_directory(tmp_path / "s")
-
-
-def test_clock_readings_that_cannot_be_are_passed_over(tmp_path):
-    good = b'{"key":"a","seconds":1.5,"steps":3}\n'
-    bad = [b'{"key":"b","seconds":1e999,"steps":3}', b'{"key":"b","seconds":1,"steps":1e999}', b"[" * 100_000,
-           b'{"key":"b","seconds":-1,"steps":3}', b'{"key":"b","seconds":NaN,"steps":3}']  # fmt: skip
-    (tmp_path / "timings.jsonl").write_bytes(good + b"\n".join(bad) + b"\n")
-    assert [(one.key, one.seconds, one.steps) for one in read_timings(tmp_path)] == [("a", 1.5, 3)]
-
-
 def test_settings_nested_without_end_are_refused(tmp_path):
     (tmp_path / "study.json").write_bytes(b"[" * 100_000)
     with pytest.raises(BadFile, match="nested too deeply"):
         read_settings(tmp_path)
 
 
-def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_path, pipe):
+def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):
     with pytest.raises(BadFile, match="a pipe, not a regular file"):
         read_box(pipe)
     (tmp_path / "people").mkdir()
@@ -108,9 +80,6 @@ def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_pat
         file.write("ABAB\n")
     assert read_sequences(f"/dev/fd/{reader}") == [("A", "B", "A", "B")]
     os.close(reader)
-
-
-def test_sequences_have_an_end(monkeypatch):
     monkeypatch.setattr("lockprobe.cli.sequences.LARGEST_INPUT", 1000)
     with pytest.raises(BadFile, match="/dev/zero: larger than 1000 bytes"):
         read_sequences("/dev/zero")

@@ -1,6 +1,7 @@
 """What other packages add is found by its name, imported late, and breaks in one line."""
 
 import json
+import re
 import sys
 
 import forked
@@ -81,15 +82,11 @@ def test_a_package_adds_one_of_each_kind_by_name():
 
 
 @pytest.mark.usefixtures("strange")
-def test_the_same_stands_behind_python_without_an_entry_point():
+def test_the_same_stands_behind_python_without_an_entry_point_and_is_written_with_the_name_of_its_package():
     agent, gate, plant = "python:strange:First?place=1", "python:strange:GATE", "python:strange:Plain"
     trial = run_trial(agent=agent, box=gate, plant=plant, condition="python:strange:Hush?steps=3 + tremble?p=0")
     assert (trial.box, trial.plant["plant"], trial.agent) == ("gate-4", plant, agent)
     assert find_measure("python:strange:hasty")(trial) is False
-
-
-@pytest.mark.usefixtures("strange")
-def test_a_condition_is_written_with_the_name_of_its_package():
     allow("python:strange:Hush?steps=2")
     (hush,) = interventions_of("python:strange:Hush?steps=2")
     assert spec_of(hush) == "hush?steps=2"
@@ -104,31 +101,20 @@ def test_a_condition_is_written_with_the_name_of_its_package():
         ("agent", "first?place=one", "place: got 'one', expected a whole number"),
         ("agent", "frist", "no agent is called 'frist' (did you mean 'first'?)"),
         ("agent", "python:strange:Quits", "agent 'python:strange:Quits' does not work (SystemExit: it quits)"),
-        ("agent", "python:strange:breaks", "expected a class with `facts`"),
-        ("agent", "python:strange:Plain", "expected a class with `facts`"),
         ("agent", "python:os:system?command=false", "expected a module of your own: os is one of Python"),
         ("agent", "python:strange:os.system?command=false", "expected a module of your own: posix is one of Python"),
-        ("agent", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
-        ("agent", "python:strange:gate", "expected a class with `facts`"),
         ("box", "python:strange:hasty", "box 'python:strange:hasty' does not work (TypeError: "),
-        ("box", "python:os:system?command=false", "os is one of Python"),
         ("box", "python:strange:breaks", "box 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
         ("box", "python:strange:First", "expected a Lockbox, or a function that returns one"),
         ("box", "python:strange:GATE?size=3", "expected no options: it is a Lockbox"),
         ("box", "gate?size=9", "joints: got 9, expected at most 8"),
         ("box", "python:strange:STUCK", "expected one that can be played (unsolvable: no sequence"),
-        ("box", "gat", "no box is called 'gat'"),
         ("plant", "python:strange:First", "expected a class with `facts`, `observe()`"),
-        ("plant", "python:strange:breaks", "expected a class with `facts`, `observe()`"),
         ("plant", "python:strange:falls", "plant 'python:strange:falls' does not work (SystemExit: it falls)"),
-        ("plant", "python:subprocess:run?args=false", "subprocess is one of Python"),
         ("plant", "plan", "no plant is called 'plan' (did you mean 'plain'?)"),
-        ("plant", "plain?box=3", "no option of plain is called 'box'"),
         ("intervention", "hush?steps=few", "steps: got 'few', expected a whole number"),
         ("intervention", "python:strange:First", "expected a frozen dataclass"),
         ("measure", "untold?trial=1", "no option of untold is called 'trial'"),
-        ("measure", "python:strange:GATE", "expected a function of a trial"),
-        ("measure", "python:strange:First", "expected a function of a trial"),
         ("measure", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
         ("measure", "solved?x=1", "expected solved without options"),
     ],
@@ -176,42 +162,34 @@ def test_lists_have_what_works_and_name_what_does_not(lockprobe, command):
     assert rows[good]["what"]
     assert rows[f"bad-{command}"]["what"].endswith(NAMED)
     assert len(rows) >= 5
-    assert lockprobe(command)[1].count("broken-things") >= 1
-
-
-@pytest.mark.usefixtures("broken")
-def test_boxes_are_listed_with_those_of_packages(lockprobe):
-    rows = {row["name"]: row for row in map(json.loads, lockprobe("box", "list", "--json")[1].splitlines())}
-    assert (rows["gate"]["optimum"], rows["gate"]["package"]) == (3, "strange-things 0.3")
-    assert rows["bad-boxes"]["error"].endswith(NAMED)
-    assert "gate             " in lockprobe("box", "list")[1]
-    assert json.loads(lockprobe("box", "show", "gate?size=5", "--json")[1])["optimum"] == 5
+    assert lockprobe("list", command)[1].count("broken-things") >= 1
+    boxes = {row["name"]: row for row in map(json.loads, lockprobe("box", "list", "--json")[1].splitlines())}
+    assert (boxes["gate"]["optimum"], boxes["gate"]["package"]) == (3, "strange-things 0.3")
+    assert boxes["bad-boxes"]["error"].endswith(NAMED)
 
 
 @pytest.mark.usefixtures("broken")
 def test_a_command_of_a_package_is_one_of_lockprobe_s(lockprobe):
     assert lockprobe("shout", "hush", "--times", "2") == (0, "HUSH HUSH\n", "")
-    assert "shout          Print words in capitals." in lockprobe("--help")[1]
-    assert "bad-commands   Cannot be used." in lockprobe("--help")[1]
+    listed = re.sub(" +", " ", lockprobe("--help")[1])
+    assert "shout Print words in capitals." in listed
+    assert "bad-commands Cannot be used." in listed
     assert lockprobe("shot")[2] == "lockprobe: No such command 'shot'. Did you mean 'shout'?\n"
     status, out, err = lockprobe("bad-commands")
     assert (status, out, err.rstrip().endswith(NAMED)) == (2, "", True)
 
 
-@pytest.mark.usefixtures("strange")
-def test_a_plant_of_a_package_can_have_a_camera():
+def test_a_plant_of_a_package_can_have_a_camera_and_a_source_that_is_none_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "strange").mkdir()
+    strangers.install(tmp_path / "strange", monkeypatch)
     source = resolve_plant("seen?width=80")
     assert (source.has_camera, source.picture_size, source.ships) == (True, (80, 64), False)
     with no_foreign_code():
         assert not resolve_plant("seen").has_camera
         with pytest.raises(BadValue, match="no other code runs here"):
             resolve_plant("seen").make(box(), box().names, None)
-
-
-def test_a_plant_source_that_is_none_is_one_line(tmp_path, monkeypatch):
-    strangers.install(
-        tmp_path, monkeypatch, points={"plant_sources": {"odd": "untold"}}, text="def untold(spec): return 3"
-    )
+    odd = {"plant_sources": {"odd": "untold"}}
+    strangers.install(tmp_path, monkeypatch, "oddities", "def untold(spec): return 3", odd, "odd-things")
     with pytest.raises(BadValue, match="expected a function of spec that returns a PlantSource"):
         resolve_plant("odd")
 
@@ -310,7 +288,7 @@ def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockp
         (name,) = names
         with pytest.raises(BrokenPlugin, match=r"of strange-things 0\.3 does not work"):
             USES[kind](name)
-        status, out, _ = lockprobe(command)
+        status, out, _ = lockprobe("list", command)
         assert (status, "Cannot be used." in out) == (0, True)
 
 

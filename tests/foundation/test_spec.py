@@ -49,6 +49,7 @@ def test_a_spec_has_a_kind_a_name_and_options():
     assert Spec.parse("rgbd?depth=height&near=0.5") == Spec("rgbd", options={"depth": "height", "near": "0.5"})
     assert Spec.parse("human-inspired:proximity") == Spec("human-inspired", "proximity")
     assert Spec.parse("viewer:human-inspired:proximity").name == "human-inspired:proximity"
+    assert split_specs("flip?p=0.4 + nudge+rgb") == ["flip?p=0.4", "nudge", "rgb"]
     assert spec_name("rgbd?depth=height&near=0.5?") == "rgbd"
     assert spec_kind("llm:openai/gpt-4o?no options") == "llm"
 
@@ -72,10 +73,6 @@ def test_any_text_is_the_value_of_an_option(value):
         spec.with_value("camera", "other")
 
 
-def test_several_specs_are_joined_with_plus_signs():
-    assert split_specs("flip?p=0.4 + nudge+rgb") == ["flip?p=0.4", "nudge", "rgb"]
-
-
 @pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&", "a?"])
 def test_options_have_a_name_and_a_value_and_come_once(spec):
     with pytest.raises(BadValue, match="^agent: got"):
@@ -90,20 +87,12 @@ def test_options_have_a_name_and_a_value_and_come_once(spec):
         ("human-inspired?nearest=1", "nearest: got '1', expected yes or no"),
         ("cognitive:softmax-memory?failure=much", "failure: got 'much', expected a number"),
         ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
-        ("cognitive:softmax-memory?decay=2", "decay: got 2.0, expected a number from 0 to 1"),
         ("cognitive:random-map?window=1.5", "window: got '1.5', expected a whole number"),
-        ("cognitive:random-map?window=9", "window: got 9, expected 0 to 3"),
         (
             "cognitive:random-map?window=0&avoid=last",
             "avoid: got 'last', expected none or failed, because the window is 0",
         ),
-        ("llm:a/b?temperature=hot", "temperature: got 'hot', expected a number"),
-        ("llm:a/b?max_tokens=many", "max_tokens: got 'many', expected a whole number"),
-        ("llm:a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
-        ("cognitive:softmax", "no cognitive model is called 'softmax' (did you mean 'softmax-memory'?)"),
-        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, careful, perseverant"),
-        ("ideal-observer:fast", "no agent is called 'ideal-observer:fast'"),
-        ("random?lapse=1", "no agent is called 'random?lapse=1'"),
+        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, "),
     ],
 )
 def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
@@ -113,46 +102,28 @@ def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
 
 
 @dataclass(frozen=True)
-class Optional:
-    """Fields that nobody has to set."""
-
-    number: float | None = None
-    count: int | None = None
-    kind: Literal["one", "two"] | None = None
-
-
-def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
-    assert with_options(Optional, "x", {}) == Optional()
-    found = with_options(Optional, "x", {"number": "1.5", "count": "3", "kind": "two"})
-    assert found == Optional(number=1.5, count=3, kind="two")
-
-
-@dataclass(frozen=True)
 class Many:
     """Fields of every kind."""
 
     p: float = 0.5
     from_: int | None = None
     at: tuple[int, ...] = ()
+    number: float | None = None
+    kind: Literal["one", "two"] | None = None
     digest: str = field(init=False, default="")
     _own: int = 3
 
 
-def test_an_option_is_named_without_the_underscore_behind_a_word_of_python():
-    assert [option.name for option in options_of(Many)] == ["p", "from", "at"]
-    assert with_options(Many, "x", {"from": "2", "at": "4;8"}) == Many(from_=2, at=(4, 8))
+def test_options_are_named_without_the_underscore_behind_a_word_of_python_and_read_by_type():
+    assert [option.name for option in options_of(Many)] == ["p", "from", "at", "number", "kind"]
+    assert with_options(Many, "x", {}) == Many()
+    given = {"from": "2", "at": in_words((4, 8)), "number": "1.5", "kind": "two"}
+    found = with_options(Many, "x", given)
+    assert found == Many(from_=2, at=(4, 8), number=1.5, kind="two")
+    assert settings_of(found) == {"p": 0.5, "from": 2, "at": "4;8", "number": 1.5, "kind": "two", "digest": ""}
     for private in ("from_", "digest", "_own"):
         with pytest.raises(UnknownName, match="there are: p, from, at"):
             with_options(Many, "x", {private: "1"})
-
-
-def test_settings_are_by_option():
-    assert settings_of(Many()) == {"p": 0.5, "from": None, "at": "", "digest": ""}
-    assert settings_of(Many(from_=2, at=(4, 8))) == {"p": 0.5, "from": 2, "at": "4;8", "digest": ""}
-
-
-def test_several_values_are_read_as_they_are_written():
-    assert with_options(Many, "x", {"at": in_words((1, 20))}).at == (1, 20)
 
 
 def test_arguments_of_anybody_s_function_are_read_by_annotation_or_default():

@@ -1,12 +1,15 @@
-"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose."""
+"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose, and clusters that do not answer."""
 
+import socket
+import sys
 import time
 from types import SimpleNamespace
 
 import pytest
 
 from lockprobe.foundation.cluster import Cluster, Lost, work
-from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.cluster.connection import _standard_error, _unreachable
+from lockprobe.foundation.errors import BadValue, Missing
 
 
 class RayError(Exception):
@@ -86,54 +89,38 @@ def results_of(ray, jobs=range(40), begin=squares):
     return list(Cluster(ray).each(begin, jobs))
 
 
-def test_every_job_has_one_result():
+def test_every_job_has_one_result_and_short_ones_are_sent_together_but_not_the_last():
     assert sorted(results_of(ray := FakeRay())) == [(job, job * job) for job in range(40)]
     assert ray.actors == 2
     assert ray.killed == {1, 2}
     assert sorted(ray.worked) == list(range(40))
-
-
-def test_no_more_actors_than_jobs():
-    results_of(ray := FakeRay(processors=50), range(3))
-    assert ray.actors == 3
-
-
-def test_nothing_to_do_needs_no_actor():
-    assert results_of(ray := FakeRay(), []) == []
-    assert ray.actors == 0
-
-
-def test_results_come_in_the_order_of_the_jobs():
     assert list(Cluster(FakeRay()).map(abs, [-3, 2, -1])) == [3, 2, 1]
-
-
-def test_short_jobs_are_sent_together_but_not_the_last_ones():
     results_of(ray := FakeRay(), range(2000))
     assert max(ray.sizes) > 100
     assert ray.sizes[0] == 1  # nothing is known yet
     assert ray.sizes[-1] == 1
 
 
+@pytest.mark.parametrize("jobs", [0, 3])
+def test_no_more_actors_than_jobs(jobs):
+    assert len(results_of(ray := FakeRay(processors=50), range(jobs))) == jobs
+    assert ray.actors == jobs
+
+
 @pytest.mark.parametrize("lost", [0, 7, 39])
-def test_a_lost_actors_jobs_are_done_by_another_one(lost):
-    deaths = iter(["ActorDiedError"])
-    ray = FakeRay(lose=lambda actor, jobs: next(deaths, None) if jobs and lost in jobs else None)
-    assert sorted(results_of(ray)) == [(job, job * job) for job in range(40)]
-    assert ray.actors == 3
-    assert ray.killed == {1, 2, 3}
-
-
-def test_a_lost_job_goes_alone_afterwards():
+def test_a_lost_actors_jobs_are_done_by_another_one_each_alone(lost):
     sent = []
 
     def lose(actor, jobs):
-        if jobs and 30 in jobs:
+        if jobs and lost in jobs:
             sent.append(jobs)
-            return "ActorDiedError" if len(sent) == 1 else None
-        return None
+        return "ActorDiedError" if jobs and lost in jobs and len(sent) == 1 else None
 
-    results_of(FakeRay(lose=lose))
-    assert sent[1] == (30,)
+    ray = FakeRay(lose=lose)
+    assert sorted(results_of(ray)) == [(job, job * job) for job in range(40)]
+    assert ray.actors == 3
+    assert ray.killed == {1, 2, 3}
+    assert sent[1] == (lost,)
 
 
 def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
@@ -178,20 +165,14 @@ def test_an_actor_that_does_not_answer_is_given_up(monkeypatch):
     assert ray.actors == 2
 
 
-def test_what_a_job_raises_is_raised_here():
-    def begin():
-        return lambda job: 1 // job
-
-    with pytest.raises(ZeroDivisionError):
-        results_of(FakeRay(), [0], begin)
-
-
-def test_what_a_node_lacks_is_said_with_its_name():
-    def begin():
+def test_what_a_job_raises_is_raised_here_and_what_a_node_lacks_is_said_with_its_name():
+    def lacking():
         raise Missing("no model here", "pull it")
 
+    with pytest.raises(ZeroDivisionError):
+        results_of(FakeRay(), [0], lambda: lambda job: 1 // job)
     with pytest.raises(Missing, match="the node .* cannot play: no model here: pull it"):
-        results_of(FakeRay(), [0], begin)
+        results_of(FakeRay(), [0], lacking)
 
 
 def test_other_versions_are_refused(monkeypatch):
@@ -206,3 +187,41 @@ def test_what_is_stopped_leaves_no_actor():
     next(results)
     results.close()
     assert ray.killed == {1, 2}
+
+
+@pytest.mark.parametrize("address", ["", "here", "host:", ":1", "host:0", "host:x", "ray://host:1", "host:99999"])
+def test_what_is_no_address_is_refused(address):
+    with pytest.raises(BadValue, match="auto, or HOST:PORT of the head node"), Cluster.connect(address):
+        pass
+
+
+def test_where_nobody_listens_nobody_waits_and_without_ray_it_is_said_how_to_get_it(monkeypatch):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(Missing, match=f"no Ray cluster answers at {address}"), Cluster.connect(address):
+            pass
+    monkeypatch.setitem(sys.modules, "ray", None)
+    expected = r"--cluster needs the package ray: pip install 'lockprobe\[cluster\]'"
+    with pytest.raises(Missing, match=expected), Cluster.connect("auto"):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("error", "written", "line"),
+    [
+        (ConnectionError("x"), "RPC error: InvalidAuthToken", "the Ray cluster at auto has another token"),
+        (RuntimeError("Token authentication is enabled but"), "", "no token for a Ray cluster is here"),
+        (RuntimeError("Version mismatch:\n Ray 2.59.0"), "", r"has other versions \(Version mismatch: Ray 2.59.0\)"),
+        (ConnectionError("Could not find any running Ray instance"), "", "no Ray cluster runs on this machine"),
+        (ValueError("odd\x1b[0m\nthing"), "", "cannot be used: odd.*thing"),
+    ],
+)
+def test_what_ray_says_is_one_line(capfd, error, written, line):
+    with pytest.raises(Missing, match=line) as raised:
+        raise _unreachable("auto", error, written)
+    assert str(raised.value).isprintable()
+    with _standard_error() as said:
+        print("noise", file=sys.__stderr__, flush=True)
+    assert "noise" in said[0] or said == [""]  # where the test's own capture stands before it
+    assert "noise" not in capfd.readouterr().err

@@ -1,15 +1,26 @@
 """Connections that keep the server waiting: they are closed, capped, and lock nobody out."""
 
 import asyncio
+import os
+import signal
 import socket
 import time
 from contextlib import asynccontextmanager, suppress
 
+import httpx
 import pytest
 from served import logged, served
 
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.http_server import connections
-from lockprobe.foundation.http_server.connections import FILES_KEPT_BACK, ConnectionLimits, raise_file_limit
+from lockprobe.foundation.http_server.connections import (
+    FILES_KEPT_BACK,
+    ConnectionLimits,
+    Connections,
+    raise_file_limit,
+)
+from lockprobe.foundation.http_server.listening import is_loopback, listen
+from lockprobe.foundation.http_server.running import running, stop_signals
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.web.serving import ServerOptions
 
@@ -186,26 +197,62 @@ def test_one_address_cannot_take_the_places_of_others(tmp_path, monkeypatch):
     assert asyncio.run(visit()) == [b"200"] * 3
 
 
-def test_the_end_does_not_wait_for_those_that_come_then(tmp_path):
+def test_what_is_under_way_at_the_end_is_answered_and_those_that_wait_are_not_waited_for():
     async def visit():
-        async with place(tmp_path, most=400) as there:
-            waiting = idle(there.port, 300)
-        for one in waiting:
-            one.close()
+        asked = asyncio.Event()
+
+        async def hello(scope, receive, send):
+            asked.set()
+            await asyncio.sleep(0.2)
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b"hello"})
+
+        with listen("127.0.0.1", 0) as listening:
+            port = listening.getsockname()[1]
+            taken = Connections(ConnectionLimits(most=400), print)
+            async with httpx.AsyncClient(trust_env=False) as http:
+                async with running(hello, listening, taken, seconds_to_finish=5):
+                    waiting = idle(port, 100)
+                    under_way = asyncio.create_task(http.get(f"http://127.0.0.1:{port}/"))
+                    await asked.wait()
+                for one in waiting:
+                    one.close()
+                return (await under_way).text
 
     begun = time.perf_counter()
-    asyncio.run(visit())
+    assert asyncio.run(visit()) == "hello"
     assert time.perf_counter() - begun < 9
 
 
-def test_there_are_fewer_connections_than_files(monkeypatch):
+@pytest.mark.parametrize("name", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_and_is_no_exception(name):
+    async def wait():
+        with stop_signals() as stopped:
+            os.kill(os.getpid(), name)
+            await asyncio.wait_for(stopped.wait(), 5)
+
+    asyncio.run(wait())
+
+
+def test_a_port_in_use_and_a_foreign_host_are_said_and_loopback_is_known():
+    with listen("127.0.0.1", 0) as first:
+        port = first.getsockname()[1]
+        with pytest.raises(BadValue, match=rf"port: got {port}.*in use"):
+            listen("127.0.0.1", port)
+    with pytest.raises(BadValue, match="a free port"):
+        listen("192.0.2.1", 0)
+    with pytest.raises(BadValue, match="host"):
+        listen("no such host", 0)
+    listen("localhost", 0).close()
+    assert all(map(is_loopback, ("127.0.0.1", "127.8.8.8", "::1", "localhost")))
+    assert not any(map(is_loopback, ("0.0.0.0", "::", "10.0.0.1", "example.org", "")))
+
+
+def test_there_are_fewer_connections_than_files_and_as_many_of_these_as_the_system_lets():
     assert ConnectionLimits().within(None) == ConnectionLimits()
     assert ConnectionLimits().within(1024).most == 1024 - FILES_KEPT_BACK
     assert ConnectionLimits().within(100_000).most == ConnectionLimits().most
     assert 1 <= ConnectionLimits().within(64).most < 64
-
-
-def test_the_process_may_open_as_many_files_as_the_system_lets_it():
     resource = pytest.importorskip("resource")
     before = soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:

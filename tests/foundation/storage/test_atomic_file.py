@@ -31,15 +31,9 @@ def half_written(path, error):
         raise error
 
 
-def test_the_file_is_replaced_and_no_draft_is_left(tmp_path):
-    for content in ("one\r\n", b"two"):
-        write_file(tmp_path / "x.csv", content)
-    assert (tmp_path / "x.csv").read_bytes() == b"two"
-    assert names(tmp_path) == ["x.csv"]
-
-
 def test_an_error_leaves_what_was_there(tmp_path):
-    write_file(tmp_path / "x.csv", "before")
+    for content in (b"first\r\n", "before"):
+        write_file(tmp_path / "x.csv", content)
     with pytest.raises(BadFile, match=r"x.csv: cannot be written \(No space left on device\)"):
         half_written(tmp_path / "x.csv", OSError(28, "No space left on device"))
     with pytest.raises(KeyboardInterrupt):
@@ -67,6 +61,8 @@ def test_the_disk_has_file_and_directory_before_it_returns(tmp_path, monkeypatch
     monkeypatch.setattr("os.fsync", noted)
     write_file(tmp_path / "x", "content")
     assert synced == [(tmp_path / "x").stat().st_ino, tmp_path.stat().st_ino]
+    with pytest.raises(OSError, match="No such file"):
+        sync_directory(tmp_path / "missing")
 
 
 def test_a_link_stays_and_its_file_is_replaced(tmp_path):
@@ -105,10 +101,15 @@ def test_what_is_no_regular_file_is_refused_and_stays(tmp_path, monkeypatch, kin
     assert not [name for name in names(tmp_path) if "draft" in name]
 
 
-def test_permissions_stay(tmp_path):
+def permissions(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def test_permissions_stay_and_a_draft_has_them_from_the_first_byte(tmp_path):
     (tmp_path / "x").touch(mode=0o600)
-    write_file(tmp_path / "x", "content")
-    assert stat.S_IMODE((tmp_path / "x").stat().st_mode) == 0o600
+    with atomic_file(tmp_path / "x") as draft:
+        assert (permissions(draft), draft.read_bytes()) == (0o600, b"")
+    assert permissions(tmp_path / "x") == 0o600
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
@@ -116,16 +117,6 @@ def test_a_file_that_is_read_only_is_left_alone(tmp_path):
     (tmp_path / "x").touch(mode=0o444)
     with pytest.raises(BadFile, match="Permission denied"):
         write_file(tmp_path / "x", "content")
-
-
-def permissions(path):
-    return stat.S_IMODE(path.stat().st_mode)
-
-
-def test_a_draft_has_the_permissions_of_its_file_from_the_first_byte(tmp_path):
-    (tmp_path / "x").touch(mode=0o600)
-    with atomic_file(tmp_path / "x") as draft:
-        assert (permissions(draft), draft.read_bytes()) == (0o600, b"")
 
 
 @pytest.mark.parametrize("name", ["no/x.csv", "x" * 300, "x\0"])
@@ -144,24 +135,16 @@ def killed(path):
     return names(path.parent)
 
 
-def test_a_killed_draft_is_hidden_from_whoever_lists_the_files_and_the_next_writer_deletes_it(tmp_path):
+def test_a_killed_draft_is_hidden_and_the_next_writer_or_the_end_of_its_file_deletes_it(tmp_path):
     path = tmp_path / "x.jsonl"
     assert killed(path) == [".x.jsonl.draft"]
     assert not list(tmp_path.glob("*.jsonl"))
     write_file(path, "whole", alone=True)
     assert (names(tmp_path), path.read_text()) == (["x.jsonl"], "whole")
-
-
-def test_a_killed_draft_goes_with_its_file(tmp_path):
-    path = tmp_path / "x.jsonl"
-    write_file(path, "whole", alone=True)
     assert killed(path) == [".x.jsonl.draft", "x.jsonl"]
     for _ in range(2):
         remove_file(path)
         assert names(tmp_path) == []
-
-
-def test_a_draft_that_cannot_be_made_is_one_line(tmp_path):
     (tmp_path / ".x.draft").mkdir()
     with pytest.raises(BadFile, match="x: cannot be written"):
         write_file(tmp_path / "x", "content", alone=True)
@@ -201,9 +184,3 @@ def test_what_is_in_its_place_is_written_even_where_the_directory_cannot_be_forc
     monkeypatch.setattr("os.fsync", files_only)
     write_file(tmp_path / "x", "content")
     assert (tmp_path / "x").read_text() == "content"
-
-
-def test_of_a_directory_that_is_not_there_the_disk_knows_nothing(tmp_path):
-    sync_directory(tmp_path)
-    with pytest.raises(OSError, match="No such file"):
-        sync_directory(tmp_path / "missing")

