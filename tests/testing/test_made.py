@@ -1,4 +1,4 @@
-"""The scripted provider answers as it is told, keeps what it was asked, and brings nothing heavy along."""
+"""Trials made for tests are such as studies write, and the scripted provider answers as it is told."""
 
 import asyncio
 import json
@@ -13,7 +13,52 @@ from dataclasses import dataclass
 import pytest
 
 import lockprobe
-from lockprobe.testing import ScriptedProvider, completion, failure, in_turn, joints, replying, words
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.tremble import Tremble
+from lockprobe.studies.running.single import run_trial
+from lockprobe.testing import (
+    ScriptedAgent,
+    ScriptedProvider,
+    completion,
+    failure,
+    in_turn,
+    joints,
+    make_trial,
+    play_trials,
+    replying,
+    words,
+)
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
+
+
+def test_a_trial_attempts_what_it_is_told_as_the_box_reacts():
+    trial = make_trial([3, 3, 0, 3, 2, 1, 0], false_at=[3], claims=[None, "moved", "blocked"])
+    assert [step.moved for step in trial.steps] == [True, True, False, True, True, True, True]
+    assert [step.told_falsely for step in trial.steps] == [False, False, True, False, False, False, False]
+    assert [step.decision.claimed for step in trial.steps[:4]] == [None, "moved", "blocked", None]
+    assert (trial.solved, trial.budget, trial.labels) == (True, 7, tuple("ABCD"))
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_it_ends_with_its_list_or_breaks():
+    assert (make_trial([0, 1]).ending, make_trial([3, 2, 1, 0, 0]).actions[-1]) == ("budget", "revolute-left")
+    broken = make_trial([0, 1], broken=True)
+    assert (broken.ending, broken.error.boundary, len(broken.steps)) == ("error", "model", 2)
+    assert make_trial([], broken=True).steps == ()
+    slipping = make_trial([0] * 9, box="fork", condition=[Tremble(p=1)])
+    assert slipping.box == "fork"
+    assert all(step.chosen == "revolute-left" for step in slipping.steps)
+
+
+def test_trials_that_are_played_have_luck_of_their_own_and_a_script_begins_anew():
+    three = play_trials("random", 3, condition="drop?p=0.5")
+    assert three == [run_trial(agent="random", trial=n, condition="drop?p=0.5") for n in (1, 2, 3)]
+    assert len({trial.actions for trial in three}) == 3
+    scripted = run_trial(agent=ScriptedAgent(joints=(0, 1)), shuffle="never", max_steps=5)
+    assert scripted.actions[::2] == ("revolute-left",) * 3
+    with pytest.raises(BadValue, match="^joints: got \\(\\), expected at least one place"):
+        ScriptedAgent(joints=())
+
 
 BODY = {"messages": [{"role": "user", "content": "The panel's joints: A, B, C. The target joint: A."}]}
 
@@ -32,21 +77,16 @@ def said(answer):
     return answer[1]["choices"][0]["message"]["content"]
 
 
-def test_answers_come_in_the_order_of_the_list_and_requests_are_kept():
-    with ScriptedProvider(["one", {"joint": "B"}, failure(503, "full")]) as provider:
+def test_answers_come_in_the_order_of_the_list_and_a_request_after_the_last_fails_the_test():
+    with ExitStack() as stack:
+        provider = stack.enter_context(ScriptedProvider(["one", {"joint": "B"}, failure(503, "full")]))
         assert said(posted(provider)) == "one"
         assert json.loads(said(posted(provider))) == {"joint": "B"}
         assert posted(provider)[0] == 503
-    assert provider.requests == [BODY] * 3
-
-
-def test_a_request_after_the_last_answer_fails_the_test():
-    with ExitStack() as stack:
-        provider = stack.enter_context(ScriptedProvider(["one"]))
-        posted(provider)
+        assert provider.requests == [BODY] * 3
         status, body = posted(provider)
-        assert (status, body["error"]["message"]) == (400, "LookupError: a request came after the last of 1 answers")
-        with pytest.raises(LookupError, match="after the last of 1 answers"):
+        assert (status, body["error"]["message"]) == (400, "LookupError: a request came after the last of 3 answers")
+        with pytest.raises(LookupError, match="after the last of 3 answers"):
             stack.close()
 
 
@@ -76,18 +116,14 @@ def test_by_itself_it_goes_through_the_joints():
 def test_the_environment_says_where_it_is_as_long_as_it_runs(monkeypatch):
     monkeypatch.setenv("MINE_BASE_URL", "before")
     monkeypatch.delenv("MINE_API_KEY", raising=False)
-    with ScriptedProvider(name="mine") as provider:
+    with ScriptedProvider(lambda request: completion("x"), name="mine", keep=False) as provider:
         assert provider.agent == "llm:openai-api/mine/model"
         assert os.environ["MINE_BASE_URL"] == provider.url
         assert os.environ["MINE_API_KEY"]
+        posted(provider)
     assert os.environ["MINE_BASE_URL"] == "before"
     assert "MINE_API_KEY" not in os.environ
-
-
-def test_a_long_run_need_not_be_kept():
-    with ScriptedProvider(lambda request: completion("x"), keep=False) as provider:
-        posted(provider)
-    assert provider.requests == []
+    assert provider.requests == []  # a long run need not be kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,21 +134,15 @@ class Polite:
         return briefing.remarking("Please go on.") if len(past) > 1 else briefing
 
 
-def test_a_prompt_of_ones_own_is_seen_on_the_wire():
+@pytest.mark.parametrize("condition", [[Polite()], "hypothesis?ask=off", "hypothesis?ask=after"])
+def test_a_prompt_of_ones_own_is_seen_on_the_wire_and_replies_are_of_the_form_that_is_asked_for(condition):
     pytest.importorskip("inspect_ai")
     with ScriptedProvider() as provider:
-        trial = lockprobe.run_trial(agent=provider.agent, condition=[Polite()], max_steps=3)
-    assert trial.error is None
-    assert ["Please" in words(request["messages"][-1]) for request in provider.requests] == [False, True, True]
-
-
-@pytest.mark.parametrize("spec", ["hypothesis?ask=off", "hypothesis?ask=after"])
-def test_its_replies_are_of_the_form_that_is_asked_for(spec):
-    pytest.importorskip("inspect_ai")
-    with ScriptedProvider() as provider:
-        trial = lockprobe.run_trial(agent=provider.agent, condition=spec, max_steps=4)
+        trial = lockprobe.run_trial(agent=provider.agent, condition=condition, max_steps=3)
     assert trial.error is None
     assert all(len(step.decision.replies) == 1 for step in trial.steps)
+    polite = ["Please" in words(request["messages"][-1]) for request in provider.requests]
+    assert polite == [False, *[not isinstance(condition, str)] * 2]
 
 
 def test_it_needs_nothing_but_the_standard_library():
