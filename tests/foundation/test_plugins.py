@@ -12,7 +12,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box, find_box
 from lockprobe.cli import build, main
 from lockprobe.foundation import plugins
-from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, Missing, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadValue, BrokenPlugin, Missing, UnknownName, UserMistake
 from lockprobe.foundation.plugins import (
     GROUPS,
     allow,
@@ -25,7 +25,6 @@ from lockprobe.foundation.plugins import (
 from lockprobe.interventions.catalogue import interventions_of, kinds
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import find_measure
-from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json
@@ -327,13 +326,6 @@ def test_what_ends_the_process_at_a_call_ends_no_run_in_silence(
     found, out, err = lockprobe(*line, "--out", tmp_path / "d")
     assert (found, said in out + err) == (status, True), out + err
     assert "Traceback" not in err
-
-
-@pytest.mark.parametrize("setting", ["agent", "plant", "box"])
-def test_no_file_runs_code(tmp_path, setting):
-    (tmp_path / "mine.toml").write_text(f'{setting} = "python:strange:Thing"\n', "utf-8")
-    with pytest.raises(BadFile, match=f"{setting}: python:strange:Thing would run code; name it on the command line"):
-        read_options_file(tmp_path / "mine.toml")
 
 
 def test_a_plant_that_breaks_in_one_trial_breaks_that_trial(tmp_path, monkeypatch):

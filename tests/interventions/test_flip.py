@@ -16,7 +16,6 @@ from lockprobe.interventions.confusion import entries_of, rates_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.phantom import Phantom
-from lockprobe.interventions.second_draw import survival
 from lockprobe.statistics.loops import onset
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
@@ -145,11 +144,6 @@ def test_a_false_position_survives_with_probability_keep_and_independently_of_ot
     told = np.array([flip.perceive(truth, past, TASK, rng).positions for _ in range(20_000)])
     assert told.mean(axis=0) == pytest.approx([0.3, 0.5, 0.3], abs=0.014)
     assert np.corrcoef(told.T.astype(float)) == pytest.approx(np.eye(3), abs=0.03)
-
-
-def test_the_second_number_of_a_draw_is_the_same_for_one_and_for_many():
-    drawn = np.random.default_rng(1).random(50)
-    assert survival(drawn, 3).tolist() == [survival(one, 3) for one in drawn.tolist()]
 
 
 @pytest.mark.parametrize(
@@ -329,12 +323,6 @@ def test_phantoms_come_at_the_steps_at_which_a_flip_of_equal_p_lies():
     jumps = {step.step for was, step in zip(truth, phantom.steps, strict=False) if was != step.told_state}
     assert jumps == lied - {30} != set()
     assert none == set()
-
-
-def test_where_no_outcome_is_told_an_attempt_of_the_joint_that_jumped_is_inferred_falsely():
-    trials = [run_trial(agent="random", condition="phantom?p=0.5", modality=STATES, trial=n) for n in range(1, 21)]
-    inferred = [step.told_falsely for trial in trials for step in trial.steps]
-    assert 0.02 < np.mean(inferred) < 0.25  # one in eight attempts meets the joint that jumped
 
 
 # Corrections: a report in two statements, of which the last one is what was told.

@@ -10,7 +10,7 @@ from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import Missing, UserMistake
+from lockprobe.foundation.errors import Missing
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
@@ -216,28 +216,6 @@ def test_facts_of_any_kind_can_be_written_down():
     trial = played(agent)
     assert trial.facts == {"list": "[1]", "nan": "nan", "3": None}
     assert trial_from_json(trial_to_json(trial)) == trial
-
-
-def test_a_trial_can_be_played_where_a_loop_is_running():
-    async def notebook():
-        return run_trial(agent="random")
-
-    assert asyncio.run(notebook()) == run_trial(agent="random")
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"flip": "often"}, "flip: got 'often', expected one of transient"),
-        ({"max_steps": -1}, "max_steps: got -1, expected a whole number from 1"),
-        ({"p": 2}, "flip rate p: got 2"),
-        ({"box": "chain-9"}, "no box is called 'chain-9'"),
-    ],
-)
-def test_a_trial_that_cannot_be_is_refused(settings, message):
-    with pytest.raises(UserMistake) as mistake:
-        run_trial(**settings)
-    assert str(mistake.value).startswith(message)
 
 
 def test_a_users_mistake_is_not_swallowed():

@@ -135,20 +135,6 @@ def test_a_head_has_its_time_however_it_drips(tmp_path):
     assert asyncio.run(visit()) == (True, True)
 
 
-def test_an_answered_connection_is_kept_for_a_while(tmp_path):
-    async def visit():
-        async with place(tmp_path, head=0.1, idle=0.3) as there:
-            reader, writer = await connected(there)
-            for _ in range(3):  # longer than a head may take
-                writer.write(request(there.port))
-                assert await head_of(reader) == b"200"
-                await reader.readexactly(2)
-                await asyncio.sleep(0.12)
-            return await ended(reader, 0.1), await ended(reader, 0.6)
-
-    assert asyncio.run(visit()) == (False, True)
-
-
 def slow_opening(monkeypatch):
     """Opening the page takes until the returned event is set."""
     quick, go_on = ServerState.enter, asyncio.Event()
