@@ -1,13 +1,11 @@
 """Interventions and conditions by spec: those that ship, those of a package, and those of nobody."""
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from lockprobe.cli import main
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
@@ -147,17 +145,6 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
     assert by_p.channels == by_spec.channels
     with pytest.raises(UserMistake, match="flips reports itself"):
         run_trial(p=0.2, condition="flip?p=0.4")
-
-
-def test_the_command_lists_them(capsys, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["lockprobe", "list", "interventions", "--json"])
-    with pytest.raises(SystemExit):
-        main()
-    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert {row["spec"] for row in rows} == set(shipped())
-    assert {row["spec"]: row["doses"] for row in rows}["tremble"] == ["p"]
-    places = ["told", "asked", "remembered", "done"]
-    assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=places.index)
 
 
 def test_the_truth_is_the_empty_condition():

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import fields, replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,8 +12,7 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import CHARACTERS
 from lockprobe.agents.human_inspired import PRESETS
-from lockprobe.boxes.layouts import places as places_of
-from lockprobe.interventions.words import TextChannel, rows_of
+from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.record import Moment, Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
@@ -117,46 +115,32 @@ def test_every_fact_parses_back_and_no_other(percept, form, tell):
     assert (told.text == "") == nothing
 
 
-@given(
-    layout=st.sampled_from(["serial", "zigzag", "ngram", "grid", "scattered"]),
-    seed=st.integers(0, 1000),
-    form=st.sampled_from(FORMS),
-)
-def test_where_joints_lie_parses_back(layout, seed, form):
-    rng = np.random.default_rng(seed)
-    count = len(LABELS)
-    where = places_of(layout, count, rng)
-    kinds = tuple(rng.choice(["prismatic", "revolute"], count).tolist())
-    task = Task(joints=LABELS, target="A", budget=20, places=where, kinds=kinds)
-    text = TextChannel(places=True, form=form).perceive(Percept(positions=(False,) * count), (), task, rng).text
-    rows, said = panel(form, text)
-    assert rows == rows_of(task)
-    assert said == {
-        label: {"prismatic": "slider", "revolute": "knob"}[kind] for label, kind in zip(LABELS, kinds, strict=True)
-    }
-    place = dict(zip(LABELS, where, strict=True))
-    for row in rows:
-        assert [place[label][0] for label in row] == sorted(place[label][0] for label in row)
-    for upper, lower in pairwise(rows):
-        assert min(place[label][1] for label in upper) > max(place[label][1] for label in lower)
-    assert sorted(label for row in rows for label in row) == sorted(LABELS)
+IN_ROWS = {
+    "words": (
+        "At 1: none. In row 1 of the panel from above, from left to right: A (knob), B (slider). "
+        "In row 2 of the panel from above, from left to right: C (knob)."
+    ),
+    "json": (
+        '{"positions": {"B": 0, "A": 0, "C": 0}, "panel": {"rows from above, each from left to right": '
+        '[["A", "B"], ["C"]], "kinds": {"B": "slider", "A": "knob", "C": "knob"}}}'
+    ),
+    "table": (
+        "joint  position  row from above  place from left  kind\n"
+        "B      0         1               2                slider\n"
+        "A      0         1               1                knob\n"
+        "C      0         2               1                knob"
+    ),
+}
 
 
-def panel(form, text):
-    if form == "json":
-        found = json.loads(text)["panel"]
-        return found["rows from above, each from left to right"], found["kinds"]
-    if form == "table":
-        _, *lines = (re.split(r"\s{2,}", line) for line in text.splitlines())
-        at = {line[0]: (int(line[2]), int(line[3])) for line in lines}
-        rows = [
-            [label for label in sorted(at, key=at.get) if at[label][0] == row]
-            for row in sorted({r for r, _ in at.values()})
-        ]
-        return rows, {line[0]: line[4] for line in lines}
-    said = re.findall(r"panel(?: from above)?, from left to right: ([^.]+)\.", text)
-    named = [re.findall(r"(\w) \((\w+)\)", row) for row in said]
-    return [[label for label, _ in row] for row in named], {label: kind for row in named for label, kind in row}
+@pytest.mark.parametrize("form", FORMS)
+def test_where_joints_lie_is_told_in_rows_from_above_each_from_left_to_right(form):
+    where = ((0.9, 0.9), (0.1, 0.9), (0.5, 0.1))
+    task = Task(
+        joints=("B", "A", "C"), target="A", budget=20, places=where, kinds=("prismatic", "revolute", "revolute")
+    )
+    look = Percept(positions=(False, False, False))
+    assert TextChannel(places=True, form=form).perceive(look, (), task, np.random.default_rng(1)).text == IN_ROWS[form]
 
 
 def test_places_are_told_once_as_the_panel_has_them():

@@ -104,31 +104,6 @@ def test_what_a_report_shows_decides(modality):
     assert played([OutcomeAlone()], modality=modality).changed_steps == 11
 
 
-@dataclass(frozen=True, kw_only=True)
-class Draws:
-    """Changes the outcome by its luck; each acts on what those before it made."""
-
-    less: float = 0.5
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=f"{percept.text}{int(rng.random() < self.less)}{rng.integers(9)}")
-
-
-def test_counting_draws_nothing_from_any_stream():
-    def acting():
-        return [Acting(number, Draws(less=0.3 * number), np.random.default_rng(number)) for number in range(4)]
-
-    def apply(one, percept):
-        return one.one.perceive(percept, (), None, one.rng)
-
-    counted, alone = acting(), acting()
-    for _ in range(50):
-        value = Percept()
-        for one in alone:
-            value = apply(one, value)
-        assert pass_through(counted, Percept(), apply, lambda percept: percept.text[:2]).value == value
-
-
 def test_one_that_needs_what_another_does_breaks_no_trial():
     @dataclass(frozen=True, kw_only=True)
     class Needs:

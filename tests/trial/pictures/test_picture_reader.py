@@ -13,7 +13,7 @@ from PIL import Image
 from lockprobe.trial.pictures.depth import Window, encode
 from lockprobe.trial.pictures.frame import Camera
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.picture_reader import evidence, gaze_at, shrunk
+from lockprobe.trial.pictures.picture_reader import evidence, shrunk
 from lockprobe.trial.pictures.png import from_png, to_png
 
 ALL = list(itertools.product((0, 1), repeat=5))
@@ -110,17 +110,6 @@ def test_it_is_read_alike_however_its_file_was_written(kind):
         again = replace(picture, png=file.getvalue())
         assert again.name != picture.name
         assert evidence([again], HANDLES, acuity=5) == evidence([picture], HANDLES, acuity=5)
-
-
-def test_where_it_looks_hangs_on_every_pixel_and_on_the_shape():
-    image = np.zeros((4, 6), dtype=np.uint8)
-    images = [image, image.reshape(6, 4), image.reshape(4, 2, 3)]
-    for place in ((0, 0), (3, 5)):
-        images.append(image.copy())
-        images[-1][place] = 1
-    gazes = {gaze_at(one) for one in images}
-    assert len(gazes) == len(images)
-    assert all(0 <= shift < 1 for gaze in gazes for shift in gaze)
 
 
 @pytest.mark.parametrize("gaze", [(0.0, 0.0), (0.25, 0.8)])
