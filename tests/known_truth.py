@@ -93,7 +93,7 @@ def _played(name, rng, design, changed):
         success = ndtr((ndtri(success) + able) / (1 - truth.likeness) ** 0.5)
     actions = actions_of(np.repeat(truth.trap, clusters), luck)
     onset = onset_batch(actions)
-    solved = solved_at(success, truth.harm, onset, luck[:, :, 2])
+    solved = solved_at(success, luck[:, :, 2])
     if truth.slow:
         solved = _skewed(truth.slow, n, clusters, rng)
     failed = rng.random((n * clusters, BUDGET)) < np.repeat([0.0] * (n - 1) + [truth.breaks], clusters)[:, None]

@@ -49,7 +49,7 @@ def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(loc
         (("--people",), "--success is missing, expected the share of boxes opened"),
         (("--people", "--success", "0.4"), "two or more shares"),
         (("why", "--people", "--success", "0.4,0.6"), "--people cannot be combined with why"),
-        (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--harm", "0.5"), "--p, --harm"),
+        (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--trap", "0.5,0.1"), "--p, --trap"),
         (("--boxes", "2"), "they need --people"),
         (("--persons", "40"), "they need --people"),
         (("--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more persons"),

@@ -94,7 +94,7 @@ AGENTS = {
     ),
     "always loops": (
         partial(agent, (0,) * 4, (30,) * 4),
-        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None, "harm": "-"},
+        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None},
     ),
     "never loops": (
         partial(agent, PAPER, (0,) * 4),
@@ -141,5 +141,5 @@ def test_a_verdict_is_about_the_whole_claim(name):
 
 def test_a_blind_agent_bears_out_nothing_about_p():
     found = verdicts(play_study(small_study(["random"], PS, 3, 10)))
-    over_p = ("peak", "ratio", "effect", "shape", "loops", "loops-drop", "loops-rise", "onset", "correlation", "harm")
+    over_p = ("peak", "ratio", "effect", "shape", "loops", "loops-drop", "loops-rise", "onset", "correlation")
     assert {measure: found[measure] for measure in over_p if found[measure] not in NOT_SHOWN} == {}

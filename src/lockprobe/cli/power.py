@@ -35,7 +35,6 @@ _SUCCESS = (
     "for why in its seven arms: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark."
 )
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
-_HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
 _PERSONS = "With --people: persons in all whose power is asked for, as 40 or 40,80 (as many as --target needs)."
 _BOXES = "With --people: boxes that a person plays under each condition (1)."
@@ -52,7 +51,6 @@ def power(
     success: Annotated[str | None, typer.Option(help=_SUCCESS)] = None,
     shared: Annotated[float, typer.Option(help=_SHARED)] = 0.0,
     trap: Annotated[str | None, typer.Option(help=_TRAP)] = None,
-    harm: Annotated[float, typer.Option(help=_HARM)] = 1.0,
     trials: Annotated[str | None, typer.Option(help=_TRIALS)] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
@@ -83,7 +81,7 @@ def power(
     shares = None if success is None else _numbers("success", success)
     of_people = {"boxes": boxes, "person_sd": person_sd, "effect_sd": effect_sd}
     if people or persons or set(of_people.values()) != {None}:
-        refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)], harm)
+        refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)])
         power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)
         return
     processes = Processes(workers or min(os.cpu_count() or 1, 8))
@@ -92,16 +90,16 @@ def power(
         _power_why(success, sizes, studies, seed, json=json)
         return
     if what or beside:
-        if trap is not None or harm != 1.0:
-            raise Conflict("--trap and --harm", "conditions", "they state an effect of flip rates alone")
+        if trap is not None:
+            raise Conflict("--trap", "conditions", "it states an effect of flip rates alone")
         _power_of_conditions(what, asked, shares, shared, simulated | {"trials": sizes or TRIALS}, json=json)
         return
     if shared:
         raise Conflict("--shared", "flip rates alone", "they share no luck here; --agent or --condition compares pairs")
-    if shares is None and (trap is not None or harm != 1.0 or rates is not None):
-        raise BadValue("--success", None, "success at each flip rate: --p, --trap and --harm need it")
+    if shares is None and (trap is not None or rates is not None):
+        raise BadValue("--success", None, "success at each flip rate: --p and --trap need it")
     grid = P if rates is None else rates
-    stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap), harm=harm),)
+    stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap)),)
     _power_of_flips(stated or default_worlds(), simulated | {"p": grid, "trials": sizes or TRIALS, "seed": seed}, json)
 
 

@@ -27,7 +27,7 @@ _FACTORS = (0.5, 1.0, 1.5)
 _OPTIONS = "--persons, --boxes, --person-sd, --effect-sd"
 
 
-def refuse_other_options(people: bool, what: str | None, given: Sequence[str], harm: float) -> None:
+def refuse_other_options(people: bool, what: str | None, given: Sequence[str]) -> None:
     """Refuse what says something about trials of agents beside what says something about people.
 
     Raises:
@@ -36,7 +36,7 @@ def refuse_other_options(people: bool, what: str | None, given: Sequence[str], h
     if not people:
         raise Conflict("--persons, --boxes, --person-sd and --effect-sd", "trials of agents", "they need --people")
     names = [*([what] if what else []), *(f"--{name.replace('_', '-')}" for name in given)]
-    if names := [*names, *(["--harm"] if harm != 1.0 else [])]:
+    if names:
         raise Conflict("--people", ", ".join(names), f"it takes --success, {_OPTIONS} and --target")
 
 

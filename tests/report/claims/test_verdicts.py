@@ -65,14 +65,12 @@ def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
         assert sum(rows[measure][0] in ("compatible", "not decided") for rows in studies) >= 2, measure
         assert sum(rows[measure][0] == "compatible" for rows in studies) >= 1, measure
     assert sum(rows["effect"][0] == "borne out" for rows in studies) >= 2
-    for measure in ("onset", "harm"):
-        assert sum(rows[measure][0] == "borne out" for rows in studies) <= 1, measure
+    assert sum(rows["onset"][0] == "borne out" for rows in studies) <= 1
 
 
 def test_a_trapped_agent_supports_them():
     rows = rows_of("loop-trapped")
     assert rows["onset"][0] == "borne out"
-    assert rows["harm"][0] == "borne out"
     assert rows["onset"][1] < 0.05
     assert rows["baseline"][0] == "not compatible"
 

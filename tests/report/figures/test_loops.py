@@ -1,4 +1,4 @@
-"""Figures of loops show the loop rates, chance levels and odds ratios of the results."""
+"""Figures of loops show the loop rates and chance levels of the results."""
 
 import numpy as np
 import pytest

@@ -75,11 +75,10 @@ def test_a_conclusion_follows_from_the_p_value(found, p_value, said):
     assert {re.sub("<br>.*", "", row[4]) for row in shown} == {said}
 
 
-def test_with_one_flip_rate_only_questions_that_need_none_are_shown(tmp_path):
+def test_with_one_flip_rate_nothing_is_tested(tmp_path):
     found = results_of(numbers_in(tmp_path, small_study(AGENTS, (0.0,), 2, 8)))
     assert "With one flip rate, effects of false reports cannot be tested." in section(found)
-    assert [row[0] for row in cells(found)] == [asked(question) for question in ("harm",)]
-    assert {row.p_value for row in found.where("test", of="success")} == {None}
+    assert {row.p_value for row in found.where("test")} == {None}
 
 
 def test_agents_that_play_alike_have_no_tests(tmp_path):

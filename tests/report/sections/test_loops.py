@@ -69,5 +69,5 @@ def test_a_caption_names_the_share_by_step_only_where_it_is_drawn(found, tmp_pat
 def test_a_study_without_an_ended_trial_has_no_numbers_of_loops(tmp_path):
     broken = [make_trial([0], agent="llm:x", broken="model")]
     found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), broken)
-    assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage", "odds_ratio_after_loop"))
+    assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage"))
     assert 'id="loops"' in page_of("report", found)

@@ -30,9 +30,8 @@ def test_the_papers_effect_needs_about_nineteen_trials_a_condition(papers_effect
 
 
 def test_power_grows_with_trials():
-    trapped = stated_world((0.85, 0.85), p=P2, trap=(0.5, 0.03), harm=0.1)
-    found = power([trapped], p=P2, trials=(9, 45), studies=12)
-    (one,) = (one for one in found if one.question == "harm")
+    trapped = stated_world((0.85, 0.85), p=P2, trap=(0.3, 0.03))
+    (one,) = power([trapped], p=P2, trials=(9, 45), studies=12)
     assert one.measured[0].rate < one.measured[1].rate
 
 
@@ -64,7 +63,6 @@ def test_the_crossing_is_interpolated(rejected, trials, below):
         ({"success": (0.5, 0.6), "p": (0.5, 0.500000001)}, "0.500000001', expected values that differ by 0.000001"),
         ({"success": (0.5, 0.6, 0.5), "p": (0.0, 1e-300, 0.5)}, "differ by 0.000001"),
         ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 flip rates"),
-        ({"success": (0.5, 0.6), "p": P2, "harm": 2.0}, "harm: got 2.0"),
         ({"success": (0.5, float("nan")), "p": P2}, "success: got nan"),
     ],
 )
@@ -76,8 +74,6 @@ def test_impossible_effects_are_refused(settings, message):
 def test_truths_follow_from_the_effect():
     assert stated_world((0.2, 0.6, 0.4), p=(0.0, 0.3, 0.6)).truths == {"success", "speed", "shape"}
     assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1)).truths == {"looping"}
-    harmed = stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1), harm=0.3)
-    assert harmed.truths == {"success", "speed", "looping", "harm"}
     assert stated_world((0.5, 0.5), p=P2, trap=(0.0, 0.4)).truths == {"looping"}
 
 

@@ -21,10 +21,10 @@ from lockprobe.report.claims.claim_tests import (
     borne_out,
     error,
     in_points,
+    later_loops,
     pattern,
     same_share,
     same_step,
-    tested,
     verdict_of,
 )
 from lockprobe.report.format import share_cell
@@ -275,8 +275,7 @@ AGENT_MEASURES: Mapping[str, ClaimMeasure] = {
     "loops": _loops,
     "loops-drop": _drop,
     "loops-rise": _onset,
-    "onset": tested("looping", -1),
+    "onset": later_loops,
     "correlation": _correlation,
-    "harm": tested("harm", -1),
 }
 """What measures a claim over the flip rates of an agent."""

@@ -13,7 +13,6 @@ from lockprobe.report.prose.hypothesis_tests import effect_said
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
-from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference
 
 ClaimVerdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
@@ -87,17 +86,13 @@ def error(change: tuple[Proportion, Proportion]) -> float:
     return math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
 
 
-def tested(question: Question, sign: int) -> ClaimMeasure:
-    """The test of a question; the claim expects an effect of this sign."""
-
-    def measure(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
-        (test,) = (t for t in agent.inference.tests if t.question == question)
-        if test.p_value is None or agent.blind:
-            return NOT_MEASURED
-        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({effect_said(test.name)})")
-        return said, borne_out(pattern(test.p_value, sign * test.direction)), test.name, test.p_value
-
-    return measure
+def later_loops(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """The test of how soon an agent loops; the claim expects that it loops later."""
+    (test,) = (t for t in agent.inference.tests if t.question == "looping")
+    if test.p_value is None or agent.blind:
+        return NOT_MEASURED
+    said = "" if test.effect is None else minus(f"{test.effect:.2f} ({effect_said(test.name)})")
+    return said, borne_out(pattern(test.p_value, -test.direction)), test.name, test.p_value
 
 
 def in_points(found: Difference) -> str:

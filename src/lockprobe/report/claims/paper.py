@@ -266,11 +266,5 @@ CLAIMS = (
         recomputed=f"{_correlation_over(21)}, {_correlation_over(7)}; the paper does not name the unit of analysis",
         measure="correlation",
     ),
-    PaperClaim(
-        place="Fig. 5",
-        quote="action loops, which are associated with reduced performance",
-        recomputed="trial length alone can explain this correlation",
-        measure="harm",
-    ),
 )
 """In the order of the paper."""

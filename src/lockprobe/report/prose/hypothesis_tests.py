@@ -14,7 +14,6 @@ _ASKED: Mapping[Question, str] = {
     "shape": "Does success rise and then fall again as the {dose} rises?",
     "looping": "Do {cause} change how soon an agent loops?",
     "looping again": "Do loops begin later and then sooner again as the {dose} rises?",
-    "harm": "Once it has looped, is an agent less likely to solve the box?",
 }
 
 
@@ -29,10 +28,6 @@ _EFFECTS: Mapping[str, tuple[str, str]] = {
     "two lines": ("dose", "{dose} at which the lines meet"),
     "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {doses} over the lowest"),
     "loop onset, two lines": ("dose", "{dose} at which the lines meet"),
-    "success after a loop, Mantel-Haenszel by dose and step": (
-        "odds ratio",
-        "odds ratio of solving, after over before a loop",
-    ),
 }
 """Test -> the unit of its effect, and what the effect is."""
 
@@ -48,9 +43,6 @@ _NOTES: Mapping[str, str] = {
         "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
         "on the length of trials."
     ),
-    "success after a loop, Mantel-Haenszel by dose and step": (
-        "Tested against an odds ratio of 1, which need not be that of an agent that ignores reports."
-    ),
 }
 """What a reader should know about each test."""
 
@@ -59,7 +51,6 @@ _MISSING: Mapping[str, str] = {
     "fewer than three doses": "No test: it needs three {doses} with trials.",
     "no common trial": "No test: no trial was played at two {doses}.",
     "no trial at the lowest dose": "No test: no trial at a higher {dose} was also played at the lowest.",
-    "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     ONE_LOOK: "No test: it holds for one look, at a number of trials that was planned before and is played.",
     "too few remain": "No test: too few trials finished without an error.",

@@ -49,7 +49,7 @@ IDENTITY = (
 
 
 UNITS = (
-    *("share", "points", "ratio", "odds ratio", "yes or no", "direction", "verdict", "order", "dose"),
+    *("share", "points", "ratio", "yes or no", "direction", "verdict", "order", "dose"),
     *(
         "steps",
         "trials",
@@ -61,7 +61,7 @@ UNITS = (
         "records",
         "lines",
     ),
-    *("boxes", "blocks", "strata", "sequences", "restarts", "interlocks", "permutations"),
+    *("boxes", "blocks", "sequences", "restarts", "interlocks", "permutations"),
     *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
 )
 """The units of Lockprobe's numbers."""

@@ -36,18 +36,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     yield from numbers.answer("hypothesis_tests", "test")  # the tests are among the rows of each course
 
 
-def tables_of_tests(courses: Iterable[Course], axis: Axis, *, testable: bool = True) -> list[Block]:
-    """A table of tests for each agent that has some, by name.
-
-    Args:
-        courses: The agents.
-        axis: The axis that their tests are over.
-        testable: Whether there are several doses; if not, only questions that need none are shown.
-    """
+def tables_of_tests(courses: Iterable[Course], axis: Axis) -> list[Block]:
+    """A table of tests over this axis for each agent that has some, by name."""
     blocks: list[Block] = []
     for course in sorted(courses, key=lambda course: course.label.lower()):
-        valid = [test for test in course.where("test") if testable or test.p_value is not None]
-        if lines := [_line(course, test, axis) for test in valid]:
+        if lines := [_line(course, test, axis) for test in course.where("test")]:
             name = Subject.of(course.agent, course.shown).name
             blocks += [Heading(name, code=True), Template("tests", {"lines": lines})]
     return blocks
@@ -91,7 +84,6 @@ _SHORT: Mapping[Question, str] = {
     "shape": "rise and fall",
     "looping": "first loop differs",
     "looping again": "loops later, then sooner",
-    "harm": "harm of loops",
 }
 """Question -> the head of its column."""
 
@@ -123,15 +115,15 @@ def _blocks(found: Results) -> Iterator[Block]:
         above = "conditions" if found.beside_flips else "modalities" if found.where("modality_effect") else ""
         said = f"; tests of {'other ' * (above == 'conditions')}{above} are above" if above else ""
         yield Text(f"With one flip rate, effects of false reports cannot be tested{said}.")
+        return
     courses = [course for course in found.courses() if course.subject]
     if overview := _overview(courses):
         yield Cells(overview, 1)
         yield Note("One test for each question, with its P value, which is not corrected for the number of questions.")
-    tables = tables_of_tests(courses, FLIPS, testable=found.several_p)
-    if found.several_p and not tables:
-        yield Text("No agent has trials that differ between flip rates.")
-    if tables:
+    if tables := tables_of_tests(courses, FLIPS):
         yield Detail("Every test, with its estimate", tables)
+    else:
+        yield Text("No agent has trials that differ between flip rates.")
 
 
 SECTIONS = (Section(name="hypothesis_tests", title="Hypothesis tests", rows=_rows, show=_show),)

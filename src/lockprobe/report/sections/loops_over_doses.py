@@ -1,4 +1,4 @@
-"""The loops of one agent over the doses of an axis: fits, correlation with success, first loops, and what follows."""
+"""The loops of one agent over the doses of an axis: fits, correlation with success, and first loops."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.report.sections.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import Correlation
-from lockprobe.statistics.inference.hazard import LoopEffect
 from lockprobe.statistics.inference.logrank import LogRanks
-
-_ODDS = "odds_ratio_after_loop"
 
 
 def loops_over_doses(course: AgentCourse) -> Iterator[Row]:
@@ -24,7 +21,6 @@ def loops_over_doses(course: AgentCourse) -> Iterator[Row]:
     yield from log_rank_rows(course, "hazard_ratio_of_first_loop", "first_loops", found.onset)
     yield from _onset(course, found.onset)
     yield from two_lines_rows(course, "first_loop_two_lines", found.onset_lines)
-    yield from _after_a_loop(course, found.hazard, "step by step")
 
 
 def _correlation(course: AgentCourse, found: Correlation) -> Iterator[Estimate]:
@@ -52,17 +48,3 @@ def _onset(course: AgentCourse, found: LogRanks) -> Iterator[Row]:
         if course.axis == FLIPS.name:
             band, steps = own | {"axis": "step", "low": curve.low, "high": curve.high}, tuple(range(len(curve.share)))
             yield Curve(quantity="loop_onset", **band, x=steps, value=curve.share)
-
-
-def _after_a_loop(course: AgentCourse, found: LoopEffect, of: str) -> Iterator[Row]:
-    """The odds of solving after a loop over those before."""
-    if found.odds_ratio is not None or found.p_value is not None:
-        tested = {"p_value": found.p_value, "test": "Mantel-Haenszel"}
-        yield course.estimate(_ODDS, found.odds_ratio, of=of, unit="ratio", low=found.low, high=found.high, **tested)
-    yield from course.missing(f"{_ODDS}, {of}", found.note)
-    if found.strata:
-        yield course.estimate("informative_strata", found.strata, of=of, unit="strata")
-    counts = {"after": (found.looped_solved, found.looped), "before": (found.unlooped_solved, found.unlooped)}
-    for when, (solved, n) in counts.items():
-        if n:
-            yield course.estimate("solved_by_loop", solved / n, of=f"{of}, {when}", n=n, count=solved)

@@ -63,25 +63,21 @@ def default_worlds() -> tuple[World, ...]:
         ),
         World(
             name="loop-trapped",
-            says="Told the truth the agent falls into cycles, and a loop keeps it from solving; false reports free it.",
+            says="Told the truth the agent falls into cycles; false reports free it.",
             success=(0.85,) * 7,
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
-            harm=0.1,
-            truths=frozenset({"success", "speed", "looping", "harm"}),
+            truths=frozenset({"looping"}),
         ),
     )
 
 
-def stated_world(
-    success: Sequence[float], *, p: Sequence[float] = P, trap: Sequence[float] = (), harm: float = 1.0
-) -> World:
+def stated_world(success: Sequence[float], *, p: Sequence[float] = P, trap: Sequence[float] = ()) -> World:
     """The simulated agent with the effect that a user states.
 
     Args:
-        success: Probability of solving the box at each p if loops do no harm, [0, 1).
+        success: Probability of solving the box at each p, [0, 1).
         p: Flip probabilities, ascending, 0.000001 or more apart.
         trap: Probability per step of falling into a cycle at each p, [0, 1]; 0 by default.
-        harm: Factor on the probability of solving once a loop is complete, [0, 1].
     """
     if len(success) != len(p):
         raise BadValue(
@@ -90,7 +86,7 @@ def stated_world(
     if trap and len(trap) != len(p):
         raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} flip rates")
     _check_p(p)
-    for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1"), ("harm", (harm,), "to 1")):
+    for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1")):
         for value in values:
             if not 0 <= value <= 1 or (name == "success" and value == 1):
                 raise BadValue(name, value, f"a number from 0 {limit}")
@@ -100,8 +96,7 @@ def stated_world(
         says="As stated.",
         success=tuple(success),
         trap=chances,
-        harm=harm,
-        truths=_truths(success, chances, harm),
+        truths=_truths(success, chances),
     )
 
 
@@ -113,21 +108,18 @@ def _check_p(p: Sequence[float]) -> None:
         raise BadValue("p", ",".join(map(str, p)), "values that differ by 0.000001 or more")
 
 
-def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> frozenset[Question]:
-    """The questions whose true answer is yes. If loops hurt, the trap changes success too."""
-    traps = len(set(trap)) > 1
+def _truths(success: Sequence[float], trap: Sequence[float]) -> frozenset[Question]:
+    """The questions whose true answer is yes."""
     found: set[Question] = set()
-    if len(set(success)) > 1 or (traps and harm < 1):
+    if len(set(success)) > 1:
         found |= {"success", "speed"}
     top = success.index(max(success))
     if success[top] > success[0] and success[top] > success[-1]:
         found.add("shape")
-    if traps:
+    if len(set(trap)) > 1:
         found.add("looping")
     if min(trap) < min(trap[0], trap[-1]):
         found.add("looping again")
-    if harm < 1:
-        found.add("harm")
     return frozenset(found)
 
 

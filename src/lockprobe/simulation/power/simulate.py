@@ -1,7 +1,7 @@
 """Simulated trials of an agent with known truth, as columns.
 
 The agent acts without immediate repeats. From the fourth step on, the box opens with equal probability at every step,
-whatever the joint, so solved trials are shorter whether or not loops matter.
+whatever the joint: loops do nothing, and solved trials are shorter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) ->
     """One study of a simulated agent, one row per trial, by p, repetition and trial."""
     luck = rng.random((len(design.p) * design.clusters, BUDGET, 3))
     onset = onset_batch(actions_of(np.repeat(truth.trap, design.clusters), luck))
-    solved = solved_at(np.repeat(truth.success, design.clusters), truth.harm, onset, luck[:, :, 2])
+    solved = solved_at(np.repeat(truth.success, design.clusters), luck[:, :, 2])
     length = np.where(solved > 0, solved, BUDGET)
     cluster = np.tile(np.arange(design.clusters), len(design.p))
     return Outcomes(
@@ -68,10 +68,9 @@ def actions_of(trap: Floats, luck: Floats) -> Integers:
     return actions
 
 
-def solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> Integers:
-    """The step at which each trial is solved, 0 if it is not. A loop completed at t has its effect from t + 1 on."""
+def solved_at(success: Floats, luck: Floats) -> Integers:
+    """The step at which each trial is solved, 0 if it is not."""
     steps = np.arange(1, BUDGET + 1)
     hazard = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (steps >= FIRST)
-    looped = (onset[:, None] > 0) & (onset[:, None] < steps)
-    opened = luck < np.where(looped, harm, 1.0) * hazard
+    opened = luck < hazard
     return np.where(opened.any(axis=1), opened.argmax(axis=1) + 1, 0)

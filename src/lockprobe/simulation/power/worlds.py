@@ -1,7 +1,7 @@
 """Simulated agents with known truth (worlds), and the sizes of their studies.
 
-A *world* states the success at each p, the agent's tendency to fall into cycles, and whether a complete loop makes
-solving less likely. Nothing else differs between conditions. :mod:`lockprobe.simulation.power.simulate` plays them.
+A *world* states the success at each p and the agent's tendency to fall into cycles. Nothing else differs
+between conditions. :mod:`lockprobe.simulation.power.simulate` plays them.
 """
 
 from __future__ import annotations
@@ -40,11 +40,9 @@ class World:
     Attributes:
         name: Its name.
         says: The truth in one sentence.
-        success: Probability of solving the box within the budget if loops do no harm, [0, 1].
+        success: Probability of solving the box within the budget, [0, 1].
         trap: Probability per step of falling into a cycle of three or four actions, [0, 1]; 0 acts at random
             throughout.
-        harm: Factor on the probability of solving once a loop is complete; 1 if loops are irrelevant, below 1 if they
-            hurt.
         truths: Questions whose true answer is yes.
     """
 
@@ -53,4 +51,3 @@ class World:
     success: tuple[float, ...]
     truths: frozenset[Question]
     trap: tuple[float, ...] = (0.0,) * len(P)
-    harm: float = 1.0

@@ -168,8 +168,7 @@ def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
     counted = joined([group for _, group in ranked])
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
     running, event = grid(counted.length, counted.solved)
-    one = np.zeros(len(counted), dtype=np.int64)
-    compared = excess(score[None, :, None], event, running, stratum=one, cluster=counted.cluster)
+    compared = excess(score[None], event, running, cluster=counted.cluster)
     return compared.direction, compared.p_value_t
 
 

@@ -20,7 +20,6 @@ from lockprobe.statistics.inference.broken_trials import (
     worst_case_tests,
 )
 from lockprobe.statistics.inference.difference import AnyDifference, any_difference
-from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
 from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
@@ -29,7 +28,6 @@ from lockprobe.statistics.inference.verdict import (
     ONE_LOOK,
     TestResult,
     at_every_look,
-    harm_test,
     looping_test,
     speed_test,
     success_test,
@@ -50,7 +48,6 @@ class Inference:
         lines: Whether success rises and falls, by two lines.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
-        hazard: Whether success is rarer after a loop, by p and step.
         broken: Trials that ended as error, by p; None if there are none.
         tests: The test of each question.
     """
@@ -60,7 +57,6 @@ class Inference:
     lines: TwoLines
     onset: LogRanks
     onset_lines: TwoLines
-    hazard: LoopEffect
     broken: BrokenShares | None
     tests: tuple[TestResult, ...]
 
@@ -125,14 +121,12 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
     if outcomes.order is not None:
         lines = TwoLines(note=ONE_LOOK)
     again = of("Two lines of loop onset", onset_lines)
-    hazard = of("Success after a loop", loop_hazard)
     tests = (
         success_test(difference),
         speed_test(steps),
         two_lines_test("two lines", "shape", lines, first=1),
         looping_test(onset),
         two_lines_test("loop onset, two lines", "looping again", again, first=-1),
-        harm_test(hazard),
     )
     return Inference(
         difference=difference,
@@ -140,7 +134,6 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
         lines=lines,
         onset=onset,
         onset_lines=again,
-        hazard=hazard,
         broken=None,
         tests=tests if outcomes.order is None else at_every_look(tests),
     )

@@ -132,9 +132,8 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
     if len(levels) < 2:
         return LogRanks(primary=None, each=(), p_all=None)
     luck = outcomes.cluster
-    x = (outcomes.dose == levels[1:, None])[..., None].astype(np.float64)
+    x = (outcomes.dose == levels[1:, None]).astype(np.float64)
     running, event = grid(last, happened)
-    one = np.zeros(len(outcomes), dtype=np.int64)
     pairs = [(outcomes.dose == levels[0]) | (outcomes.dose == p) for p in levels[1:]]
     each = [_compare(outcomes.dose[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]
     return LogRanks(
@@ -143,7 +142,7 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
             replace(comparison, p_adjusted=adjusted)
             for comparison, adjusted in zip(each, holm([one.p_value for one in each]), strict=True)
         ),
-        p_all=excess(x, event, running, stratum=one, cluster=luck).p_value,
+        p_all=excess(x, event, running, cluster=luck).p_value,
     )
 
 
@@ -151,8 +150,7 @@ def _compare(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], l
     """The lowest of these p against all others pooled."""
     higher = p > p.min()
     running, event = grid(last, happened)
-    one = np.zeros(len(p), dtype=np.int64)
-    found = excess(higher[None, :, None].astype(np.float64), event, running, stratum=one, cluster=luck)
+    found = excess(higher[None].astype(np.float64), event, running, cluster=luck)
     beyond = float(found.total[0])
     first = _group(p[~higher], last[~higher], happened[~higher], -beyond)
     second = _group(p[higher], last[higher], happened[higher], beyond)

@@ -179,8 +179,7 @@ def _line(counted: Counts, clustered_p: float | None) -> Line:
 
 def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
     """The log-rank score of p among these trials; ``running`` and ``event`` have the shape (trials, steps)."""
-    x, one = outcomes.dose[None, :, None], np.zeros(len(outcomes), dtype=np.int64)
-    found = excess(x, event, running, stratum=one, cluster=outcomes.cluster)
+    found = excess(outcomes.dose[None], event, running, cluster=outcomes.cluster)
     total, variance, p_value = round(float(found.total[0]), 10), float(found.covariance[0, 0]), found.p_value_t
     return Line(
         slope=None,

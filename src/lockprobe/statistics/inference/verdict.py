@@ -13,13 +13,12 @@ from typing import Any, Literal
 import numpy as np
 
 from lockprobe.statistics.inference.difference import AnyDifference
-from lockprobe.statistics.inference.hazard import LoopEffect
 from lockprobe.statistics.inference.logrank import LogRanks
 from lockprobe.statistics.inference.mean_steps import MeanSteps
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.proportions import ALPHA
 
-Question = Literal["success", "speed", "shape", "looping", "looping again", "harm"]
+Question = Literal["success", "speed", "shape", "looping", "looping again"]
 
 MEAN_STEPS = "mean steps, Student over blocks"
 """The test of how many steps a trial takes."""
@@ -38,7 +37,7 @@ class TestResult:
         p_value: [0, 1]; None if it cannot be computed.
         effect: The effect size; None without an estimate.
         low, high: Ends of its 95 % interval, if there is one.
-        direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
+        direction: 1 if the effect is more or sooner, -1 if less, 0 if neither or it has none.
         note: Why there is no P value, as a short code; empty if there is one.
         broken: Whether the P value is the largest over the possible endings of broken trials.
     """
@@ -122,18 +121,4 @@ def looping_test(onset: LogRanks) -> TestResult:
         effect=primary.hazard_ratio if primary else None,
         direction=primary.direction if primary else 0,
         note="" if primary else "fewer than two doses",
-    )
-
-
-def harm_test(found: LoopEffect) -> TestResult:
-    """Whether success is rarer after a loop."""
-    return TestResult(
-        name="success after a loop, Mantel-Haenszel by dose and step",
-        question="harm",
-        p_value=found.p_value,
-        effect=found.odds_ratio,
-        low=found.low,
-        high=found.high,
-        direction=found.direction,
-        note=found.note,
     )
