@@ -54,10 +54,10 @@ def test_the_next_command_is_one_that_can_be_typed(played):
 
 def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     directory, done = played
-    report(directory)
+    report([directory])
     again = capsys.readouterr().out.splitlines()
     assert again == done.stdout.splitlines()[-len(again) :]
-    report(directory, json=True)
+    report([directory], json=True)
     facts = json.loads(capsys.readouterr().out)
     assert facts.pop("report") == str(directory / "report.html")
     assert facts == result_facts(read_result(directory), directory)

@@ -173,10 +173,10 @@ def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, ca
     monkeypatch.setattr(
         report_files, "explorer_data", lambda trials, box: real(trials, box) if not trials else broken()
     )
-    report(directory)
+    report([directory])
     said = capsys.readouterr().out.splitlines()[0]
     assert said.endswith(f"report.html, without Trial explorer (RuntimeError: {SAID})")
-    report(directory, json=True)
+    report([directory], json=True)
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line)["left_out"] == [{"section": "Trial explorer", "reason": f"RuntimeError: {SAID}"}]
 
