@@ -30,12 +30,6 @@ def staircases(axes):
     return [line for line in axes.lines if line.get_drawstyle() == "steps-post"]
 
 
-def labelled(axes, label):
-    """The data of the line with this label."""
-    (found,) = [line for line in axes.lines if line.get_label() == label]
-    return np.asarray(found.get_xdata()).tolist(), np.asarray(found.get_ydata()).tolist()
-
-
 def shades(axes):
     """The corners of every shade."""
     found = [shade for shade in axes.collections if isinstance(shade, PolyCollection)]

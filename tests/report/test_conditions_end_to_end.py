@@ -4,10 +4,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 from builders import write_study
-from captions import too_long
-from clumsy import CLUMSY
 
-from lockprobe.interfaces.export import tidy_rows
 from lockprobe.report.pages import figures_of, parts_of
 from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
@@ -67,33 +64,12 @@ def test_every_figure_stands_on_its_page_and_among_the_files(reported):
     assert details.count("<figure") == len(in_details)
 
 
-def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(reported):
-    directory, _, _ = reported
-    rows = list(tidy_rows(load(directory)))
-    assert {row["p"] for row in rows if row["condition"] == "nudge"} == {""}
-    assert {row["p"] for row in rows if row["condition"] == "flip?p=0.3"} == {0.3}
-    assert {row["chosen"] != "" for row in rows if row["condition"] == "tremble?p=0.4"} == {True, False}
-
-
 def test_equal_records_make_equal_files(reported, drawn):
     directory, _, _ = reported
     before = {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
     with drawn(*REAL):
         write_report(directory)
     assert before == {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
-
-
-def test_a_part_of_a_study_says_so(reported, tmp_path):
-    first = [trial for trial in load(reported[0]) if trial.agent == "random"][:20]
-    _, page, found = reported_in(tmp_path, first, **{**ASKED, "agent": ["random"]})
-    assert "Partial: 20 of 128 trials" in page
-    assert sum(cell.trials for cell in found.cells) == 20
-
-
-def test_captions_are_short(reported):
-    directory, page, found = reported
-    for one in (page, (directory / "details.html").read_text()):
-        assert too_long(one, [one.text for one in found.findings]) == []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,15 +114,3 @@ def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_conclud
     assert "any condition" not in page
     (on_top,) = found.said("overview", "changed_nothing")
     assert said(agents[:2]) in on_top
-
-
-@pytest.mark.parametrize("more", [{}, {"condition": "tremble?p=0.5"}], ids=["flips", "conditions"])
-def test_attempts_against_the_rules_stand_in_the_first_sentence(tmp_path, more):
-    asked = {"agent": "round-robin", "p": [0], "trials": 4, "repetitions": 1, "plant": CLUMSY, "max_steps": 4}
-    directory, _, found = reported_in(tmp_path, **asked, **more)
-    rows = found.where("against_rules", of="")
-    against, attempts = sum(row.count for row in rows), sum(row.n for row in rows)
-    assert 0 < against < attempts
-    assert f" {against} of {attempts} attempts broke the rules of the box" in found.answer
-    assert found.said("overview", "chance") == []
-    assert "against the rules" in (directory / "tables" / "conditions.csv").read_text()

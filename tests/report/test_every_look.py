@@ -3,24 +3,15 @@
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, small_study, write_study
+from builders import SOLUTION, make_trial, small_study
+from reported import found_in
 
-from lockprobe.report.every_look import at_every_look, note_at
-from lockprobe.report.opened import open_study
+from lockprobe.report.every_look import at_every_look
 from lockprobe.report.pages import page_of
-from lockprobe.report.prose.stopping import effects_said
-from lockprobe.report.results import results_of
 from lockprobe.report.rows import Estimate, Finding
-from lockprobe.report.section import Note
-from lockprobe.report.sections import agents_compared, success
+from lockprobe.report.sections import success
 from lockprobe.report.sections.stopping import SECTIONS
-from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.sequential.contrasts import Numbers
-from lockprobe.statistics.sequential.contrasts import at_every_look as at_every_look_of
-from lockprobe.studies.decisions import Question
-from lockprobe.studies.stopping import Answer
 from lockprobe.studies.until import EarlierSize, Until
 
 FAILED = (0, 1) * 10
@@ -39,10 +30,6 @@ def trials_of(blocks, *, without=()):
 
 def planned(trials=ROWS, **more):
     return replace(small_study(["human-inspired"], (0.0, 0.4), 1, trials), **more)
-
-
-def found_in(directory, study, trials):
-    return results_of(study_numbers(open_study(write_study(directory / "study", study, trials))))
 
 
 def caption(section, name, found):
@@ -109,28 +96,6 @@ def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages
     assert f"Intervals {kind}" in caption(success, "fig4-corrected", pages["until"])
 
 
-def test_an_interval_that_does_not_hold_at_every_look_says_so_in_a_study_of_several_agents(tmp_path):
-    agents = ("human-inspired", "llm:a")
-    study = replace(small_study(agents, (0.0, 0.4), 1, ROWS), earlier=(EARLIER,))
-    trials = [
-        trial_of(p, n, solved=not p or n % 4 == 0, agent=agent)
-        for agent in agents
-        for n in range(1, ROWS + 1)
-        for p in (0.0, 0.4)
-    ]
-    found = found_in(tmp_path, study, trials)
-    bars = "Bars are 95 % intervals of means over blocks, which hold at every look."
-    assert bars in caption(agents_compared, "side-by-side", found)
-
-
-def test_a_line_at_the_deciding_block_is_named_only_where_it_is_drawn(pages, tmp_path):
-    drawn = "The vertical line marks"
-    assert drawn in SECTIONS[0].figures[0].caption(pages["until"]).shown
-    open_ = found_in(tmp_path, KINDS["until"][0], trials_of(2))
-    assert not open_.where("decided_at_block")
-    assert drawn not in SECTIONS[0].figures[0].caption(open_).shown
-
-
 def test_an_extension_and_a_plan_to_stop_are_told(pages):
     told = said(pages["extended"], "every_look")
     assert told.startswith("Trials were added to this study after it had begun. Success and")
@@ -178,20 +143,3 @@ def test_rows_of_one_look_lose_their_p_value_and_sentences_that_rest_on_them():
     assert [row.text for row in shown if isinstance(row, Finding)] == [
         "It holds for one look, and is said when all planned trials are played.", "a",
     ]  # fmt: skip
-
-
-def test_notes_on_tests_say_which_kind_is_shown(pages):
-    note = Note("What it shows.", "McNemar's test.", "More.")
-    assert note_at(pages[""], note) is note
-    assert "every look" in note_at(pages["until"], note).computed
-
-
-def test_effects_are_named_with_their_direction():
-    def answer(name, value, verdict):
-        course = at_every_look_of([Numbers(values=np.full(20, value), block=np.arange(20))])[0]
-        return Answer(question=Question(name, ((name, "rgb"),)), verdict=verdict, at=9, course=course)
-
-    found = {"viewer": [answer("rgbd", -1.0, "effect"), answer("truth", 1.0, "effect"), answer("odd", 0.0, "small")]}
-    said = "Compared with the first: rgbd lowers the success of viewer; truth raises the success of viewer."
-    assert effects_said(found) == said
-    assert effects_said({"viewer": []}) == "No effect is decided yet."

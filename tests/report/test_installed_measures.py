@@ -1,5 +1,6 @@
-"""Measures of installed packages: in results.json, in a table and on the page; none where no package adds one."""
+"""Measures of installed packages: in results.json, in a table and on the page, and what verification says of them."""
 
+import pytest
 import strangers
 from builders import play_study, small_study, write_study
 
@@ -8,6 +9,7 @@ from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
+from lockprobe.report.rows import Results
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
@@ -73,3 +75,53 @@ def test_verification_takes_them_from_the_results_and_runs_no_package(tmp_path, 
     checks = {check.name: check for check in verify(directory)}
     assert all(check.holds for check in checks.values())
     assert checks["results"].said.endswith("; 8 of its rows are not checked: they come from strange-things 0.3")
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    """A study with a report without packages."""
+    directory = write_study(tmp_path_factory.mktemp("strange") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
+    write_report(directory)
+    return directory
+
+
+def _added(reported, row):
+    write_report(reported)
+    path = reported / "results.json"
+    path.write_text(path.read_text("utf-8").replace(' "rows": [\n', f' "rows": [\n  {row},\n'), "utf-8")
+    (failed,) = [check for check in verify(reported) if not check.holds]
+    return failed
+
+
+def test_what_has_a_name_of_ours_is_checked_whoever_is_said_to_have_made_it(reported):
+    made_up = '{"quantity": "success", "agent": "random", "condition": "truth", "value": 0.99, "source": "some 1.0"}'
+    assert _added(reported, made_up).failed == ("rows: success of some 1.0 has a name of Lockprobe's rows",)
+
+
+def test_a_column_without_a_value_and_two_values_of_a_name_are_named(reported):
+    write_report(reported)
+    path = reported / "results.json"
+    text = path.read_text("utf-8")
+    path.write_text(text.replace('"quantity": "success",', '"quantity": "success", "family": null,', 1), "utf-8")
+    (failed,) = [check for check in verify(reported) if not check.holds]
+    assert "family None written, None computed" in failed.failed[0]
+    path.write_text(text.replace('"quantity": "success",', '"quantity": "success", "value": 0.99,', 1), "utf-8")
+    (failed,) = [check for check in verify(reported) if not check.holds]
+    assert failed.said == "results.json is damaged (two values of value)"
+
+
+def test_a_row_that_names_no_package_is_checked(reported):
+    """Who makes numbers up may call them those of a measure, but not of Lockprobe."""
+    made_up = '{"quantity": "measures.made_up", "value": 1}'
+    assert _added(reported, made_up).failed == ("rows: measures.made_up is no row of this report",)
+
+
+def test_a_measure_with_the_name_of_a_number_of_lockprobe_is_told_apart(tmp_path, monkeypatch, reported):
+    alone = results(reported)
+    strangers.install(tmp_path, monkeypatch, points={"measures": {"steps": "untold"}})
+    write_report(reported)
+    found = Results.model_validate_json((reported / "results.json").read_bytes())
+    assert found.sections_left_out == ()
+    assert [row.quantity for row in found.measures] == ["measures.steps"] * 2
+    assert [row for row in found.rows if not row.source] == [*alone.rows]
+    assert all(check.holds for check in verify(reported))

@@ -64,11 +64,3 @@ def test_the_tidy_table_has_the_name():
         "random",
         "cognitive:careful",
     }
-
-
-def test_a_sweep_over_corrections_asks_for_its_doses(tmp_path):
-    swept = study("flips", agent="human-inspired", sweep="correction?p=0,0.2,0.4", trials=4, repetitions=2)
-    found = results(write_study(tmp_path, swept))
-    (asked,) = [one.text for one in found.findings if (one.section, one.kind) == ("overview", "question")]
-    assert asked == "Do higher doses of correction change how agents open chain-4?"
-    assert found.answer.startswith("Inconclusive: no effect of higher doses of correction on the success of")

@@ -108,27 +108,6 @@ def test_every_dose_stands_in_the_table_of_effects_with_the_p_value_of_its_axis(
     assert [tuple(row[:2]) for row in tables_of(whole)["effects"][1:]] == [(r.agent, r.condition) for r in compared]
 
 
-def test_page_tables_and_figures_hold_all_that_flips_alone_have(alone, tmp_path):
-    beside = played(tmp_path / "study", **FLIPS, **BESIDE[0])
-    for directory in (alone, beside):
-        write_report(directory)
-    for folder in ("tables", "figures"):
-        before, now = ({path.name for path in (one / folder).iterdir()} for one in (alone, beside))
-        assert before < now
-    pages = [{name: (one / f"{name}.html").read_text() for name in ("report", "details")} for one in (alone, beside)]
-    assert all("All conditions</" in one["details"] for one in pages)
-    before, now = (one["report"] for one in pages)
-    for heading in ("Agents compared", "Success and false reports", "Speed", "Optimal actions", "Action loops",
-                    "Hypothesis tests", "Misinterpretations"):  # fmt: skip
-        assert f"{heading}</" in before, heading
-        assert f"{heading}</" in now, heading
-    assert "Every condition against the control</" in now
-    assert "Every condition against the control</" not in before
-    before, now = ((one / "tables" / "speed.csv").read_text() for one in (alone, beside))
-    assert "cognitive:perseverant,nudge" in now
-    assert [table.split(",")[1] for table in (before, now)] == ["p", "condition"]
-
-
 def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path):
     directory = played(tmp_path / "study", p=[0], condition=["nudge"], sweep="tremble?p=0.2,0.5")
     found = reported(directory)

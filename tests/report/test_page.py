@@ -6,29 +6,28 @@ import re
 from base64 import b64encode
 from hashlib import sha256
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
+from jinja2 import UndefinedError
+from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.left_out import leaving_out
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.report import pages
-from lockprobe.report.opened import open_study
+from lockprobe.report.format import as_csv
 from lockprobe.report.pages import page_of
-from lockprobe.report.results import results_of
+from lockprobe.report.rendering import _breakable, rendered
 from lockprobe.report.rows import LeftOut, Results
 from lockprobe.report.sections import all_sections
-from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
 ALWAYS = ("report", "details", "claims")
 """Pages that every report has."""
-
-
-def found_in(directory, planned, trials=None):
-    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
 
 
 @pytest.fixture(scope="module")
@@ -177,3 +176,41 @@ def test_tables_are_those_of_the_results(reported):
 def test_a_directory_without_a_study_is_refused(tmp_path):
     with pytest.raises(BadFile):
         write_report(tmp_path)
+
+
+def test_text_is_escaped_and_a_missing_value_is_an_error():
+    study = SimpleNamespace(name="<img src=x>", partial=False, looked_at=False)
+    content = SimpleNamespace(studies=[study], box="<b>", said="A & B\u202e", unlike=["<i>"], differences=())
+    values = {"lockprobe": "1", "images": {}, "caption": (), "tables": {}}
+    with pytest.raises(UndefinedError):
+        rendered("compare", content=content, **values)
+    rows = [["study"], ["<script>"]]
+    values["tables"] = dict.fromkeys(("studies", "success", "differences", "rest"), rows)
+    page = rendered("compare", content=content, **values)
+    assert not any(attack in page for attack in ("<img src=x", "<b>", "<script>", "\u202e"))
+    assert "&lt;img src=x&gt;" in page
+
+
+def test_a_spec_breaks_after_its_marks_and_never_within_a_tag():
+    assert _breakable("llm:a/b") == "llm:<wbr>a/<wbr>b"
+    assert _breakable("learner:P < 1/x") == "learner:<i>P</i> &lt; 1/<wbr>x"
+
+
+HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
+
+
+def test_what_is_not_seen_is_a_question_mark():
+    assert printable(HOSTILE) == "a?b??????c"
+    assert printable("Ünï ±5 % \u9501") == "Ünï ±5 % \u9501"
+
+
+@pytest.mark.parametrize("lead", ["=", "+", "-", "@", "\t", "\r"])
+def test_no_cell_is_a_formula(lead):
+    ((cell, plain),) = csv.reader(io.StringIO(as_csv([[f"{lead}1+1", "1+1"]])))
+    assert cell == f"'{printable(lead)}1+1"
+    assert plain == "1+1"
+
+
+def test_nothing_invisible_is_in_a_file():
+    table = [["agent", "p"], [HOSTILE, "0"]]
+    assert as_csv(table) == "agent,p\na?b??????c,0\n"

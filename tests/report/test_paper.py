@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from itertools import islice
+from types import SimpleNamespace as Some
 
 import pytest
 from builders import write_study
@@ -12,6 +13,7 @@ from placeholders import undrawn
 from typed import typed
 
 from lockprobe.report.paper import paper_files, write_paper
+from lockprobe.report.paper_table import table_tex
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
@@ -90,3 +92,75 @@ def test_a_real_tex_compiles_it(found, tmp_path):
     assert "undefined" not in done.stdout
     assert "Overfull" not in done.stdout
     assert (folder / "example.pdf").stat().st_size > 10_000
+
+
+def test_the_table_has_six_columns_and_the_numbers_of_the_rows(found):
+    lines = table_tex(found).splitlines()
+    (head,) = [line for line in lines if line.startswith("agent")]
+    assert head.count("&") == 5  # two columns under one head have no sign between them
+    rows = [[cell.strip() for cell in line.split("&")] for line in lines if line.startswith("{}")]
+    assert [row[1] for row in rows] == ["0", "0.6", "0", "0.6"]
+    for row, (agent, condition) in zip(
+        rows, [(agent, c) for agent in ("a_50%", "human-inspired") for c in ("truth", "flip?p=0.6")], strict=True
+    ):
+        solved = found.one("success", agent=agent, condition=condition)
+        assert row[2:5] == [
+            str(solved.n),
+            f"{100 * solved.value:.0f}",
+            f"$[{100 * solved.low:.0f}, {100 * solved.high:.0f}]$",
+        ]
+        if condition != "truth":
+            change = found.one("success_difference", agent=agent, condition=condition, control="truth")
+            assert row[5] == f"${100 * change.value:+.0f}$"
+    assert r"a\_50\%" in rows[0][0]
+
+
+def test_every_change_of_the_table_is_from_the_control_whatever_else_is_compared(tmp_path):
+    conditions = ["flip?p=0.6&others=kept", "drop?p=1"]
+    planned = study("flips", agent=("human-inspired", "round-robin"), p=(0, 0.6), condition=conditions, trials=8)
+    found = results(write_study(tmp_path / "study", planned))
+    against = {row.control for row in found.where("success_difference", agent="human-inspired", of="", versus="")}
+    assert len(against) > 1
+    shares = {}
+    for line in table_tex(found).splitlines():
+        if not line.startswith("{}"):
+            continue
+        agent, at, _, solved, _, change, *_ = map(str.strip, re.split(r"(?<!\\)&", line.removeprefix("{}")))
+        shares[agent or next(reversed(shares))[0], at] = float(solved)
+        agent, _ = next(reversed(shares))
+        if change:
+            truth = next(share for (of, _), share in shares.items() if of == agent)
+            assert float(change.strip("$")) == pytest.approx(float(solved) - truth, abs=1)
+    assert len(shares) == 8
+
+
+def of_many(agents):
+    """Results with so many conditions of each agent, all of them solved in 3 of 10 trials."""
+    share = Some(value=0.3, n=10, low=0.1, high=0.6)
+    cells = [
+        Some(agent=agent, label=agent, condition=f"c{i}", p=None, modality="", get=lambda quantity: share)
+        for agent, conditions in agents.items()
+        for i in range(conditions)
+    ]
+    return Some(beside_flips=True, cells=cells, against_control=list, design=Some(conditions=()))
+
+
+@pytest.mark.parametrize(
+    ("agents", "parts"),
+    [
+        ({"a": 33}, [33]),
+        ({"a": 34}, [33, 1]),
+        ({"a": 20, "b": 12}, [32]),
+        ({"a": 20, "b": 13}, [20, 13]),
+        ({"a": 70, "b": 2}, [33, 33, 6]),
+        (dict.fromkeys("abcdefghijklmnopqrstuvwxyz", 1), [22, 4]),
+    ],
+)
+def test_a_long_table_goes_on_on_the_next_page(agents, parts):
+    said = table_tex(of_many(agents))
+    assert [one.count("{}") for one in said.split(r"\end{table*}")[:-1]] == parts
+    rows = [line.split(" & ")[:2] for line in said.splitlines() if line.startswith("{}")]
+    assert [at for _, at in rows] == [f"c{i}" for many in agents.values() for i in range(many)]
+    assert said.count("(continued)") == said.count(r"\addtocounter{table}{-1}") == len(parts) - 1
+    starts = [one[one.index("{}") :].split(" & ")[0] for one in said.split(r"\midrule")[1:]]
+    assert all(start != "{}" for start in starts)  # every part begins with the name of an agent

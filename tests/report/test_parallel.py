@@ -57,45 +57,6 @@ def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(larg
     assert first not in others
 
 
-class Remembers:
-    """Work that remembers by which process each of its jobs was done."""
-
-    def __init__(self):
-        self.by = []
-
-    def __call__(self, job):
-        self.by.append(os.getpid())
-        return [*self.by], job()
-
-
-def test_work_is_sent_as_it_was_at_first_and_once_for_all_jobs(large):
-    """What it holds may change here at any time, as results do that are looked up, so it is not sent later."""
-    touched, here = large / "touched", os.getpid()
-    with shared(large, 2) as each:
-        found = each(Remembers(), [until(touched), *[os.getpid] * 3, partial(touched.write_text, "x")])
-    there = found[1][1]
-    assert there != here
-    assert found[0] == ([here], here)
-    assert [by for by, _ in found[1:]] == [[there] * n for n in (1, 2, 3, 4)]
-
-
-IMPORTED = """
-import os, pathlib
-pathlib.Path(__file__).with_suffix(".by").write_text(str(os.getpid()))
-"""
-
-
-def test_other_processes_import_what_comes_later_when_the_first_work_is_done(large, monkeypatch):
-    monkeypatch.syspath_prepend(large)
-    (large / "asked_for_later.py").write_text(IMPORTED)
-    imported = large / "asked_for_later.by"
-    with shared(large, 2, later=["asked_for_later"]) as each:
-        assert not imported.exists()
-        assert each(abs, [-1, -2]) == [1, 2]
-        assert until(imported)() == os.getpid()
-    assert int(imported.read_text()) != os.getpid()
-
-
 def killed(parent):
     """A job that kills the process that has taken it, but for the first one."""
     if os.getpid() != parent:
@@ -213,9 +174,3 @@ def test_every_figure_of_a_report_can_be_drawn_by_another_process(tmp_path):
     drawn = {name for name, content in files.items() if name.endswith(".svg") and content}
     assert {f"figures/{name}.svg" for name in ("box", "fig4-corrected", "fig3-by-p", "effects")} <= drawn
     assert posted.jobs >= len(drawn)
-
-
-def test_a_small_report_stays_here(tmp_path):
-    with shared(tmp_path, 2, posted := Posted()) as each:
-        assert list(each(abs, [-3])) == [3]
-    assert posted.jobs == 0

@@ -1,14 +1,17 @@
-"""Results as rows: what is written is read back, a row is found by what it is of, and a miss says what there is."""
+"""Results as rows: what is written is read back, keeps to the published schema, and a row is found by what it is of."""
 
 import json
 import math
 import sys
+from pathlib import Path
 
 import pytest
+from builders import small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+import lockprobe
 from lockprobe.foundation.errors import Missing
 from lockprobe.report.report_files import results_text
 from lockprobe.report.rows import (
@@ -17,13 +20,14 @@ from lockprobe.report.rows import (
     Design,
     DoseAxis,
     Estimate,
-    Fact,
     Finding,
     NoSuchRow,
     Player,
     Progress,
     Results,
 )
+from lockprobe.report.write import write_report
+from lockprobe.studies.options.studyfile import study
 
 LABELS = {"truth": 0.0, "flip?p=0.4": 0.4}
 AGENTS = ("human-inspired", "random")
@@ -153,18 +157,34 @@ def test_a_frame_without_pandas_says_in_one_line_how_to_get_it(monkeypatch):
     assert str(missing.value) == "frames need the package pandas: pip install pandas"
 
 
-def test_facts_and_sentences_are_found_by_what_they_are_about():
-    found = results(
-        Fact(about="random", name="rule", text="uniform"), Finding(section="speed", kind="answer", text="Fast."),
-        Finding(section="speed", text="Slow.", agent="random"),
-    )  # fmt: skip
-    assert found.fact("random", "rule") == "uniform"
-    assert found.facts_about("random") == {"rule": "uniform"}
-    assert found.answer_of("speed") == "Fast."
-    assert found.said("speed", "", agent="random") == ["Slow."]
+PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
 
 
-def test_a_change_forgets_what_was_looked_up():
-    found = played()
-    assert len(found.cells) == 4
-    assert found.with_rows([]).cells == ()
+def test_the_published_schema_is_that_of_the_types():
+    assert json.loads(PUBLISHED.read_text("utf-8")) == Results.model_json_schema()
+
+
+def test_every_field_is_described():
+    found = Results.model_json_schema()
+    for kind in (found, *found["$defs"].values()):
+        assert kind["description"]
+        assert all("description" in about for about in kind["properties"].values())
+
+
+@pytest.mark.parametrize("of_flips", [True, False])
+def test_a_report_keeps_to_it(tmp_path, of_flips):
+    planned = small_study(trials=3) if of_flips else study("flips", agent="random", condition="nudge", trials=2)
+    directory = write_study(tmp_path / "study", planned)
+    write_report(directory)
+    text = (directory / "results.json").read_bytes()
+    written, found = Results.model_validate_json(text), lockprobe.results(directory)
+    assert written == found
+    assert written.plain() == json.loads(text)
+    cells = {(cell.agent, cell.condition) for cell in found.cells}
+    assert cells == {(agent, one.label) for agent in planned.agents for one in planned.conditions_of(agent)}
+    assert bool(found.where("success_difference", family="conditions against the control")) != of_flips
+
+
+def test_what_is_no_result_is_refused():
+    with pytest.raises(ValidationError):
+        Results.model_validate({"schema_version": 4})

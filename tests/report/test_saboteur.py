@@ -500,11 +500,6 @@ def test_another_drawing_in_a_page_is_named(with_report):
     assert failing(with_report) == {"report": ("report.html: its figures",)}
 
 
-def test_a_page_that_the_report_does_not_have_is_named(with_report):
-    shutil.copy(with_report / "report.html", with_report / "forks.html")
-    assert failing(with_report) == {"report": ("forks.html: no file of this report",)}
-
-
 def test_a_figure_of_another_program_is_drawn_again_first(with_report):
     for path in (with_report / "figures").glob("*.svg"):
         path.write_text(path.read_text("utf-8").replace("Matplotlib v3", "Matplotlib v2"), "utf-8")

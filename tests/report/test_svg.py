@@ -1,8 +1,7 @@
 """Figures in pages: in few bytes nothing is lost, and every colour is seen on a dark page."""
 
-import colorsys
 import re
-from itertools import pairwise, zip_longest
+from itertools import zip_longest
 from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
@@ -14,11 +13,9 @@ from lockprobe.boxes.families import box
 from lockprobe.report.figures import palette, sheet
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.compose import render
-from lockprobe.report.figures.settings import FAINT, INK
-from lockprobe.report.opened import open_study
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
-from lockprobe.report.svg import compact_svg, dark, image, with_dark_colours
+from lockprobe.report.figures.settings import INK
+from lockprobe.report.results import results
+from lockprobe.report.svg import compact_svg, dark, image
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
 PAGE = "#17181b"
@@ -32,7 +29,7 @@ PALETTE = sorted({*palette.SUBJECTS, *palette._COLOURS, *(colour for colour, _, 
 def drawings(tmp_path_factory):
     """Every figure of a report by name, with its SVG."""
     path = write_study(tmp_path_factory.mktemp("svg") / "study", small_study(AGENTS, (0.0, 0.2, 0.4), 2, 6))
-    made = pictures(results_of(study_numbers(open_study(path))))
+    made = pictures(results(path))
     return {name: (figure, render(figure, "svg")) for name, figure in made.items()}
 
 
@@ -65,11 +62,6 @@ def test_a_compact_figure_draws_the_same_in_fewer_bytes():
         assert others == pytest.approx(numbers[:-1] if sideways else numbers, abs=0.011)
 
 
-def test_a_picture_is_as_wide_in_pixels_as_in_points():
-    widths = [image(f'<svg width="{points}pt">'.encode()).width for points in (252, 504)]
-    assert widths == [336, 672]
-
-
 def test_addresses_are_safe_in_pages_and_hold_well_formed_pictures(drawings):
     """Whatever agents are called: names with marks that end addresses, attributes or comments."""
     names = ["a\"b'c<d>&e%23#f", "-->%s]]>\\n$x$"]
@@ -98,44 +90,6 @@ def test_colours_of_agents_are_seen_on_a_dark_page_and_their_shades_as_on_a_ligh
     for white in (0.4, *palette._SHADES.values()):
         shade = palette._mixed(colour, white) if white else colour.lower()
         assert contrast(dark(shade), PAGE) >= min(3, contrast(shade, "#ffffff")), shade
-
-
-@pytest.mark.parametrize("colour", PALETTE)
-def test_a_colour_keeps_its_hue_on_a_dark_page(colour):
-    hue, light, full = _hls(colour)
-    if full >= 0.12:
-        assert _hls(dark(colour.lower()))[0] == pytest.approx(hue, abs=0.02)
-    assert _hls(dark(colour.lower()))[1] >= min(light, 0.6)
-
-
-def _hls(colour):
-    hue, light, full = colorsys.rgb_to_hls(*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)))
-    return hue, light, full
-
-
-def test_greys_are_turned_round_on_a_dark_page():
-    greys = [f"#{level:02x}{level:02x}{level:02x}" for level in range(0, 256, 5)]
-    lights = [_luminance(dark(grey)) for grey in greys]
-    assert all(one > other for one, other in pairwise(lights))
-    assert dark("#ffffff") == PAGE
-    assert _hls(dark("#f4f4f2"))[2] == 0  # a grey in all but name, which would be olive
-    for text in (INK, FAINT):
-        assert contrast(dark(text), PAGE) >= 4.5
-
-
-def test_pale_grounds_stay_grounds_on_a_dark_page():
-    assert contrast(dark("#e8f0fa"), PAGE) < 1.6
-
-
-def test_each_colour_is_a_variable_with_a_value_for_each_kind_of_page():
-    svg = with_dark_colours(
-        b'<svg width="1pt"><path style="fill: #ffffff; stroke: #0072b2"/><path style="fill: none"/></svg>'
-    )
-    assert b"fill: var(--0); stroke: var(--1)" in svg
-    assert b":root{--0:#ffffff;--1:#0072b2;}" in svg
-    night = f"@media (prefers-color-scheme:dark){{:root{{--0:{dark('#ffffff')};--1:{dark('#0072b2')};}}}}"
-    assert night.encode() in svg
-    assert with_dark_colours(b"<svg/>") == b"<svg/>"
 
 
 @pytest.mark.parametrize("panels", [1, 2])

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, small_study, write_study
-from captions import too_long
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.report.compare.page import difference_table, study_table, success_table, write_comparison
@@ -43,11 +42,6 @@ def test_it_runs_nothing_and_loads_nothing(compared):
     sources = re.findall(r'(?:src|href)="([^"]*)"', page)
     assert sources
     assert all(source.startswith("data:image/svg+xml,") for source in sources)
-
-
-def test_captions_are_short(compared):
-    found, page = compared
-    assert too_long(page, found.plain()) == []
 
 
 def test_what_agents_and_directories_are_called_is_text(tmp_path):

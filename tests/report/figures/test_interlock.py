@@ -3,18 +3,13 @@
 import itertools
 from collections import Counter
 
-import pytest
 from boxes.conftest import any_box
 from hypothesis import given, settings
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from lockprobe.boxes.difficulty import depths
-from lockprobe.boxes.families import box, named_boxes
-from lockprobe.report.figures.frame import settable
 from lockprobe.report.figures.interlock import diagram_of, draw_interlock, short_name
 
-SHOWN = [*named_boxes(), "random-8-3", "random-8-7", "random-7-1", "random-6-1", "random-5-17"]
 NEAR = 1e-6
 
 
@@ -102,33 +97,3 @@ def test_any_drawing_says_what_the_interlock_says_and_has_room(drawn):
     drawing = Drawing(drawn)
     assert drawing.alternatives() == asked(drawn)
     check_room(drawing)
-
-
-@pytest.mark.parametrize("name", SHOWN)
-def test_named_boxes_are_drawn_as_they_are(name):
-    drawn = box(name)
-    drawing, layers = Drawing(drawn), depths(drawn)
-    assert drawing.alternatives() == asked(drawn)
-    check_room(drawing)
-    columns = sorted({frame.x0 for frame in drawing.boxes.values()})
-    order = sorted(set(layers.values()))
-    assert {n: columns.index(drawing.boxes[short_name(n)].x0) for n in drawn.names} == {
-        n: order.index(layer) for n, layer in layers.items()
-    }
-
-
-def test_chains_are_straight():
-    for name in ("chain-2", "chain-8"):
-        diagram = diagram_of(box(name))
-        assert len({round(y, 6) for _, y in diagram.joints.values()}) == 1
-        assert all(position for line in diagram.alternatives for position, _ in line.needs.values())
-
-
-def test_the_same_box_is_drawn_the_same():
-    assert diagram_of(box("random-8-5")) == diagram_of(box("random-8-5"))
-
-
-def test_names_are_broken_and_shortened():
-    assert short_name("revolute-left") == "revolute-\nleft"
-    assert short_name("a" * 12) == "aaaaaaaaa…"
-    assert settable("$\u65e5\n") == "\\$??"

@@ -2,20 +2,11 @@
 
 from dataclasses import replace
 
-import clumsy
-import pytest
-from builders import make_trial, play_study, small_study, write_study
+from builders import make_trial, play_study, small_study
+from reported import found_in
 
-from lockprobe.foundation.plugins import allow
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
 from lockprobe.trial.record import TrialError
-
-
-def found_in(path, planned, trials=None):
-    return results_of(study_numbers(open_study(write_study(path / "study", planned, trials))))
 
 
 def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
@@ -68,15 +59,3 @@ def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
     said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
     assert found.facts_about("llm:a") == said
     assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of("details", found)
-
-
-@pytest.mark.parametrize("plant", ["symbolic", clumsy.CLUMSY])
-def test_what_the_plant_says_of_itself_and_the_interlock_are_shown(tmp_path, plant):
-    allow(clumsy.CLUMSY)
-    found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 1), plant=plant))
-    page = page_of("details", found)
-    assert found.fact(f"plant {plant}", "misses") == ("" if plant == "symbolic" else "1")
-    assert ("<summary>Plant</summary>" in page) == (plant != "symbolic")
-    assert "All agents follow fixed rules without settings." in page
-    assert "<th>moves if</th>" in page
-    assert "<td>always</td>" in page

@@ -67,16 +67,6 @@ def test_the_sentences_name_what_was_detected(found):
         assert all(row.condition in said and row.versus in said for row in own)
 
 
-def test_tables_have_a_row_a_pair_and_condition_and_the_figure_both_panels(found):
-    tables = tables_of(found)
-    assert len(tables["comparisons-by-condition"]) == 1 + 3 * 2
-    assert [row[:4] for row in tables["changes-by-condition"][1:]] == [
-        [*AGENTS[:2], label, "truth"] for label in CONDITIONS[:2]
-    ]
-    assert {row[2] for row in tables["comparisons-by-p"][1:]} == {"0", "0.4"}
-    assert len(by_condition(found).axes) == 2
-
-
 def test_a_study_of_flip_rates_has_no_such_section(found):
     alone = found.with_rows([row for row in found.rows if row.condition not in CONDITIONS])
     (section,) = SECTIONS

@@ -2,15 +2,12 @@
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from captions import too_long
-from page_parts import part
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import agents_compared
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.report.svg import image
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
@@ -69,33 +66,8 @@ def test_pairs_are_compared_and_changes_with_noise(found):
     assert found.one("success_change_difference", of="any flip rate").p_value < 0.05
 
 
-def test_two_that_play_alike_at_every_p_have_one_row(tmp_path):
-    found = results(tmp_path, "random", "round-robin")
-    assert [row["flip rate"] for row in table(found, "comparisons-by-p")] == ["every flip rate"]
-    assert [row.doses for row in found.where("steps_difference", axis="")] == [{}, {"flip.p": 0.4}]
-
-
-def test_the_page_shows_models_side_by_side(found):
-    drawn = {"side-by-side": image(b"<svg />")}
-    page, details = (page_of(name, found, drawn) for name in ("report", "details"))
-    assert "Models compared" in page
-    assert "No difference in success" in part(details, "agents_compared")
-    assert "False reports affect the two differently" in part(details, "agents_compared")
-    assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
-    for one in (page, details):
-        assert too_long(part(one, "agents_compared"), found.plain()) == []
-
-
 def test_one_agent_has_nobody_beside_it(tmp_path):
     found = results(tmp_path, "llm:acme/one")
     assert found.where("played_by_one_only") == []
     assert 'id="agents_compared"' not in page_of("report", found)
     assert table(found, "comparisons") == table(found, "interactions") == []
-
-
-def test_one_model_is_held_against_the_baselines(tmp_path):
-    found = results(tmp_path, "llm:acme/one", "random")
-    page = page_of("report", found)
-    assert ">Baselines<" in page
-    assert "Models compared" not in page
-    assert "llm:acme/one solves the box more often than random" in part(page_of("details", found), "agents_compared")

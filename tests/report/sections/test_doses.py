@@ -5,16 +5,13 @@ from html import unescape
 import pytest
 from builders import write_study
 from captions import too_long
-from drawn import bars
 from page_parts import part
 
 from lockprobe.report.figures.loops import loops_by_dose
 from lockprobe.report.figures.palette import Style, colours, of_agent
 from lockprobe.report.figures.success_by_flip_rate import success_by_dose
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.results import results
 from lockprobe.report.svg import image
 from lockprobe.studies.options.studyfile import study
 
@@ -24,7 +21,7 @@ SMALL = {"trials": 6, "repetitions": 1}
 
 
 def found_in(directory, **asked):
-    return results_of(study_numbers(open_study(write_study(directory / "study", study("flips", **asked)))))
+    return results(write_study(directory / "study", study("flips", **asked)))
 
 
 def section(found, page="report"):
@@ -50,15 +47,6 @@ def test_a_dose_is_called_by_its_name(lab):
     assert not [one for one in said if "flip" in one or "alse report" in one]
 
 
-def test_every_axis_has_the_same_quantities(lab):
-    flips, tremble = (
-        {row.quantity for row in lab.rows if row.axis == axis and "turning" not in row.quantity}  # if a fit has one
-        for axis in ("flip rate", "tremble p")
-    )
-    assert tremble < flips  # agents are compared over flip rates alone
-    assert {"success_fit_order", "success_difference", "test", "loop_fit_order", "first_loops"} <= tremble
-
-
 def test_numbers_are_of_the_trials_of_each_dose(lab):
     (axis,) = [axis for axis in lab.design.axes if axis.key != "flip rate"]
     for course in lab.courses(axis):
@@ -70,37 +58,6 @@ def test_numbers_are_of_the_trials_of_each_dose(lab):
         rows = course.against_lowest("success_difference")
         assert [row.value for row in rows] == pytest.approx([share - lowest for share in others])
         assert course.value("success_chance", "uniform") == lab.curve("success_by_step", of="uniform").value[-1]
-
-
-def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
-    place = len(lab.design.axes) - 1
-    for draw, quantity in ((success_by_dose, "success"), (loops_by_dose, "loop_rate")):
-        shown = [axes for axes in draw(lab, place).axes if axes.get_visible()]
-        for axes, course in zip(shown, lab.courses(lab.design.axes[place]), strict=True):
-            assert [bar[:2] for bar in bars(axes)] == [(cell.dose, cell.value(quantity)) for cell in course.cells]
-    assert [section(lab, page).count("<figure") for page in ("report", "details")] == [1, 1]
-
-
-def test_rows_at_a_dose_hold_all_doses_of_the_condition_and_its_modality(tmp_path):
-    sweep = ["flip?p=0,0.5,0.9 + tremble?p=0.5", "rgb?blur=0,2,4"]
-    of = {
-        "agent": ["viewer"],
-        "plant": "fast-twin?width=160&height=120",
-        "p": [0],
-        "sweep": sweep,
-        "trials": 2,
-        "repetitions": 1,
-    }
-    found = found_in(tmp_path, max_steps=4, **of)
-    known = {one.name: one for one in found.design.conditions}
-    for axis in found.design.axes:
-        (course,) = found.courses(axis)
-        rows = [*course.against_lowest("success_difference"), *course.against_lowest("success_in_pairs")]
-        assert {row.condition for row in rows} == {*list(axis.doses)[1:]}
-        for row in rows:
-            one = known[row.condition]
-            assert (row.doses, row.modality) == (one.doses, one.modality)
-        assert [row.doses for row in course.where("trials_at_dose")] == [known[name].doses for name in axis.doses]
 
 
 def test_two_kinds_of_flips_are_told_apart(tmp_path):
@@ -125,14 +82,6 @@ def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
     assert found.design.axes[-1].name == "lapse"
     assert "higher values of lapse" in found.said("doses", "finding")[0]
     assert not found.beside_flips
-
-
-def test_an_option_below_zero_is_a_dose_and_takes_no_other_away(tmp_path):
-    agents = [f"cognitive:softmax-memory?stay={stay}" for stay in (-1, 0, 1)]
-    found = found_in(tmp_path, agent=agents, p=[0], sweep="tremble?p=0.1,0.2", **SMALL)
-    assert [axis.name for axis in found.design.axes] == ["tremble p", "stay"]
-    assert [cell.dose for cell in found.courses(found.design.axes[1])[0].cells] == [-1, 0, 1]
-    assert not found.sections_left_out
 
 
 def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):

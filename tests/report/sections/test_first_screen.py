@@ -1,62 +1,21 @@
 """The first screen: question, answer and key numbers, as rows and on the page."""
 
 import re
-from dataclasses import replace
-from html import unescape
-from urllib.parse import unquote
 
 import pytest
-from builders import SOLUTION, make_trial, modality_study, play_study, small_study, study_of, write_study
+from builders import SOLUTION, make_trial, small_study, study_of
+from reported import found_in
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.formatting import percent, share
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
-from lockprobe.report.report_files import drawn_figure
-from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut
-from lockprobe.report.sections import all_sections
-from lockprobe.report.sections.first_screen import SECTIONS, without_answer
-from lockprobe.report.sections.key_numbers import condition_numbers
-from lockprobe.report.study_numbers import study_numbers
-from lockprobe.report.svg import image
-from lockprobe.statistics.conditions.effects import effects
+from lockprobe.report.sections.first_screen import without_answer
 from lockprobe.studies.options.studyfile import study
-from lockprobe.testing import make_trial as trial_of
-from lockprobe.trial.record import TrialError
-
-UNSOLVED = (0, 1, 0, 1)
-
-
-def found_in(directory, planned, trials=None):
-    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
 
 
 def screen(page):
     """The text above the first part."""
     return re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.partition("<body>")[2].partition("<nav>")[0]))
-
-
-def solving(condition, many, of=40):
-    """Trials of which the first ``many`` are solved."""
-    trials = [trial_of(list(SOLUTION if i < many else UNSOLVED), trial=i + 1) for i in range(of)]
-    return [replace(trial, condition=condition) for trial in trials]
-
-
-def test_a_study_of_one_condition_that_is_not_the_truth_asks_how_well_agents_open_the_box(tmp_path):
-    told = "symbolic?source=verdict"
-    trial = make_trial(SOLUTION, agent="human-inspired", modality=told, study="modalities", verdicts=["moved"] * 4)
-    found = found_in(tmp_path, modality_study(["human-inspired"], [told], trials=1, plant="rig"), [trial])
-    assert found.sections_left_out == ()
-    assert "How well do agents open chain-4?" in screen(page_of("report", found))
-
-
-def test_of_equal_p_values_the_largest_effect_is_the_clearest():
-    found = effects({name: solving(name, many) for name, many in (("truth", 10), ("x", 10), ("y", 11))}, "truth")
-    assert len({one.difference.p_value for one in found.effects}) == 1
-    row = condition_numbers(found, found.agent)
-    assert row.against == "clearest change under y"
-    assert row.change.startswith("+2")
 
 
 def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path):
@@ -117,36 +76,6 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     assert "Partial" not in top
 
 
-def test_a_figure_of_several_panels_is_there_with_all_of_them(tmp_path):
-    agents = ("cognitive:perseverant", "cognitive:careful")
-    found = found_in(tmp_path, study("flips", agent=agents, p=(0,), condition=("nudge", "tremble?p=0.2"), trials=8))
-    assert found.fact("first screen", "figure") == "effects"
-    (effects_drawn,) = (one for of in all_sections() for one in of.figures if one.name == "effects")
-    forms = drawn_figure(found, effects_drawn)
-    top = (
-        page_of("report", found, {"effects": image(forms["svg"])})
-        .partition('<div class="screen">')[2]
-        .partition('class="facts"')[0]
-    )
-    (source,) = re.findall(r'<img src="([^"]*)"', top)
-    assert unquote(unescape(source)) == unquote(image(forms["svg"]).source)
-
-
-def test_quantities_that_the_sentences_rest_on_exist(models):
-    known = {row.quantity for row in models.rows}
-    for one in models.findings:
-        if one.section == "overview":
-            assert not one.rests_on or known & {*one.rests_on}, one.kind
-
-
-def test_several_agents_are_named_and_a_single_one_without_description_is_not(models, tmp_path):
-    assert screen(page_of("report", models)).count("llm:acme/d") == 1
-    trials = [make_trial(SOLUTION, agent="llm:acme/a", p=p, trial=i) for p in (0.0, 0.4) for i in (1, 2)]
-    alone = page_of("report", found_in(tmp_path, small_study(["llm:acme/a"], (0.0, 0.4), 1, 2), trials))
-    assert '<div class="numbers only">' in alone
-    assert '<p class="who">' not in alone
-
-
 def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):
     found = found_in(tmp_path, small_study(), [])
     assert found.answer == "No trial has ended yet."
@@ -175,34 +104,6 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
     assert alone.answer == f"{named}."
 
 
-def test_one_that_breaks_under_every_condition_is_named_too(tmp_path):
-    asked = {"p": [0], "condition": ["drop?p=0.5"], "trials": 2, "repetitions": 1}
-    planned = study("flips", agent=["cognitive:careful", "human-inspired"], **asked)
-    broken = {"steps": (), "ending": "error", "error": TrialError(boundary="reply", message="!", step=1), "changed": {}}
-    trials = [
-        replace(one, **broken, changed_steps=0) if one.agent == "cognitive:careful" else one
-        for one in play_study(planned)
-    ]
-    found = found_in(tmp_path, planned, trials)
-    assert found.answer.startswith(
-        "All 4 trials of cognitive:careful ended as an error. Inconclusive: no effect of drop?p=0.5 on"
-    )
-    assert found.fact("first screen 1", "agent") == "human-inspired"
-
-
-def test_attempts_against_the_rules_stand_in_the_answer(tmp_path):
-    """A free joint that does not move breaks the rules of the box."""
-    trials = [make_trial((3, 2, 0, 1, 0), agent="llm:a", p=p, trial=i) for p in (0.0, 0.4) for i in (1, 2)]
-    missed = replace(trials[0].steps[0], moved=False)
-    trials[0] = replace(trials[0], steps=(missed, *trials[0].steps[1:]))
-    found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 2), trials)
-    assert found.answer.startswith("Inconclusive: ")
-    assert found.answer.endswith(" 1 of 20 attempts broke the rules of the box.")
-    (answer,) = [one for one in found.findings if (one.section, one.kind) == ("overview", "answer")]
-    assert "against_rules" in answer.rests_on
-    assert found.said("overview", "chance") == []
-
-
 def test_no_answer_stands_where_its_numbers_are_missing(models):
     failed = (LeftOut(section="All numbers of trials", reason="RuntimeError"),)
     assert without_answer(models.changed(sections_left_out=failed)).answer == models.answer
@@ -210,58 +111,6 @@ def test_no_answer_stands_where_its_numbers_are_missing(models):
     assert without_answer(empty.changed(sections_left_out=())).answer == models.answer
     for answer in (without_answer(empty).answer, without_answer(empty).answer_of("overview")):
         assert answer.startswith("The answer could not be computed")
-
-
-def test_a_caption_names_stars_and_bars_only_where_they_are_drawn(models, tmp_path):
-    """They are drawn over flip rates, stars if these hold one of the paper's."""
-    (figure, *_) = SECTIONS[0].figures
-    single = found_in(tmp_path / "one", small_study(["random"], (0.0,), 1, 2))
-    beyond = found_in(tmp_path / "beyond", small_study(["random"], (0.5, 0.6), 1, 2))
-    said = [figure.caption(found).shown for found in (models, single, beyond)]
-    assert ["Stars" in one for one in said] == [True, False, False]
-    assert ["Bars" in figure.caption(found).computed for found in (models, single, beyond)] == [True, False, True]
-
-
-def test_other_conditions_and_flip_rates_share_a_screen(tmp_path):
-    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], condition=["nudge"], trials=6, repetitions=1)
-    found = found_in(tmp_path, planned)
-    (question,) = found.said("overview", "question")
-    assert question == "Do false reports and 1 other condition change how agents open chain-4?"
-    where = "of 6 trials solved when told the truth"
-    assert [found.fact(f"first screen {i}", "where") for i in (1, 2)] == [where, where]
-    page = page_of("report", found)
-    assert page.count(where) == page.count('<p class="who">') == 1  # one card, with both changes
-    assert all(page.count(f">{found.fact(f'first screen {i}', 'against')}<") == 1 for i in (1, 2))
-    assert found.fact("first screen", "figure") == "overview"
-
-
-@pytest.mark.parametrize(
-    ("kept", "said"),
-    [
-        ([], "No two conditions have a trial in common yet."),
-        (
-            ["random"],
-            "Too few trials for an answer: random has finished 1 of 2 trials and round-robin none of 2.",
-        ),
-        (
-            ["random", "round-robin"],
-            "Too few trials for an answer: random has finished 1 of 2 trials and round-robin 1 of 2.",
-        ),
-    ],
-)
-def test_while_no_two_conditions_share_a_trial_the_screen_says_so(tmp_path, kept, said):
-    """Only the control of these agents has been played."""
-    planned = study("flips", agent=["random", "round-robin"], condition=["nudge"], p=[0], trials=1, repetitions=1)
-    trials = [one for one in play_study(planned) if one.agent in kept and one.condition == "truth"]
-    found = found_in(tmp_path, planned, trials)
-    assert found.answer == said
-    assert not found.facts_about("first screen")
-    assert {one.kind for one in found.findings if one.section == "overview"} == {
-        "question",
-        "trial",
-        "answer",
-        "every_look",
-    }
 
 
 def test_an_idle_condition_is_the_answer_only_where_nothing_else_is(tmp_path):
@@ -280,22 +129,3 @@ def test_an_idle_condition_is_the_answer_only_where_nothing_else_is(tmp_path):
     assert not only.said("overview", "changed_nothing")
     assert beside.answer == alone.answer
     assert said in beside.said("overview", "changed_nothing")[0]
-
-
-def test_no_other_condition_is_spoken_of_where_agents_play_alike(tmp_path):
-    asked = {"agent": ["round-robin"], "p": [0, 0.4], "condition": ["tremble?p=0.9"], "trials": 6, "repetitions": 1}
-    found = found_in(tmp_path, study("flips", **asked))
-    assert "at every flip rate" in found.answer
-    assert "under every condition" not in found.answer
-
-
-def test_who_does_not_exceed_chance_is_named_beside_the_level(tmp_path):
-    asked = {"agent": ["cognitive:perseverant"], "p": [0], "condition": ["nudge"], "trials": 8, "repetitions": 2}
-    found = found_in(tmp_path, study("flips", **asked))
-    own = found.one("success", agent="cognitive:perseverant", condition="truth", axis="", control="", versus="")
-    level = found.one("success_chance", of="no-repeat", axis="").value
-    assert own.low < level
-    (said,) = found.said("overview", "chance")
-    assert said.startswith("When told the truth, ")
-    assert said.endswith(f" random agents without immediate repeats ({percent(level)}).")
-    assert found.fact("first screen 1", "success") == share(own.value, own.low, own.high)

@@ -4,12 +4,9 @@ from html import unescape
 
 import pytest
 from builders import write_study
-from captions import too_long
 
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import figures_of, page_of, parts_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.results import results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -26,7 +23,7 @@ def forked(request, tmp_path_factory):
     wanted = branching(planned, load(directory), keys=chosen, at=["4", "8"], told=["lie", "lie-truth"])
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(wanted, journal)
-    return request.param, results_of(study_numbers(open_study(directory)))
+    return request.param, results(directory)
 
 
 def test_rows_are_effects_of_the_forks_on_record(forked):
@@ -71,9 +68,5 @@ def test_forks_are_counted_in_no_number_of_the_study(forked):
 
 def test_a_study_without_forks_has_no_such_page(tmp_path):
     planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
-    found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned))))
+    found = results(write_study(tmp_path / "study", planned))
     assert parts_of(found, "forks") == tables_of(found)["forks"] == []
-
-
-def test_captions_are_short(forked):
-    assert too_long(page_of("forks", forked[1]), forked[1].plain()) == []

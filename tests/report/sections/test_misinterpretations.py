@@ -1,18 +1,12 @@
 """Misinterpretations: the paper's Table 1 and its corrected companion."""
 
 import pytest
-from builders import SOLUTION, make_trial, modality_study, small_study, write_study
+from builders import SOLUTION, make_trial, modality_study, small_study
 from page_parts import part
+from reported import found_in
 
 from lockprobe.foundation.formatting import NONE
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
-
-
-def found_in(directory, planned, trials=None):
-    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
 
 
 def part_of(found, page="report"):
@@ -72,12 +66,6 @@ def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
     said = dict(zip(head, row, strict=True))
     assert said["agent and condition"] == "llm:local, flip rate 0.4"
     assert said["false reports believed"] == "3 of 6"
-
-
-def test_where_no_agent_said_anything_that_stands_there(tmp_path):
-    found = found_in(tmp_path, small_study(("random",), (0.0,), 1, 2))
-    assert "No agent of this study said what its actions did" in part_of(found)
-    assert len(tables_of(found)["table1"]) == 1
 
 
 LOW = "viewer:human-inspired?acuity=10"

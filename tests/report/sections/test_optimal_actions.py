@@ -5,16 +5,14 @@ from dataclasses import replace
 from builders import small_study, write_study
 
 from lockprobe.boxes.families import box
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.results import results
 
 CONTRADICTED = "On this box true reports contradict this prior"
 
 
 def found_in(directory, planned):
-    return results_of(study_numbers(open_study(write_study(directory, planned))))
+    return results(write_study(directory, planned))
 
 
 def part_of(found):

@@ -1,26 +1,16 @@
 """People in the rows, in the tables and on the page; and nothing of them where nobody was asked."""
 
-import re
 from dataclasses import replace
 
 import pytest
 import seated
-import strangers
-from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
-from captions import too_long
+from builders import play_study, played_by_people, small_study, write_study
 from seated import under
 from taking_part import take_part
 
-from lockprobe.foundation.plugins import allow
-from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.people_said import conditions_said, flow_said
-from lockprobe.report.results import results_of
-from lockprobe.report.sections.people import _caption
-from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.people import people
+from lockprobe.report.results import results
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
@@ -31,7 +21,7 @@ THEIRS = {"agent": "participant", "modality": "", "condition": ""}
 
 
 def found_in(path):
-    return results_of(study_numbers(open_study(path)))
+    return results(path)
 
 
 def with_people(path, study, trials):
@@ -83,52 +73,12 @@ def test_the_page_says_how_many_and_what_sets_people_apart(found):
     assert "participant:0" not in page
 
 
-def test_tables_for_papers(found):
-    assert [row["flip rate"] for row in table(found, "people")] == ["0", "0.4", "all"]
-    assert [row["position"] for row in table(found, "people-positions")] == ["1", "2"]
-
-
-STUCK = "python:strange:First"
-"""Always the same joint: it solves nothing."""
-
-
-@pytest.mark.parametrize(
-    ("people", "median"),
-    [
-        ("human-inspired", "Half of the boxes were open by step"),
-        (STUCK, "They opened fewer than half of the boxes, so"),
-    ],
-)
-def test_where_the_median_is_beyond_the_budget_it_is_said(tmp_path, monkeypatch, people, median):
-    strangers.install(tmp_path, monkeypatch)
-    allow(STUCK)
-    study = small_study(("participant",), (0.0,), 1, 6)
-    found = with_people(tmp_path, study, played_by_people(study, 1, people))
-    _, steps, _ = found.said("people")
-    assert steps.startswith(median)
-    (row,) = table(found, "people")
-    assert ("beyond the budget" in row["median steps"]) == (people == STUCK)
-
-
 def test_before_anybody_came_the_report_says_so(tmp_path):
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
     assert values(found, "boxes") == {"planned": 3, "finished": 0}
     assert not found.said("people")
     assert "0 of 3 boxes for people were played; 3 are still available." in page_of("report", found)
     assert tables_of(found)["people"] == tables_of(found)["people-positions"] == []
-
-
-def test_people_alone_are_reported_too(tmp_path):
-    study = small_study(("participant",), (0.0, 0.4), 1, 3)
-    found = with_people(tmp_path, study, played_by_people(study, 2))
-    assert not found.progress.partial
-    assert "3 people opened" in found.said("people")[0]
-
-
-def test_a_study_of_people_is_partial_until_every_place_is_filled(tmp_path):
-    study = small_study(("participant",), (0.0, 0.4), 1, 3)
-    found = with_people(tmp_path, study, played_by_people(study, 2)[:4])
-    assert (found.progress.planned, found.progress.finished, found.progress.partial) == (6, 4, True)
 
 
 def test_a_place_that_two_people_played_is_filled_once():
@@ -188,47 +138,3 @@ def test_people_stand_beside_agents_under_every_condition(tmp_path):
         theirs = {row["condition"] for row in rows}
         assert theirs == set(conditions) - ({"truth"} if part == "effects" else set()), part
         assert len(rows) == len(theirs)
-
-
-def test_a_sentence_names_conditions_as_far_as_there_is_room():
-    trials = [
-        replace(make_trial(SOLUTION, agent=f"participant:{who}"), condition=condition)
-        for condition in ("one", "two")
-        for who in ("aaaa", "bbbb")
-    ]
-    (said,) = conditions_said(people(trials), {"one": "under one", "two": "under two"})
-    assert re.fullmatch(r"Boxes opened, with 95 % intervals: 100 % \[.*\] under one, 100 % \[.*\] under two\.", said)
-    assert not [*conditions_said(people(trials), {"one": "under one" * 9, "two": "under two" * 9})]
-    assert not [*conditions_said(people(trials[:2]), {"one": "under one"})]
-
-
-def flow(**counts):
-    return Flow(**{**dict.fromkeys(Flow.__dataclass_fields__, 0), "boxes": (), **counts})
-
-
-def test_the_flow_of_participants_is_said_as_far_as_there_is_any():
-    (gone,) = flow_said(flow(consented=2, withdrawn=2), 0)
-    assert gone.startswith(
-        "2 people agreed to take part: 2 withdrew (their data are deleted), 0 finished all their boxes."
-    )
-    said, rounds = flow_said(flow(consented=9, screened=1, left_open=2, finished=6, questioned=8, second_round=3), 7)
-    assert said == (
-        "9 people agreed to take part: 1 was screened out by the questions on the instructions, 2 left boxes unfinished "
-        "or are still playing, 6 finished all their boxes. 7 are in the analysis, with at least one finished box. Who "
-        "did not agree is not recorded."
-    )
-    assert rounds == "3 of 8 needed more than one round of the questions on the instructions."
-
-
-def test_the_caption_says_which_trials_are_in_the_upper_panel(found):
-    assert "in all their trials (for each flip rate 7 of people and 10 of an agent)" in _caption(found).shown
-    fewer = [with_n(row, 4) if row.agent == "participant" and row.condition == "truth" else row for row in found.rows]
-    assert "(for each flip rate 4 to 7 of people and 10 of" in _caption(found.changed(rows=tuple(fewer))).shown
-
-
-def with_n(row, n):
-    return row.model_copy(update={"n": n}) if row.quantity == "success" else row
-
-
-def test_captions_are_short(found):
-    assert too_long(page_of("report", found), found.plain()) == []

@@ -2,10 +2,7 @@
 
 import pytest
 from builders import write_study
-from drawn import touching
 
-from lockprobe.report.figures.first_screen import draw_overview
-from lockprobe.report.figures.frame import axis_note
 from lockprobe.report.figures.readings import readings as drawn
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
@@ -87,45 +84,6 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     assert "false reports that stay" in found.answer
 
 
-def test_readings_at_one_flip_rate_are_named_in_words_too(tmp_path):
-    planned = study("flips", agent=[AGENT], p=[0, 0.4], readings="fresh,kept", trials=40, repetitions=1, seed=3)
-    (part,) = SECTIONS[0].show(results(write_study(tmp_path / "study", planned)))
-    assert "fewer trials with false reports that stay than with false reports that are corrected" in part.answer
-
-
-def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):
-    figure = drawn(found)
-    success, strip = figure.axes
-    assert len({line.get_linestyle() for line in success.lines if line.get_marker() in {"o", "s"}}) == 2
-    names = [text for text in strip.texts if "inverted" in text.get_text()]
-    assert [text.get_text() for text in names] == ["outcome inverted, then corrected", "outcome inverted, stays"]
-    assert len(strip.texts) - len(names) == 2 * 2 * 3  # readings, outcomes and positions, rates
-    figure.draw_without_rendering()
-    assert touching(figure) == []
-
-
-def test_figures_over_the_rates_of_another_reading_say_which(found):
-    assert [axis_note(axis) for axis, _ in found.readings] == ["", "False reports that stay"]
-
-
-def test_the_first_figure_shows_every_reading_of_every_agent_that_heeds_reports(found):
-    """Of baselines too, since the answer beside it speaks of them; a blind agent has one line."""
-    players = [one.model_copy(update={"subject": False}) for one in found.design.players]
-    baselines = found.model_copy(update={"design": found.design.model_copy(update={"players": players})})
-    for shown in (found, baselines):
-        (axes,) = draw_overview(shown).axes
-        assert [text.get_text() for text in axes.texts if "lies stay" in text.get_text()] == ["…perseverant: lies stay"]
-
-
-def test_one_reading_in_two_modalities_is_drawn_once(found):
-    """The flip rates of another modality are no other reading."""
-    (first, usual), *others = found.readings
-    alike = found.model_copy()
-    alike.__dict__["readings"] = ((first, usual), *((axis, usual) for axis, _ in others))
-    (axes,) = draw_overview(alike).axes
-    assert not [text.get_text() for text in axes.texts if ": " in text.get_text()]
-
-
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     planned = study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1)
     found = results(write_study(tmp_path / "study", planned))
@@ -138,9 +96,3 @@ def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     assert drawn(found) is None
     truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))
     assert not list(SECTIONS[0].show(truth))
-
-
-def test_a_study_of_controls_names_the_option_that_it_has(tmp_path):
-    planned = study("why", agent=AGENT, trials=2)
-    (said,) = results(write_study(tmp_path / "study", planned)).said("readings", "untested")
-    assert said.endswith("do the same (--flip integrated: 14 trials more).")

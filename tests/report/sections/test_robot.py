@@ -2,16 +2,14 @@
 
 from builders import make_trial, modality_study, write_study
 
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.results import results
 
 TOLD = ("symbolic?source=truth", "symbolic?source=verdict", "symbolic?source=camera")
 
 
 def found_in(directory, planned, trials):
-    return results_of(study_numbers(open_study(write_study(directory, planned, trials))))
+    return results(write_study(directory, planned, trials))
 
 
 def played(modality, trial):
@@ -43,12 +41,3 @@ def test_every_joint_has_a_row_and_its_numbers_are_rows_of_the_results(tmp_path)
     assert found.one("verdict_camera_agreement").count == 24
     page = page_of("report", found)
     assert "Wrong outcomes: the verdict at 24 of 48 attempts, the camera at 0 of 48 attempts." in page
-    assert "the verdict under symbolic?source=verdict" in page
-
-
-def test_without_a_camera_the_table_is_of_the_arm_alone(tmp_path):
-    trial = make_trial([3], budget=1, agent="human-inspired", study="modalities", verdicts=["moved"])
-    planned = modality_study(["human-inspired"], ["symbolic"], trials=1, plant="twin", max_steps=1)
-    found = found_in(tmp_path / "study", planned, [trial])
-    assert tables_of(found)["robot"][0] == ["joint", "attempts", "moved", "blocked", "verdict right", "failed"]
-    assert "Truth and verdict" in page_of("report", found)

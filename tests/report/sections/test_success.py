@@ -1,4 +1,4 @@
-"""Success and false reports: fits and contrasts are the numbers of the analysis."""
+"""Success and its tests: rows are the numbers of the analysis, and a conclusion follows from its P value."""
 
 import re
 from dataclasses import replace
@@ -10,6 +10,7 @@ from page_parts import part
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
+from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.svg import image
@@ -24,8 +25,8 @@ def numbers_in(directory, planned, trials=None):
     return study_numbers(open_study(write_study(directory / "study", planned, trials)))
 
 
-def section(found, page="details"):
-    return unescape(part(page_of(page, found, DRAWN), "success"))
+def section(found, name="success"):
+    return unescape(part(page_of("details", found, DRAWN), name))
 
 
 def broke(trial):
@@ -65,19 +66,6 @@ def test_rows_are_the_numbers_of_the_analysis(numbers, found):
         }
 
 
-def test_why_a_fit_is_missing_is_a_fact(found):
-    blind = next(course for course in found.courses() if course.blind)
-    said = found.fact("success_fit", f"{blind.label}, flip rate")
-    assert said == "Not tested: it plays the same trials at every flip rate."
-
-
-def test_a_fit_says_whose_it_is(found):
-    named = (
-        r"<code>(.*?)</code>: AIC prefers order \d, cross-validation order \d\..*? AICc of the binomial model prefers"
-    )
-    assert re.findall(named, section(found)) == [AGENTS[0]]  # the baselines are not judged
-
-
 def test_the_contrast_is_the_clearest_difference(found):
     for course in found.courses():
         rows = course.against_lowest("success_difference")
@@ -106,6 +94,33 @@ def test_broken_trials_bound_every_difference(broken):
     assert "trials finished at both" in section(found)
 
 
-def test_a_single_flip_rate_has_no_success_by_flip_rate(tmp_path):
-    found = results_of(numbers_in(tmp_path, small_study(AGENTS, (0.0,), 1, 4)))
-    assert [section(found, page) for page in ("report", "details")] == ["", ""]
+def cells(found):
+    """The rows of the table of tests, as text."""
+    rows = re.findall(r'<tr>(<td class="asks">.*?)</tr>', section(found, "hypothesis_tests"))
+    plain = [row.replace('<span class="concluded">', "").replace("</span>", "", 1) for row in rows]
+    return [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in plain]
+
+
+def test_every_test_is_a_row(numbers, found):
+    for agent, course in zip(numbers.flips.agents, found.courses(), strict=True):
+        tests = [] if agent.blind else agent.inference.tests
+        rows = {row.of: row for row in course.where("test")}
+        assert set(rows) == {test.question for test in tests}
+        for test in tests:
+            row = rows[test.question]
+            assert (row.test, row.value, row.p_value, row.low, row.high) == (
+                test.name,
+                test.effect,
+                test.p_value,
+                test.low,
+                test.high,
+            )
+            assert (row.unit, row.note) == (unit_of_effect(test.name), limits_said(test))
+            assert (course.value("test_direction", row.of) or 0) == test.direction
+
+
+@pytest.mark.parametrize(("p_value", "said"), [(0.01, "yes"), (0.9, "not detected"), (None, "\N{EN DASH}")])
+def test_a_conclusion_follows_from_the_p_value(found, p_value, said):
+    changed = [row.model_copy(update={"p_value": p_value} if row.quantity == "test" else {}) for row in found.rows]
+    shown = cells(found.changed(rows=tuple(changed)))
+    assert {re.sub("<br>.*", "", row[4]) for row in shown} == {said}

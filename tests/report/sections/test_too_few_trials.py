@@ -67,13 +67,6 @@ def test_a_finished_study_lacks_nothing(tmp_path):
     assert results_of(numbers).answer.startswith("Inconclusive: no effect of false reports on the success of llm")
 
 
-def test_a_study_of_baselines_alone_is_about_them(tmp_path):
-    numbers = numbers_of(tmp_path, AFFECTED, agents=(BASELINE,), until=12)
-    assert lacking_agents(numbers) == {}
-    assert unfinished_agents(numbers) == {BASELINE: (20, 24)}
-    assert results_of(numbers).answer.startswith("human-inspired has finished 20 of 24 trials. False reports lower")
-
-
 def test_an_answer_for_one_agent_comes_before_the_agents_that_are_still_to_come(tmp_path):
     numbers = numbers_of(tmp_path, played(MODEL, solved={0: 10, 0.4: 0}), agents=(MODEL, "cognitive:careful"))
     answer = results_of(numbers).answer

@@ -1,18 +1,14 @@
 """``why.html``: the verdict first, numbers that are those of the records, and a trial told in every arm."""
 
-from dataclasses import replace
 from html import unescape
 
 import pytest
-from builders import SOLUTION, make_trial, play_study, write_study
-from captions import too_long
+from builders import write_study
 
-from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.results import results
 from lockprobe.report.svg import image
-from lockprobe.statistics.why.arms import ARMS, PARTS, PLANNED
+from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import CONTRASTS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -21,7 +17,7 @@ AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 
 
 def found_in(directory, name="why", **asked):
-    return results_of(study_numbers(open_study(write_study(directory, study(name, **asked)))))
+    return results(write_study(directory, study(name, **asked)))
 
 
 @pytest.fixture(scope="module")
@@ -95,50 +91,8 @@ def test_a_trial_is_told_in_every_arm_where_the_arms_part(told):
     assert page.count('<ol class="strip">') == page.count('<li class="parted">') == 2
 
 
-def test_the_trial_told_is_the_first_with_different_outcomes_in_either_direction(tmp_path):
-    planned = study("why", agent=AGENTS[0], trials=8)
-    trials = play_study(planned)
-    outcomes = {("truth", 3): True, **{("lie", i): True for i in (5, 6, 7)}}
-    made = [_ended(one, solved=outcomes.get((one.condition, one.trial), False)) for one in trials]
-    found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned, made))))
-    assert found.one("false_report_effect", of="total").value > 0
-    shown = {one.of: one for one in found.exhibits if one.section == "why"}
-    assert {one.key for one in shown.values()} == {one.key for one in made if one.trial == 3}
-    assert (shown["truth"].ending, shown["lie"].ending) == ("solved", "budget")
-
-
-def _ended(trial, *, solved):
-    """The trial with steps that solve the box, or do not."""
-    made = make_trial(SOLUTION if solved else (0,) * 20)
-    return replace(trial, steps=made.steps, ending=made.ending, changed={}, changed_steps=0)
-
-
-def test_parts_of_a_false_report_are_arms_of_the_table(tmp_path):
-    found = found_in(tmp_path / "study", agent=AGENTS[0], trials=3, parts=True)
-    assert [row[1] for row in tables_of(found)["arms"][1:]] == [*ARMS, *PARTS]
-    assert found.said("why", "verdict")
-
-
-def test_without_the_remark_the_study_has_the_page_too(tmp_path):
-    specs = {arm: ARMS[arm].format(p=0.4, reading="") for arm in PLANNED if arm != "truth"}
-    asked = {"condition": [f"{arm}={spec}" for arm, spec in specs.items()], "trials": 4, "repetitions": 1}
-    found = found_in(tmp_path / "study", "flips", agent="random", **asked)
-    assert parts_of(found, "why")
-
-
-def test_on_a_narrow_screen_each_estimate_and_each_arm_is_a_card(told):
-    cards = [part.partition("</table>")[0] for part in page_of("why", told[1]).split('<table class="cards">')[1:]]
-    assert [part.count("<tr>") for part in cards] == [1 + 2 + len(CONTRASTS), 1 + len(ARMS), 1 + 2 * len(ARMS)]
-
-
 def test_other_studies_have_no_such_page(tmp_path):
     asked = {"agent": "random", "sweep": "tremble?p=0,0.2", "trials": 2, "repetitions": 1}
     found = found_in(tmp_path / "study", "flips", **asked)
     assert parts_of(found, "why") == []
     assert tables_of(found)["why"] == tables_of(found)["arms"] == []
-
-
-def test_captions_are_short(told):
-    page = page_of("why", told[1])
-    assert too_long(page, told[1].plain()) == []
-    assert "How is this computed?" in page

@@ -10,7 +10,6 @@ from typed import typed
 from typer.testing import CliRunner
 
 from lockprobe import run_study, study
-from lockprobe.agents.catalogue import is_strategy
 from lockprobe.cli import build
 from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.report.verify.verification import verify
@@ -123,16 +122,6 @@ def test_a_diary_that_disagrees_with_its_record_is_found_without_a_report(tmp_pa
     assert "trials.jsonl" in check.said
 
 
-def test_another_dose_is_found(tmp_path):
-    run_study(study("flips", agent=["random"], sweep="tremble?p=0,0.2", trials=2, max_steps=4), tmp_path)
-    assert failing(tmp_path) == {}
-    path = tmp_path / "study.json"
-    settings = json.loads(path.read_text("utf-8"))
-    settings["conditions"][1]["interventions"][0]["doses"] = []
-    path.write_text(json.dumps(settings), "utf-8")
-    assert failing(tmp_path)["settings"] == ("tremble?p=0.2: the doses of tremble?p=0.2 are p, not none",)
-
-
 def test_an_altered_picture_is_found(tmp_path):
     shown = {
         "agent": ["viewer"],
@@ -158,15 +147,6 @@ def test_an_altered_result_is_named(directory):
     assert failing(directory) == {
         "results": (f"rows: {name}: count {row['count']} written, {row['count'] - 1} computed",)
     }
-
-
-def test_results_of_another_release_are_written_again_first(directory):
-    path = directory / "results.json"
-    path.write_text(json.dumps(json.loads(path.read_text("utf-8")) | {"lockprobe": "0.0.1"}), "utf-8")
-    (check,) = [check for check in verify(directory) if not check.holds]
-    assert (check.name, check.said) == ("results", "results.json is of release 0.0.1: lockprobe report first")
-    write_report(directory)
-    assert failing(directory) == {}
 
 
 def test_forks_that_are_newer_than_the_report_are_said_to_be(directory):
@@ -203,8 +183,3 @@ def test_the_command_ends_with_one_and_names_what_fails(directory):
     assert "FAILS  results   results.json is damaged" in done.stdout
     found = json.loads(verified("--json").stdout)
     assert (found["holds"], [one["name"] for one in found["checks"] if not one["holds"]]) == (False, ["results"])
-
-
-@pytest.mark.parametrize("spec", ["llm:local", "llm:openai/gpt-4o", "participant", "python:a:B"])
-def test_models_people_and_code_of_users_are_not_asked_again(spec):
-    assert not is_strategy(spec)

@@ -1,13 +1,51 @@
-"""What agents saw: which pictures a page shows, and how small."""
+"""What agents saw: the page shows the pictures that are there, small, and says so where none is."""
 
 import base64
 
 import numpy as np
-from builders import make_trial
+from builders import modality_study, small_study, write_study
+from reported import found_in
 
+from lockprobe.report.pages import page_of
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
+from lockprobe.report.write import write_report
 from lockprobe.trial.pictures.png import from_png, to_png
+
+
+def test_the_report_holds_small_copies_of_the_pictures(tmp_path, modal, picture_names):
+    path = write_study(tmp_path / "study", modality_study(), modal)
+    (path / "pictures").mkdir()
+    rng = np.random.default_rng(0)
+    for name in picture_names[:6]:
+        shape = (480, 640) if name in (picture_names[3], picture_names[5]) else (480, 640, 3)
+        kind = np.uint16 if len(shape) == 2 else np.uint8
+        (path / "pictures" / name).write_bytes(to_png(rng.integers(0, 255, shape).astype(kind)))
+    page = write_report(path).read_text("utf-8")
+    assert "The higher the fidelity of what viewer sees, the later or more rarely it solves" in page
+    assert page.count("data:image/png;base64,") == 6
+    assert len(page) < 3_000_000
+    assert "Success and false reports" not in page
+
+
+def test_pictures_are_shown_with_what_was_told_and_without_their_files_the_page_says_why(
+    tmp_path, modal, picture_names
+):
+    found = found_in(tmp_path, modality_study(trials=2), [trial for trial in modal if trial.trial <= 2])
+    page = page_of("report", found, photographs={name: f"data:{name}" for name in picture_names})
+    assert page.count("Told: “”") == 4
+    assert page.count("<img src=") == 6
+    assert f'<img src="data:{picture_names[2]}" alt="The box before the first step">' in page
+    assert "After step 1: revolute-left did not move." in page
+    assert "No pictures are shown" not in page
+    without = page_of("report", found)
+    assert "No pictures are shown: the files, or the package pillow, are missing." in without
+
+
+def test_nothing_is_said_where_no_agent_saw_pictures(tmp_path):
+    found = found_in(tmp_path, small_study(["random"], (0.0,), 1, 2))
+    assert '<details class="section" id="seen">' not in page_of("report", found)
+    assert "With pictures" not in page_of("details", found)
 
 
 def saw(*files):
@@ -42,16 +80,6 @@ def test_no_picture_is_shown_that_only_the_record_needs(modal, picture_names):
     assert shown == list(zip(kinds, names, strict=True))
 
 
-def test_the_first_move_is_shown_too(picture_names):
-    pictures = [{"rgb": name} for name in picture_names[:3]]
-    found = seen([make_trial([0, 3], budget=2, modality="rgb", pictures=pictures)])
-    assert [facts["when"] for facts in found.values() if "when" in facts] == [
-        "before the first step", "after step 1: revolute-left did not move", "after step 2: revolute-right moved",
-    ]  # fmt: skip
-    found = seen([make_trial([3], budget=1, modality="rgb", pictures=pictures[:2])])
-    assert list(found) == ["seen rgb", "seen rgb 1", "seen rgb 2"]
-
-
 def test_pictures_that_are_lost_or_lie_elsewhere_are_left_out(tmp_path, picture_names):
     (tmp_path / "pictures").mkdir()
     (tmp_path / "secret.png").write_bytes(to_png(np.zeros((8, 8), np.uint8)))
@@ -78,9 +106,3 @@ def test_depth_is_made_small_without_making_new_codes(tmp_path, picture_names):
     assert {tuple(code) for code in small.reshape(-1, 3).tolist()} <= {(4, 0, 248), (8, 0, 0)}
     grey = shown_small(tmp_path, picture_names[2], "depth", pixels[..., 0])
     assert grey.shape == (240, 320)
-
-
-def test_a_small_picture_stays_as_it_is(tmp_path, picture_names):
-    pixels = np.random.default_rng(3).integers(0, 256, (30, 40, 3)).astype(np.uint8)
-    for kind in ("rgb", "depth"):
-        np.testing.assert_array_equal(shown_small(tmp_path, picture_names[1], kind, pixels), pixels)

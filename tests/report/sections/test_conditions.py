@@ -1,13 +1,12 @@
-"""Every condition against its control, and interactions: numbers of the records, each tested once."""
+"""Conditions: what each changes, doses, factors, levels and grids, as rows and as sentences."""
+
+from itertools import combinations
 
 import pytest
 from builders import write_study
-from captions import too_long
 
-from lockprobe.report.opened import open_study
-from lockprobe.report.pages import Page, page_of, parts_of, tables_of
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.pages import page_of, parts_of, tables_of
+from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -30,7 +29,7 @@ AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 
 
 def found_in(directory, **asked):
-    return results_of(study_numbers(open_study(write_study(directory, study("flips", **asked)))))
+    return results(write_study(directory, study("flips", **asked)))
 
 
 @pytest.fixture(scope="module")
@@ -58,16 +57,6 @@ def test_differences_are_to_the_control_and_paired(lab):
         pair = {"agent": row.agent, "condition": row.condition, "control": "truth"}
         assert [lab.one("success_in_pairs", **pair, of=of).count for of in ("the control", "")] == solved
     assert {row.value for row in rows if row.agent == "random" and "trem" not in row.condition} == {0}
-
-
-def test_the_table_has_them_in_the_order_of_agents(lab):
-    head, *rows = tables_of(lab)["effects"]
-    assert [row[:2] for row in rows] == [[row.agent, row.condition] for row in lab.against_control()]
-    assert head[-1] == "conclusion"
-    assert (
-        lab.answer_of("effects")
-        == f"{sum(r[-1] == 'detected' for r in rows)} of {len(rows)} differences were detected."
-    )
 
 
 def test_what_was_crossed_has_its_interaction(lab):
@@ -120,34 +109,59 @@ def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
 
 
-def test_a_study_of_flips_has_none_of_it(tmp_path):
-    found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], trials=2, repetitions=1)
-    tables = tables_of(found)
-    assert [tables[name] for name in ("effects", "crossings", "grids", "trends")] == [[]] * 4
+AGENT = "cognitive:perseverant"
+PARTS = ["tremble?p=0.6", "flip?p=0.4", "nudge"]
+CONDITIONS = [" + ".join(one) for size in (1, 2, 3) for one in combinations(PARTS, size)]
+ASKED = study("flips", agent=[AGENT], repetitions=1, trials=12, condition=CONDITIONS)
 
 
-def test_the_heading_counts_the_rows_of_its_table_and_those_between_modalities_apart(tmp_path):
-    shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
-    found = found_in(tmp_path / "study", agent=[READER], p=[0], modality=shown, sweep="tremble?p=0.2,0.4", trials=6)
-    rows = tables_of(found)["effects"][1:]
-    assert ["symbolic?tell=outcome", "truth"] in [row[1:3] for row in rows]
-    apart = sum(row[1] in {one.name for one in found.design.conditions if not one.control} for row in rows)
-    assert apart == 1
-    assert found.answer_of("effects") == (
-        f"0 of {len(rows) - apart} differences from the control and 0 of {apart} between modalities were detected."
-    )
+@pytest.fixture(scope="module")
+def factorial(tmp_path_factory):
+    return results(write_study(tmp_path_factory.mktemp("lab") / "study", ASKED))
 
 
-def test_the_answer_on_false_reports_is_about_those_who_had_some(tmp_path):
-    more = ["warn + symbolic?tell=outcome", "nudge"]
-    found = found_in(tmp_path / "study", agent=[READER], p=[0, 0.4], condition=more, trials=6)
-    first, *_ = found.answer_of("overview").split(". ")
-    assert "false reports" in first
-    assert "outcome" not in first
+def test_every_factor_has_an_effect_on_both_measures(factorial):
+    rows = factorial.where("factor_effect")
+    assert {row.of for row in rows} == {"misreading", "success"}
+    assert {row.axis for row in rows} == {"tremble.p=0.6", "flip.p=0.4", "nudge=yes"}
+    success = {
+        condition: factorial.one("success", agent=AGENT, condition=condition).value
+        for condition in ["truth", *CONDITIONS]
+    }
+    high = [share for condition, share in success.items() if "tremble" in condition]
+    low = [share for condition, share in success.items() if "tremble" not in condition]
+    row = factorial.one("factor_effect", of="success", axis="tremble.p=0.6")
+    assert row.value == pytest.approx(sum(high) / 4 - sum(low) / 4)
+    assert (row.clusters, row.corrected_for) == (12, 3)
+    assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
 
 
-def test_captions_are_short(lab, grid):
-    for found in (lab, grid[1]):
-        shown = [part for part in parts_of(found, "report") if part.name in ("effects", "grids", "crossings")]
-        assert len(shown) == 2
-        assert too_long("".join(map(Page(found=found).written, shown))) == []
+def test_the_page_says_which_matter(factorial):
+    answer = factorial.answer_of("overview")
+    assert f"{AGENT} misreads" in answer
+    assert "misreading changes with flip.p=0.4 (+" in answer
+    assert "Which features matter?" in page_of("report", factorial)
+    assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == [
+        "factor",
+        "tremble.p=0.6",
+        "flip.p=0.4",
+        "nudge=yes",
+    ]
+
+
+STICKY = "flip?p=0.6&others=kept"
+
+
+def test_a_level_is_compared_with_the_first_one_beside_the_control(tmp_path):
+    """Options that are no numbers: conditions that differ in one alone."""
+    asked = {"agent": [AGENT], "p": [0, 0.6], "condition": [STICKY, "nudge"], "trials": 8, "repetitions": 2}
+    found = results(write_study(tmp_path / "study", study("flips", **asked)))
+    (row,) = found.where("success_difference", axis="flip others")
+    assert (row.condition, row.control, row.family, row.corrected_for) == (
+        STICKY, "flip?p=0.6", "levels of flip others", 1,
+    )  # fmt: skip
+    pair = {"agent": row.agent, "condition": STICKY, "control": "flip?p=0.6"}
+    second, first = (found.one("success_in_pairs", **pair, of=of).value for of in ("", "the control"))
+    assert row.value == pytest.approx(second - first)
+    assert row not in found.against_control()
+    assert STICKY in {one.condition for one in found.against_control()}

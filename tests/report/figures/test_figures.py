@@ -1,0 +1,445 @@
+"""Figures of any study: legible, deterministic, with the numbers of the results, and an agent looks the same in all."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial, small_study, write_study
+from drawn import bars, course, dots, lines, pictures, published, shades, staircases, touching, written
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyBboxPatch
+from reported import found_in
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.families import box
+from lockprobe.foundation.formatting import p_value
+from lockprobe.report.figures import files, render
+from lockprobe.report.figures.boxes import box_figure
+from lockprobe.report.figures.differences import side_by_side
+from lockprobe.report.figures.dose_grid import dose_grid
+from lockprobe.report.figures.first_screen import draw_overview
+from lockprobe.report.figures.frame import agent_label, settable, step_axis
+from lockprobe.report.figures.interlock import short_name
+from lockprobe.report.figures.loops import loops_by_p, loops_with_chance
+from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
+from lockprobe.report.figures.people import people
+from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
+from lockprobe.report.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
+from lockprobe.report.results import results
+from lockprobe.report.rows import Estimate, Fact, Results
+from lockprobe.statistics.proportions import proportion
+from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.until import Until
+
+CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "people", "few people")
+"""What is special about other studies changes no text."""
+
+UNSOLVED = (0,) * 20
+
+
+def legible(name, figure):
+    figure.draw_without_rendering()
+    found = written(figure)
+    assert found
+    for text, place in found:
+        assert text.get_fontsize() >= 9, (name, text)
+        prose = re.sub(r"\$p\$|[?&]p=", "", text.get_text())
+        assert not re.search(r"\bp\b|(?<!\$)\bP\b", prose), (name, text)
+        beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
+        assert max(beyond) <= 1, (name, text)
+    assert touching(figure) == [], name
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
+    for name, figure in pictures(studies[case]).items():
+        if name != "box":  # which is the same in all of them, and drawn by hand
+            legible(name, figure)
+
+
+def controls(directory):
+    """Controls of false reports, with forks of one agent."""
+    planned = study("why", agent=["cognitive:perseverant", "random"], trials=8)
+    path = write_study(directory / "study", planned)
+    wanted = branching(planned, load(path), keys=["why/cognitive:perseverant/truth"], at=["4", "8"], told=["lie"])
+    with Journal.open(path / FORKS, planned) as journal:
+        play_forks(wanted, journal)
+    return results(path)
+
+
+def decided(directory):
+    """A study that stopped: all truths are solved, and every fourth trial told lies."""
+    planned = replace(small_study(["human-inspired"], (0.0, 0.4), 1, 40), until=Until(rule="decided"))
+    solved = {(p, n): not p or n % 4 == 0 for n in range(1, 21) for p in (0.0, 0.4)}
+    trials = [
+        make_trial(SOLUTION if done else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
+        for (p, n), done in solved.items()
+    ]
+    return found_in(directory, planned, trials)
+
+
+def readings(directory):
+    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4, 0.6], "readings": "fresh,kept"}
+    return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=10, repetitions=1, seed=3))
+
+
+@pytest.mark.parametrize(
+    ("made", "names"),
+    [
+        (controls, ("why", "forks")),
+        (decided, ("stopping",)),
+        (readings, ("readings", "effects", "side-by-side", "agents-by-condition")),
+    ],
+)
+def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, names):
+    found = made(tmp_path)
+    drawn = pictures(found)
+    for name in names:
+        legible(name, drawn[name])
+    if made is decided:
+        (block,) = found.where("decided_at_block")
+        (axes,) = drawn["stopping"].axes
+        assert f"an effect,\nblock {block.value:g}" in [text.get_text() for text in axes.texts]
+
+
+def test_a_single_flip_rate_is_no_axis(studies):
+    """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
+    assert not {"fig4", "fig4-corrected", "fig5a", "fig5b", "fig3-by-p"} & pictures(studies["one p"]).keys()
+    axes, *_ = loops_with_chance(studies["one p"]).axes
+    assert not len(axes.get_xticks())
+    assert axes.get_xlabel() == "flip rate $p$ = 0"
+
+
+def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies):
+    assert set(pictures(studies["errors"])) == {"box"}
+
+
+def test_equal_figures_are_equal_bytes(typical):
+    first, second = (files(success_curves_corrected(typical)) for _ in range(2))
+    assert first == second
+    assert {form: file[:4] for form, file in first.items()} == {"svg": b"<?xm", "png": b"\x89PNG"}
+
+
+def test_names_are_text_in_the_file(studies):
+    assert b"<script>" not in render(success_curves(studies["hostile names"]), "svg")
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("llm:$\\frac{", "llm:\\$\\frac{"),
+        ("_hidden\n<script>", " _hidden?<script>"),
+        ("llm:\u4e2d", "llm:?"),
+        ("python:" + "x" * 200, "python:" + "x" * 22 + "…"),
+        ("llm:openai/gpt-4o-2024-08-06", "llm:openai/gpt-4o-2024-08-06"),
+        ("llm:together/meta-llama/Llama-3.3-70B-Instruct", "…Llama-3.3-70B-Instruct"),
+        ("cognitive:random-map?window=1&avoid=last&x=2", "…random-map?window=1…"),
+    ],
+)
+def test_names_are_safe_to_set(name, label):
+    assert agent_label(course(name)) == label
+
+
+def test_numbers_of_steps_are_apart_whatever_the_budget():
+    """On the narrowest axes that a figure has: two panels in a row, with names at the right edge."""
+    for budget in (*range(1, 31), 40, 60, 99, 100):
+        figure = Figure(figsize=(2.4, 2.0))
+        axes = figure.add_axes((0.3, 0.2, 0.65, 0.7))
+        step_axis(axes, budget, "")
+        figure.draw_without_rendering()
+        assert len(axes.get_xticks()) > 1
+        assert touching(figure) == [], budget
+
+
+# The numbers are those of the results.
+
+
+def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical, studies):
+    (axes,) = fig4(typical).axes
+    assert published(axes) == ([(0.0, 7 / 30), (0.4, 20 / 30)], ["the paper"])
+    (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
+    assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
+    assert published(*success_curves(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
+    assert published(*loops_by_p(typical).axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper, reconstructed"])
+    places, _ = published(*draw_overview(studies["three"]).axes)
+    assert len(places) == 2
+
+
+def test_means_fit_and_repetitions_of_figure_4(typical, model):
+    (axes,) = fig4(typical).axes
+    drawn = lines(axes)
+    for one in typical.courses():
+        means = [cell.value("success") for cell in one.cells]
+        assert any(len(y) == 7 and np.array_equal(y, means) for _, y in drawn), one.agent
+    fit = model.curve("success_fit")
+    curves = [(tuple(x), tuple(y)) for x, y in drawn if len(x) == len(fit.x)]
+    assert curves == [(fit.x, fit.value)]  # references have none
+    points = [(cell.p, success.value) for cell in model.cells for success, _ in cell.points]
+    assert sum(dots(axes).values()) == len(points) == 21
+    assert set(dots(axes)) == set(points)
+
+
+def test_bars_and_model_of_figure_4(typical, model):
+    (axes,) = fig4_corrected(typical).axes
+    shares = [(cell.p, cell.get("success")) for cell in model.cells]
+    assert np.allclose(bars(axes), [(p, one.value, one.low, one.high) for p, one in shares])
+    curve = model.curve("success_model")
+    assert any(np.array_equal(x, curve.x) and np.array_equal(y, curve.value) for x, y in lines(axes))
+    (band,) = shades(axes)
+    assert band >= set(zip(curve.x, curve.low, strict=True)) | set(zip(curve.x, curve.high, strict=True))
+
+
+def test_the_figure_has_the_p_value_of_the_table(tmp_path, axes, model):
+    """A fall and rise is no rise and fall: the test of this shape has P = 1, whatever the two lines have."""
+    solved = {0.0: 28, 0.2: 15, 0.4: 3, 0.6: 15, 0.8: 28}
+    falls = [
+        make_trial(SOLUTION if i < n else UNSOLVED, agent="human-inspired", p=p, trial=i + 1)
+        for p, n in solved.items()
+        for i in range(30)
+    ]
+    (other,) = found_in(tmp_path, small_study(["human-inspired"], [*solved], 1, 30), falls).courses()
+    assert other.get("success_two_lines").p_value < 0.05
+    assert other.get("test", "shape").p_value == 1
+    for one in (model, other):
+        draw_success_by_dose(axes, one)
+        said = p_value(one.get("test", "shape").p_value, "$P$").replace(" ", "\N{NO-BREAK SPACE}")
+        assert said in axes.get_title(loc="left")
+        axes.clear()
+
+
+def curves_of(one):
+    return [cell.curve("success_by_step").value for cell in one.cells]
+
+
+def test_staircases_are_the_success_curves(typical, model):
+    (axes,) = success_curves(typical).axes
+    for one, line in zip(typical.courses(), staircases(axes), strict=True):
+        assert line.get_label() == one.agent
+        assert tuple(line.get_ydata()[:-1]) == curves_of(one)[0]
+        assert tuple(line.get_xdata()[:-1]) == tuple(range(21))
+        assert line.get_ydata()[-1] == line.get_ydata()[-2]
+    assert not axes.collections
+    (axes,) = success_curves_by_p(typical).axes
+    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == curves_of(model)
+    names = {text.get_text(): text.get_position()[1] for text in axes.texts}
+    assert set(names) == {f"$p$ = {cell.p:g}" for cell in model.cells}
+    assert all(b - a > 0.079 for a, b in pairwise(sorted(names.values())))
+
+
+def test_loop_rates_stand_beside_two_levels_of_chance(typical, model):
+    axes, _ = loops_with_chance(typical).axes
+    rates = [cell.get("loop_rate") for cell in model.cells]
+    assert np.allclose(bars(axes), [(c.p, r.value, r.low, r.high) for c, r in zip(model.cells, rates, strict=True)])
+    (band,) = shades(axes)
+    for of, dash in (("uniform", ":"), ("no-repeat", "--")):
+        chance = [cell.value("loop_rate_chance", of) for cell in model.cells]
+        assert band >= set(zip([cell.p for cell in model.cells], chance, strict=True))
+        assert [list(line.get_ydata()) for line in axes.lines if line.get_linestyle() == dash] == [chance]
+
+
+def test_loop_onset_of_the_lowest_p_against_all_higher(typical, model):
+    _, axes = loops_with_chance(typical).axes
+    groups = [typical.curve("loop_onset", agent=model.agent, of=of) for of in ("lowest", "higher")]
+    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [group.value for group in groups]
+    for band, group in zip(shades(axes), groups, strict=True):
+        assert band >= set(enumerate(group.low)) | set(enumerate(group.high))
+    ratio, said = model.get("hazard_ratio_of_first_loop"), " ".join(axes.get_title(loc="left").split())
+    assert f"hazard ratio {ratio.value:.2f}, log-rank: $P$ = {ratio.p_value:.2g}" in said
+
+
+def test_loop_rates_of_figure_5b(typical, model):
+    (axes,) = loops_by_p(typical).axes
+    fit = model.curve("loop_fit")
+    assert [tuple(y) for _, y in lines(axes)] == [fit.value, tuple(cell.value("loop_rate") for cell in model.cells)]
+    assert set(dots(axes)) == {(cell.p, loops.value) for cell in model.cells for _, loops in cell.points}
+    (band,) = shades(axes)
+    assert band >= set(zip(fit.x, fit.low, strict=True)) | set(zip(fit.x, fit.high, strict=True))
+
+
+def test_shares_of_people_and_agents_stand_at_their_p(tmp_path):
+    solved = {("participant", 0.0): 1, ("participant", 0.4): 0, ("llm:a", 0.0): 1, ("llm:a", 0.4): 1}
+    trials = [
+        make_trial(SOLUTION if done else UNSOLVED, agent=f"{agent}:{i:04d}" if "part" in agent else agent, p=p, trial=i)
+        for (agent, p), done in solved.items()
+        for i in range(1, 11)
+    ]
+    (axes,) = people(found_in(tmp_path, small_study(("participant", "llm:a"), (0.0, 0.4), 1, 10), trials)).axes
+    joined = [list(line.get_ydata()) for line in axes.lines if len({*line.get_xdata()}) == 2]
+    assert joined == [[1.0, 0.0], [1.0, 1.0]]
+    assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
+
+
+AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
+
+
+def grid(rows, columns):
+    """The texts of a grid in whose cells none, one, two, … of 20 trials were solved, and its cells."""
+    facts = {"first dose": "flip rate", "second dose": "tremble p"}
+    facts |= {f"{which} doses": ", ".join(map(str, own)) for which, own in (("first", rows), ("second", columns))}
+    of = {"quantity": "success_in_grid", "agent": "llm:$\\frac{" + "x" * 80, "axis": AXIS}
+    made = []
+    for i, (row, column) in enumerate((row, column) for row in rows for column in columns):
+        share = proportion(min(i, 20), 20)
+        numbers = {name: getattr(share, name) for name in ("value", "low", "high", "count", "n")}
+        made.append(Estimate(**of, of=f"{row:g}, {column:g}", **numbers))
+    known = [Fact(about=AXIS, name=name, text=text) for name, text in facts.items()]
+    figure = dose_grid(Results.model_construct(rows=made, facts=known), AXIS)
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    return axes.texts, axes.patches
+
+
+@pytest.mark.parametrize("columns", [2, 3, 4, 5, 6, 8])
+def test_what_stands_in_a_cell_of_a_grid_fits_into_it(columns):
+    texts, cells = grid((0, 0.2, 0.4), [round(0.05 * i, 2) for i in range(columns)])
+    assert columns > 4 or texts[1].get_text() == "5 %\n1/20\n[1, 24]"
+    for text, cell in zip(texts, cells, strict=True):
+        room, taken = cell.get_window_extent(), text.get_window_extent()
+        assert taken.width <= room.width
+        assert taken.height <= room.height
+
+
+# Pairs of agents: filled where the difference was detected, the right way round.
+
+
+def mark_of(axes):
+    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
+    return mark.get_xdata()[0], mark.get_markerfacecolor() == mark.get_color()
+
+
+def pair(directory, trials, rates):
+    planned = small_study(("llm:a", "llm:b"), rates, 1, max(one.trial for one in trials))
+    return found_in(directory, planned, trials)
+
+
+def test_the_change_that_is_drawn_is_the_one_that_the_test_speaks_of(tmp_path):
+    """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
+    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
+    rates = (0.0, 0.2, 0.4)
+    made = [
+        make_trial(SOLUTION if sign * ahead > 0 else UNSOLVED, agent=agent, p=p, trial=i + 1)
+        for agent, sign in (("llm:a", 1), ("llm:b", -1))
+        for i, signs in enumerate(apart)
+        for p, ahead in zip(rates, signs, strict=True)
+    ]
+    _, axes = side_by_side(pair(tmp_path, made, rates)).axes
+    assert mark_of(axes) == (pytest.approx(9 / 40), True)
+    assert any(text.get_text().startswith("to 0.2: +22 [") for text in axes.texts)
+
+
+def test_agents_that_the_test_alone_tells_apart_stay_hollow(tmp_path):
+    """One fails in six blocks at the lowest p of seven: the test is below 0.05, the interval holds 0."""
+    rates = [p / 10 for p in range(7)]
+    made = [
+        make_trial(SOLUTION if agent == "llm:a" or p or i < 4 else UNSOLVED, agent=agent, p=p, trial=i + 1)
+        for agent in ("llm:a", "llm:b")
+        for p in rates
+        for i in range(10)
+    ]
+    found = pair(tmp_path, made, rates)
+    assert found.one("success_difference", axis="flip rate", versus="llm:b").p_value < 0.05
+    assert mark_of(side_by_side(found).axes[0])[1] is False
+
+
+# An agent has one colour and one mark in every report.
+
+
+def drawn(names, **more):
+    return [style for _, style in styles([course(name, **more) for name in names])]
+
+
+def test_an_agent_looks_the_same_whoever_is_beside_it():
+    """In another place, among others, and whether the study is about it or not."""
+
+    def looks(names, **more):
+        return dict(zip(names, ((style.colour, style.marker) for style in drawn(names, **more)), strict=True))
+
+    first = looks(["llm:a/x", "llm:local", "human-inspired", "random", "round-robin"])
+    assert looks(["random", "human-inspired", "llm:a/x"], subject=False).items() <= first.items()
+    assert looks(["llm:a/x"]).items() <= first.items()
+
+
+def test_agents_of_one_colour_share_neither_marker_nor_dash():
+    """Of so many specs more than one has to get a colour again."""
+    for i in range(40):
+        names = [f"llm:a/{i}", f"llm:b/{i}", f"cognitive:random-map?window={i}"]
+        for one, other in combinations(drawn(names), 2):
+            assert one.colour != other.colour or (one.marker != other.marker and one.dash != other.dash), names
+
+
+@pytest.mark.parametrize("case", ["strategies", "hostile names", "people"])
+def test_agents_differ_in_grey_as_well(studies, case):
+    courses = studies[case].courses()
+    found = [style for _, style in styles(courses)]
+    assert len({(style.marker, style.dash) for style in found}) == len(found) == len(courses)
+    assert {one.agent for one, style in styles(courses) if style.lead} == set(studies[case].subjects)
+
+
+@pytest.mark.parametrize("colour", [*SUBJECTS, "#ffffff", "#95d840", "#e69f57", "#000000"])
+def test_text_in_a_colour_is_dark_enough_on_white_and_not_darker_than_it_has_to_be(colour):
+    def contrast(of):
+        parts = [part / 12.92 if part <= 0.04 else ((part + 0.055) / 1.055) ** 2.4 for part in to_rgb(of)]
+        return 1.05 / (0.05 + np.dot([0.2126, 0.7152, 0.0722], parts))
+
+    found = of_text(colour)
+    assert contrast(found) >= 4.5
+    assert found == colour or contrast(found) < 5.2
+
+
+# Boxes.
+
+SHOWN = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-4", "branched", "random-8-3")
+
+
+@cache
+def picture(name):
+    return box_figure(box(name))
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
+    legible(name, picture(name))
+
+
+def test_the_target_differs_in_more_than_colour():
+    panel, interlock = picture("chain-4").axes
+    for axes in (panel, interlock):
+        bold = [text.get_text() for text in axes.texts if text.get_fontweight() == "bold"]
+        assert bold == [short_name("revolute-left")]
+    widths = sorted(patch.get_linewidth() for patch in interlock.patches if isinstance(patch, FancyBboxPatch))
+    assert widths[-1] > 2 * widths[-2]
+
+
+def test_the_legend_names_what_there_is_and_nothing_else():
+    def legend(figure):
+        return [text.get_text() for found in figure.legends for text in found.get_texts()]
+
+    assert legend(picture("chain-4")) == ["target", "the joint before it must be open"]
+    assert legend(picture("fork")) == ["target", "the joint before it must be open", "on one line: all are required"]
+    assert "the joint before it must be closed" in legend(picture("reset"))
+    assert legend(picture("common-cause-3")) == [
+        "target",
+        "the joint before it must be open",
+        "several arrows: any one suffices",
+    ]
+    opened = replace(box("chain-3"), initial=(False, True, False))
+    assert legend(box_figure(opened))[-1] == "open at the start"
+
+
+def test_odd_names_are_set():
+    names = ("a-very-long-name-of-a-joint-that-is-here", "$x^2$-\\frac{", "\u65e5\u672c", "_b")
+    joints = tuple(Joint(name=name, kind="prismatic") for name in names)
+    odd = Lockbox(
+        name="$_{3}$<\u00e9", joints=joints, interlock={"_b": ({names[1]: True},)}, initial=(False,) * 4, target="_b"
+    )
+    figure = box_figure(odd)
+    legible("odd", figure)
+    assert render(figure, "png").startswith(b"\x89PNG")
+    assert settable("$\u65e5\n") == "\\$??"

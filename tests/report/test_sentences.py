@@ -1,0 +1,298 @@
+"""Sentences say what the numbers bear and no more: nothing that is not shown is said to be nothing."""
+
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
+from why_answers import answer
+
+from lockprobe.boxes.families import box
+from lockprobe.report.pages import parts_of
+from lockprobe.report.prose.agent_comparison import comparison_said
+from lockprobe.report.prose.branch import branch_said, found_said
+from lockprobe.report.prose.first_screen import flips_answer
+from lockprobe.report.prose.idle import idle_doses_said
+from lockprobe.report.prose.section_answers import section_answers
+from lockprobe.report.prose.several_answers import Question, several_answers
+from lockprobe.report.prose.study_comparison import comparison_of_studies_said
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.success import finding
+from lockprobe.report.prose.why import mechanism_said, why_said
+from lockprobe.report.results import results
+from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.branch import BranchEffect
+from lockprobe.statistics.summary import summarise
+from lockprobe.studies.options.studyfile import study
+from lockprobe.testing import play_trials
+
+
+def models(agent, solved, of=20):
+    return [
+        make_trial(SOLUTION if i < n else (0,) * 20, agent=agent, p=p, trial=i + 1)
+        for p, n in zip((0.0, 0.4), solved, strict=True)
+        for i in range(of)
+    ]
+
+
+def pair_said(*agents):
+    summary = summarise([trial for name, solved in agents for trial in models(name, solved)])
+    return comparison_said(summary.comparisons[0], summary)
+
+
+def test_noise_that_helps_one_is_said_with_its_direction():
+    _, noise, _ = pair_said(("llm:a", (2, 19)), ("llm:b", (10, 10)))
+    assert noise.startswith(
+        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a rises more, or falls less, "
+        "than that of llm:b (+85 points"
+    )
+    _, other, _ = pair_said(("llm:b", (10, 10)), ("llm:a", (2, 19)))
+    assert "llm:b rises less, or falls more, than that of llm:a (\N{MINUS SIGN}85 points" in other
+
+
+def test_noise_is_said_to_act_where_the_test_sees_it():
+    """At 0.2 nine of forty blocks change for the better; at 0.4 the change is larger, for the worse, and not sure."""
+    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
+    made = [
+        make_trial(SOLUTION if sign * ahead > 0 else (0,) * 20, agent=agent, p=p, trial=i + 1)
+        for agent, sign in (("llm:a", 1), ("llm:b", -1))
+        for i, signs in enumerate(apart)
+        for p, ahead in zip((0.0, 0.2, 0.4), signs, strict=True)
+    ]
+    summary = summarise(made)
+    noise = comparison_said(summary.comparisons[0], summary)[1]
+    assert noise.startswith(
+        "False reports affect the two differently: from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, "
+        "than that of llm:b (+22 points"
+    )
+
+
+def sample(study, solved, *, luck=1, agent="llm:a", condition="truth", broken=0, baseline=False):
+    trials = [make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, trial=i + 1) for i in range(20)]
+    trials += [make_trial([0], agent=agent, trial=21 + i, broken="model") for i in range(broken)]
+    return Sample(side=Side(study, agent), condition=condition, luck=luck, baseline=baseline, trials=trials)
+
+
+def studies_said(*samples):
+    found = study_differences(samples)
+    names = {
+        one.side: Subject(name=f"{one.side.agent} in {'abc'[one.side.study]}", plural=one.side.agent == "people")
+        for one in samples
+    }
+    return comparison_of_studies_said(found, names)
+
+
+def test_a_difference_that_is_not_shown_is_not_said_to_be_nothing():
+    found = studies_said(sample(0, 9), sample(1, 11, luck=2))
+    assert found.startswith(
+        "No difference between studies was detected, which does not show that there is none; it is "
+    )
+    assert "solves" not in found
+    several = studies_said(sample(0, 9), sample(1, 11, luck=2), sample(2, 10, luck=3))
+    assert several.startswith("No difference between studies was detected in 3 comparisons, ")
+    assert "P = 1, corrected for 3 differences" in several
+
+
+def test_a_sentence_about_several_families_is_corrected_for_their_number():
+    """A P value of 0.03 in its family: the sentence is about two, and the table about each."""
+    nudged = [replace(sample(study, n, condition="nudge", luck=study), family="") for study, n in ((0, 4), (1, 11))]
+    flips = [replace(sample(study, 10, luck=study), family="flip rate") for study in (0, 1)]
+    alone, both = studies_said(*nudged), studies_said(*flips, *nudged)
+    assert alone.startswith("llm:a in b solves the box more often than llm:a in a under nudge: ")
+    assert both.startswith("No difference between studies was detected in 2 comparisons, ")
+    assert ", corrected for 1 difference of its family and for 2 families of conditions; " in both
+    assert both.endswith(" 1 more is detected if each family is taken alone.")
+    clear = [replace(sample(study, n, condition="nudge"), family="") for study, n in ((0, 1), (1, 19))]
+    assert studies_said(*flips, *clear).startswith(
+        "1 of 2 differences between studies was detected: llm:a in b solves "
+    )
+    assert "taken alone" not in studies_said(*flips, *clear)
+
+
+def fork(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
+    change = BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=300, blocks=150)
+    about = {
+        "agent": "random",
+        "condition": "truth",
+        "where": "8",
+        "arm": "lie",
+        "truthful": False,
+        "outcome": "solved",
+    }
+    return BranchEffect(**(about | others), after_truth=0.4, change=change, forks=300)
+
+
+@pytest.mark.parametrize("open_", [fork(p_value=0.2), fork(low=-0.01), fork(p_value=None)])
+def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
+    assert branch_said(open_).startswith(
+        "No effect of one inverted report at the report of step 8 on the success of random"
+    )
+    assert " was detected: 40 % after" in branch_said(open_)
+    assert found_said([open_, open_]) == [
+        "No effect on success was detected after correction for the number of effects."
+    ]
+    assert found_said([open_]) == [branch_said(open_)]
+
+
+def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():
+    trials = [trial for p in (0.0, 0.0001) for trial in play_trials("human-inspired", 6, p=p)]
+    summary = summarise(trials, box("chain-4"))
+    (agent,) = summary.agents
+    steps = sum(len(trial.steps) for trial in trials) // 2
+    said = f"At a flip rate of 0.0001, no report was false (human-inspired, {steps} steps), so nothing is concluded from it."
+    assert idle_doses_said(agent) == said
+    assert finding(agent).endswith(said)
+    assert "effect" not in finding(agent) + flips_answer(summary)
+    (acting,) = summarise([*trials, *play_trials("human-inspired", 6, p=0.4)], box("chain-4")).agents
+    assert said in finding(acting)
+    assert "0.0001" not in finding(acting).replace(said, "")
+
+
+def test_misread_claims_are_pooled_as_in_the_tables():
+    """One claim of one is misread, and none of three: 25 % of all claims, while the mean over trials is 50 %."""
+    trials = [
+        make_trial((0, 0), agent="llm:a", claims=[None, "moved"], trial=1, budget=2),
+        make_trial((0,) * 4, agent="llm:a", claims=[None, *["blocked"] * 3], trial=2, budget=4),
+    ]
+    summary = summarise(trials, box("chain-4"))
+    assert summary.agents[0].conditions[0].claims.mean_rate == 0.5
+    said = section_answers(summary)["misinterpretations"]
+    assert said == "When told the truth: 25 % llm:a."
+
+
+@pytest.mark.parametrize("agents", [("viewer", "human-inspired"), ("random",)])
+def test_every_folded_heading_says_something_even_where_nothing_was_solved_or_tested(tmp_path, agents):
+    planned = study("flips", agent=agents, p=[0], trials=1, repetitions=1, max_steps=3)
+    found = results(write_study(tmp_path / "study", planned))
+    parts = {part.heading: part.answer for part in parts_of(found, "report") if part.name not in ("overview", "trials")}
+    assert {"Hypothesis tests", "Action loops", "Speed"} <= parts.keys()
+    assert [heading for heading, answer in parts.items() if not answer] == []
+
+
+def asking(i, *p_values):
+    tested = tuple((f"on agent {n}", p_value) for n, p_value in enumerate(p_values))
+    return Question(about=f"cause {i}", answer=lambda many: f"Answer {i}.", tested=tested)
+
+
+@pytest.mark.parametrize(
+    ("p_values", "lost"),
+    [
+        ([0.001, 0.8], ""),
+        ([0.03, 0.8], "0"),  # Holm: 2 x 0.03
+        ([0.03, 0.02], ""),  # 2 x 0.02, then 0.03
+        ([0.03, 0.04], "01"),
+        ([0.6, 0.026], "1"),
+        ([None, 0.03], ""),  # one question alone
+        ([0.03], ""),
+        ([0.02, 0.02, 0.9], "01"),  # 3 x 0.02
+        ([0.01, 0.02, 0.9], ""),  # 3 x 0.01, then 2 x 0.02
+    ],
+)
+def test_a_change_is_said_if_it_is_detected_after_all(p_values, lost):
+    asked = [asking(i, *([] if value is None else [value])) for i, value in enumerate(p_values)]
+    every = "both" if len(asked) == 2 else f"all {len(asked)}"
+    expected = [
+        f"An effect of cause {i} was detected in its own section (P = {value:.2g}), but not after correction for {every} "
+        "questions of this page."
+        if str(i) in lost
+        else f"Answer {i}."
+        for i, value in enumerate(p_values)
+    ]
+    assert several_answers(asked) == " ".join(expected)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "lost"),
+    [
+        ([0.001, 0.03, 0.04], [0.8], "on agent 1 and on agent 2"),  # each twice
+        ([0.001, 0.03], [0.0001], ""),  # the other question is clearer, so this one counts once
+        ([0.001, 0.02], [0.8], ""),
+        ([0.001, 0.06], [0.8], ""),  # it was not detected before
+    ],
+)
+def test_further_agents_of_a_question_are_corrected_alike(first, second, lost):
+    said = several_answers([asking(0, *first), asking(1, *second)])
+    of_these = f" Of these, the effect {lost} was not detected after correction for both questions of this page."
+    assert said == f"Answer 0.{of_these if lost else ''} Answer 1."
+
+
+@pytest.fixture(scope="module")
+def summary():
+    study = small_study(("participant", "random"), (0.0, 0.4), 2, 5)
+    agents = play_study(small_study(("random", "human-inspired"), study.p, 2, 5))
+    return summarise([*agents, *played_by_people(study, 2)], study.box)
+
+
+def test_no_sentence_calls_people_by_their_spec(summary):
+    said = [finding(agent) for agent in summary.agents]
+    said += [sentence for one in summary.comparisons for sentence in comparison_said(one, summary)]
+    assert not [sentence for sentence in said if "participant" in sentence]
+    assert not [sentence for sentence in said if sentence.startswith("people")]
+    assert not [sentence for sentence in said for many in ("eople solves", "eople needs") if many in sentence]
+    (people,) = (agent for agent in summary.agents if agent.agent == "participant")
+    assert (subject_of(people).name, people.name) == ("people", "participant")
+    assert subject_of(replace(people, shown="reports")).name == "people (reports)"
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (
+            answer("says", "last"),
+            (
+                "raise the success of cognitive:insistent through what they say: of reports in two statements, those whose "
+                "last statement is false raise it."
+            ),
+        ),
+        (answer("says", "first", lie=10), "lower the success of cognitive:insistent through what they say: of reports"),
+        (
+            answer("says", "last", "first"),
+            (
+                "through what they say in several ways: of reports in two statements, those whose last statement is false "
+                "raise it and those whose first statement is false raise it."
+            ),
+        ),
+        (answer("says", "contradiction"), "a single false statement is enough to raise it."),
+        (answer("says", "falsity"), "which of the two counts is not decided."),
+        (
+            answer("form", "form"),
+            "as any odd report does: a true correction and an irrelevant remark raise it too, so falsity is not needed.",
+        ),
+        (
+            answer("both", "last", "form"),
+            (
+                "both through what they say and as any odd report does: of reports in two statements, those whose last "
+                "statement is false raise it; a true correction and an irrelevant remark raise it too."
+            ),
+        ),
+        (answer("blurred"), "a true correction does it as well, so corrections cannot show why."),
+        (answer("not decided"), "Whether through what they say or as any odd report does is not decided."),
+        (answer("no change", lie=30), "change the success of cognitive:insistent by less than 10 points."),
+        (answer("inconclusive", lie=30), "Inconclusive: no effect of false reports on the success of cognitive:insist"),
+    ],
+)
+def test_every_verdict_has_its_sentence(found, said):
+    assert said in mechanism_said(found)
+
+
+@pytest.mark.parametrize("verdict", ["says", "form", "both", "blurred", "not decided", "no change", "inconclusive"])
+def test_no_sentence_says_that_a_report_is_believed(verdict):
+    claims = {"says": ("last",), "form": ("form",), "both": ("last", "form")}.get(verdict, ())
+    said = " ".join(why_said(answer(verdict, *claims)))
+    assert not any(word in said for word in ("believe", "because", "disturb"))
+
+
+@pytest.mark.parametrize("verdict", ["no change", "inconclusive"])
+def test_where_no_effect_is_detected_nothing_is_said_of_the_arms(verdict):
+    said = " ".join(why_said(answer(verdict, lie=30)))
+    assert "two statements" not in said
+    assert "false last" not in said
+    assert "in either direction give P = 0.5" in said
+
+
+def test_what_only_an_uncorrected_interval_shows_is_not_named():
+    found = answer("form", "form", others=("withheld",))
+    *rest, last = found.arms
+    unsure = replace(last, change=replace(last.change, p_value=0.2))
+    assert last.change.clear
+    assert len(why_said(replace(found, arms=(*rest, unsure)))) == 3
