@@ -45,7 +45,7 @@ def test_it_starts_with_the_first_command_of_the_readme_and_not_as_root():
 def test_the_libraries_of_the_docs_and_of_ci_are_in_it():
     table = (ROOT / "docs" / "install.md").read_text("utf-8").partition("## System libraries")[2]
     named = {name for cell in re.findall(r"\| `(lib[^`.]*)` \|", table) for name in cell.split()}
-    assert {"libgomp1", "libegl1", "libopengl0", "libgl1-mesa-dri"} == named
+    assert {"libgomp1", "libegl1", "libopengl0", "libegl-mesa0", "libgl1-mesa-dri"} == named
     wanted = re.findall(r"^needs '\S+' +(?:'(.*?)'|(\S+))", (ROOT / ".ci" / "run").read_text("utf-8"), re.MULTILINE)
     assert named | {name for pair in wanted for name in "".join(pair).split()} == installed()
 

@@ -84,8 +84,7 @@ def test_a_simulated_study_decides_and_buys_what_the_runner_does(tmp_path):
     pool = [Played(study=planned, agent=agent, conditions=planned.conditions)]
     (blocks,) = played_blocks(pool, most)
     whole = {
-        one.label: (blocks.solved[:, i].astype(float), np.zeros(most, dtype=bool))
-        for i, one in enumerate(planned.conditions)
+        one.label: (blocks[:, i].astype(float), np.zeros(most, dtype=bool)) for i, one in enumerate(planned.conditions)
     }
     found = played_out(families(planned, agent), whole, planned.until)
     trials = run_study(planned, tmp_path / "run")

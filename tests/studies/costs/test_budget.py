@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, usage
+from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage  # noqa: F401 - a fixture
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.errors import BadValue, BudgetReached

@@ -1,7 +1,7 @@
 """What a study has cost, by agent, and a budget that it never passes."""
 
 import pytest
-from made_up_prices import CHEAP, DEAR, FREE, call, planned, usage
+from made_up_prices import CHEAP, DEAR, FREE, call, planned, prices, usage  # noqa: F401 - a fixture
 from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.token_bounds import tokens
