@@ -96,16 +96,6 @@ def change(value: float, low: float | None, high: float | None) -> str:
     return f"{points(value)} points{range_said(low, high)}"
 
 
-def corrected(*many: tuple[int, str]) -> str:
-    """For how many comparisons a P value is corrected, after it; empty where each is alone.
-
-    >>> corrected((3, "doses"), (2, "agents")), corrected((1, "agents"))
-    (', corrected for 3 doses and 2 agents', '')
-    """
-    said = " and ".join(f"{number} {what}" for number, what in many if number > 1)
-    return f", corrected for {said}" if said else ""
-
-
 def bracketed(
     value: float | None, low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100
 ) -> str:
@@ -171,17 +161,6 @@ def listed(names: Sequence[str], last: str = "and", named: int | None = None) ->
         names = [*names[: named - 1], f"{len(names) - named + 1} others"]
     *most, end = names
     return f"{', '.join(most)} {last} {end}" if most else end
-
-
-def markdown_table(head: Sequence[str], *lines: Sequence[str]) -> str:
-    """A table in Markdown.
-
-    >>> print(markdown_table(["agent", "solved"], ["random", "12 %"]))
-    | agent | solved |
-    | --- | --- |
-    | random | 12 % |
-    """
-    return "\n".join(f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *lines))
 
 
 def capital(said: str) -> str:

@@ -12,7 +12,7 @@ import pytest
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import (
     Replacement,
-    atomic_file,
+    atomic_files,
     remove_file,
     sync_directory,
     write_file,
@@ -26,7 +26,7 @@ def names(directory):
 
 
 def half_written(path, error):
-    with atomic_file(path) as draft:
+    with atomic_files(path) as (draft,):
         draft.write_text("half")
         raise error
 
@@ -107,7 +107,7 @@ def permissions(path):
 
 def test_permissions_stay_and_a_draft_has_them_from_the_first_byte(tmp_path):
     (tmp_path / "x").touch(mode=0o600)
-    with atomic_file(tmp_path / "x") as draft:
+    with atomic_files(tmp_path / "x") as (draft,):
         assert (permissions(draft), draft.read_bytes()) == (0o600, b"")
     assert permissions(tmp_path / "x") == 0o600
 
@@ -128,8 +128,8 @@ def test_a_path_that_cannot_be_is_one_line(tmp_path, name):
 def killed(path):
     """What is there of a file that one process writes alone, when that is killed while it writes."""
     code = (
-        "import os, sys; from pathlib import Path; from lockprobe.foundation.storage.atomic_file import atomic_file\n"
-        "with atomic_file(Path(sys.argv[1]), alone=True) as draft: draft.write_text('torn'); os._exit(9)"
+        "import os, sys; from pathlib import Path; from lockprobe.foundation.storage.atomic_file import atomic_files\n"
+        "with atomic_files(Path(sys.argv[1]), alone=True) as (draft,): draft.write_text('torn'); os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9
     return names(path.parent)

@@ -104,13 +104,6 @@ def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterat
             replacement.drop()
 
 
-@contextmanager
-def atomic_file(path: Path, *, alone: bool = False) -> Iterator[Path]:
-    """The draft of one file, as :func:`atomic_files` has it."""
-    with atomic_files(path, alone=alone) as (draft,):
-        yield draft
-
-
 def write_file(path: Path, content: str | bytes, *, alone: bool = False, mode: int = 0o666) -> None:
     """Write a file, as :func:`write_files` does."""
     write_files({path: content}, alone=alone, mode=mode)
