@@ -86,4 +86,4 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         if not agent.blind
     }
     parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
-    return f"Recommended tests that reject: {first_three(parts)}." if parts else "Nothing could be tested."
+    return f"Tests that reject: {first_three(parts)}." if parts else "Nothing could be tested."
