@@ -102,7 +102,6 @@ SLOW = {
     ),
     "test_what_was_said_of_the_size_of_requests_holds_for_the_models_own_count": (),
     "test_where_plants_have_cameras_only_so_many_trials_are_held": (),
-    "test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead": ("1-False", "2-True"),
 }
 """Tests that hold at length, or by simulation, what shorter ones hold too: each with its slow cases, or with all."""
 

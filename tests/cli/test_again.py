@@ -87,15 +87,6 @@ def test_refusals_are_counted_as_such_and_played_anew_only_if_they_are_meant(tmp
     assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
 
 
-def test_machines_get_both_as_events(tmp_path, play, capsys):
-    assert failed(play, nonsense, json=True)
-    assert failed(play, nonsense, again="reply", json=True)
-    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert [event["trials"] for event in events if event["event"] == "owed-anew"] == [4]
-    invalid = [event for event in events if event["event"] == "no-valid-trial"]
-    assert [[one["condition"] for one in event["conditions"]] for event in invalid] == [CELLS] * 2
-
-
 @pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])
 def test_what_cannot_be_owed_anew_is_refused(tmp_path, play, more, line):
     with pytest.raises(BadValue, match=line):

@@ -38,13 +38,6 @@ def test_the_list_has_every_named_box_in_columns():
     assert next(line for line in lines if "(default)" in line).startswith("chain-4 ")
 
 
-def test_the_list_as_json():
-    found = objects(ask("list", "--json"))
-    assert [facts["name"] for facts in found] == list(named_boxes())
-    chain = next(facts for facts in found if facts["name"] == "chain-4")
-    assert chain["random_success"] == pytest.approx(0.392655, abs=1e-6)
-
-
 def test_facts_as_json():
     facts = json.loads(ask("show", "reset", "--json").stdout)
     assert {"joints", "interlock", "initial", "target", "optimum", "random_success"} <= set(facts)
@@ -163,17 +156,3 @@ def test_the_list_has_boxes_of_packages_and_why_one_cannot_be_used(tmp_path, mon
         assert why in found[name]["error"]
         assert said[name] == f"{name} {found[name]['error']}"
         assert said[name].startswith(f"{name} Cannot be used. ")
-
-
-def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.report.write.write_report", lambda directory, **_: directory / "report.html")
-    ask("generate", "--joints", 4, "--out", tmp_path)
-    (file,) = tmp_path.iterdir()
-    run_app = typer.Typer()
-    run_app.command()(run)
-    words = ["flips", "--agent", "random", "--p", "0", "--trials", "4", "--repetitions", "1", "--box", str(file)]
-    done = CliRunner().invoke(run_app, [*words, "--layout", "shuffled", "--out", str(tmp_path / "study"), "--json"])
-    assert done.exit_code == 0, done.output
-    trials = load(tmp_path / "study")
-    assert {trial.box for trial in trials} == {file.stem}
-    assert len({trial.joints for trial in trials}) > 1

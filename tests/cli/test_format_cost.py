@@ -16,24 +16,6 @@ COST_PAGE = Path(__file__).parents[2] / "docs" / "cost.md"
 
 
 @pytest.mark.parametrize(
-    ("dollars", "said"),
-    [
-        (0, "$0.00"),
-        (0.1, "$0.10"),
-        (1234.5, "$1,234.50"),
-        (0.0144, "$0.014"),
-        (0.000077, "$0.000077"),
-        (0.099, "$0.099"),
-        (0.02, "$0.02"),
-        (0.002, "$0.002"),
-        (0.0996, "$0.10"),
-    ],
-)
-def test_money_is_read_to_the_cent_or_to_two_digits(dollars, said):
-    assert money(dollars) == said
-
-
-@pytest.mark.parametrize(
     ("number", "said"),
     [(0, "0"), (7, "7"), (17.4, "17"), (950, "950"), (811, "810"), (1234, "1,200"), (58_400, "58,000"), (994_000, "990,000"),
      (999_600, "1 million"), (1_234_567, "1.23 million"), (123_456_789, "123 million")],
@@ -53,23 +35,6 @@ def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
     assert second.endswith(f"; prices of {found.price.date}")
     quoted = COST_PAGE.read_text("utf-8").partition("```text\n")[2].splitlines()[:2]
     assert all(line.startswith(said.removesuffix("…")) for line, said in zip((first, second), quoted, strict=True))
-
-
-def test_an_estimate_of_a_study_that_stops_when_it_is_decided_names_what_it_assumes():
-    asked = StudyOptions(agent=["llm:openai/gpt-4o"], p=[0, 0.4], until="decided", most=100)
-    found = estimates(study(asked), {})[0]
-    most, paid, effect, none, budget = estimate_lines(found)
-    assert most.startswith("llm:openai/gpt-4o: until decided, at most 200 trials, which take about ")
-    assert f"at most {money(found.most_dollars)} whatever it replies" in paid
-    assert effect.startswith("  if success is 23 % or 67 %, so that all differ from their control as in the paper: ")
-    assert effect.endswith("everything is decided in all of 60 simulated studies")
-    assert none.startswith("  if success is 23 % under every condition: ")
-    assert "a smaller --budget is fine" in budget
-    facts = estimate_facts(found)
-    assert (facts["trials"], facts["until"]) == (200, "decided")
-    few, many = facts["outlook"]
-    assert 20 <= few["trials"]["mean"] < 100 < many["trials"]["mean"] <= 200
-    assert few["expected"]["calls"] / facts["expected"]["calls"] == pytest.approx(few["trials"]["mean"] / 200, rel=0.01)
 
 
 def test_an_estimate_without_a_price_says_how_to_give_one():

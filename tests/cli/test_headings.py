@@ -40,21 +40,3 @@ def test_what_run_explains_is_named_by_the_others_and_parsed_by_them(lockprobe):
             same = shown[option.name]
             assert (option.opts, option.secondary_opts, option.help, option.multiple, option.default) == (
                 same.opts, same.secondary_opts, same.help, same.multiple, same.default)  # fmt: skip
-
-
-def test_a_wrong_value_has_the_same_message_everywhere(lockprobe):
-    for command in (("run",), ("serve",), ("mcp",)):
-        wrong = lockprobe(*command, "flips", "--repetitions", "many")
-        assert wrong == (2, "", "lockprobe: Invalid value for '--repetitions': expected a whole number\n")
-
-
-def test_headings_keep_the_order_in_which_they_are_given():
-    @under_headings({"Second": "c a"})
-    def made(a: int = 1, b: int = 2, c: int = 3) -> None:
-        pass
-
-    app = typer.Typer(rich_markup_mode=None)
-    app.command(cls=Headed)(made)
-    command = typer.main.get_command(app)
-    assert {heading: [option.name for option in options] for heading, options in
-            command.by_heading(typer.Context(command)).items()}["Second"] == ["c", "a"]  # fmt: skip

@@ -34,19 +34,6 @@ def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, mo
     assert (status, said) == (2, "lockprobe: Parquet needs the package pyarrow: pip install 'lockprobe[parquet]'\n")
 
 
-def test_what_is_no_text_needs_a_file(lockprobe, played):
-    status, _, said = lockprobe("export", played, "--format", "parquet")
-    assert status == 2
-    assert "because parquet is not text" in said
-
-
-@pytest.mark.parametrize("name", ["study.json", "trials.jsonl", "calls.jsonl"])
-def test_no_file_of_the_study_is_written_over(lockprobe, played, name):
-    before = (played / "trials.jsonl").read_bytes()
-    assert lockprobe("export", played, "--out", played / name)[0] == 2
-    assert (played / "trials.jsonl").read_bytes() == before
-
-
 @pytest.fixture
 def people(tmp_path):
     study = small_study(["participant"], trials=1, repetitions=1)
@@ -93,17 +80,6 @@ def test_another_prompt_under_the_same_name_is_refused_aloud_and_leaves_nothing(
     assert (first / "trials.jsonl").read_bytes() == before
     assert lockprobe("import", tmp_path / "new", first, other)[0] == 2
     assert not (tmp_path / "new").exists()
-
-
-def test_trials_that_are_there_but_were_played_otherwise_are_counted(lockprobe, tmp_path, played):
-    trials = load(played)
-    other = write_study(
-        tmp_path / "other", STUDY, [replace(t, opening=f"{t.opening} ") for t in trials[:2]] + trials[2:]
-    )
-    status, said, _ = lockprobe("import", played, other)
-    assert status == 0
-    assert said.startswith("0 trials imported, 6 already there, 0 unfinished. 2 trials differ between SOURCE and ")
-    assert json.loads(lockprobe("import", played, other, "--json")[1])["different"] == 2
 
 
 def test_mistakes_are_one_line(lockprobe, tmp_path, played):

@@ -4,16 +4,14 @@ import dataclasses
 from types import SimpleNamespace
 
 import pytest
+from builders import modality_study
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.boxes.families import box
 from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, PAUSE, LiveReport
-from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run
-from lockprobe.studies.study import Study
 
 
 class Process:
@@ -98,49 +96,11 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
         raise OSError
 
     monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=none_left, DEVNULL=None))
-    small = Study(
-        name="trial",
-        agents=("random",),
-        box=box(),
-        conditions=flips((0.0,)),
-        repetitions=1,
-        trials=2,
-        max_steps=2,
-        plant="fast-twin",
-    )
+    small = modality_study(("random",), ("symbolic",), trials=2, max_steps=2)
     observer = Watching()
     with Journal.open(tmp_path, small) as journal:
         run(small, journal, observer=LiveReport(observer, tmp_path))
     assert observer.seen == (2, "random", *(plan.key for plan in small.plans("random")))
-
-
-def test_that_there_is_a_first_report_is_said_once_and_when_it_is_there(clock, tmp_path):
-    said = []
-    live = LiveReport(Observer(), tmp_path, tell=said.append)
-    live.trial(None, None)
-    live.agent(slow(resolve("random")), 3)
-    live.trial(None, None)
-    assert not said
-    Process.begun[-1].done = True
-    live.trial(None, None)
-    assert said == [tmp_path / "report.html"]
-    for second in range(1, 2000):
-        clock[0] = float(second)
-        Process.begun[-1].done = True
-        live.trial(None, None)
-    assert len(Process.begun) > 2
-    assert len(said) == 1
-
-
-def test_an_agent_that_computes_here_begins_after_the_first_report(clock, tmp_path):
-    said = []
-    watching = SimpleNamespace(trial=lambda *of: None, agent=lambda source, owed: said.append(source.engine))
-    live = LiveReport(watching, tmp_path, begins=said.append, tell=said.append)
-    live.trial(None, None)
-    live.agent(dataclasses.replace(resolve("random"), engine="process"), 3)
-    assert said == [1, tmp_path / "report.html", "process"]
-    live.agent(dataclasses.replace(resolve("round-robin"), engine="process"), 3)
-    assert said[3:] == ["process"]
 
 
 def test_where_a_model_computes_here_the_first_report_is_of_the_first_agent_that_is_no_baseline(clock, tmp_path):

@@ -76,14 +76,3 @@ def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
     asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--most", 5)
     assert lockprobe("run", "flips", *asked, "--no-report", "--out", "paper")[0] == 0
     assert json.loads((tmp_path / "paper" / "study.json").read_text())["until"] == {"rule": "width", "points": 0.3}
-
-
-def test_parts_of_a_study_that_stops_are_verified_and_joined(lockprobe):
-    asked = ("run", "flips", "--agent", "random", "--p", "0,0.4", "--until", "±30", "--most", 40, "--no-report")
-    for number in (1, 2):
-        assert lockprobe(*asked, "--shard", f"{number}/2", "--out", f"part-{number}")[0] == 0
-        assert lockprobe("verify", f"part-{number}")[0] == 0
-    assert lockprobe("import", "joined", "part-1", "part-2")[0] == 0
-    status, _, _ = lockprobe("run", "flips", "--p", "0,0.4", "--no-report", "--out", "joined")
-    assert status == 0
-    assert lockprobe("verify", "joined")[0] == 0

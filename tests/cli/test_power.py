@@ -79,15 +79,11 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
         (("power", "--trials", "1"), "numbers of at least 2"),
         (("power", "--trials", "nan"), "whole numbers"),
-        (("power", "--trials", "1e10"), "at most 10000"),
         (("power", "--trials", "1e300"), "at most 10000"),
-        (("power", "--trials", ""), "trials: got ''"),
-        (("power", "--success", ""), "success: got ''"),
         (("power", "--success", "0.2,0.7", "--p", "0,0.4", "--trap", ""), "trap: got ''"),
         (("power", "--success", "0.2,0.7", "--p", "0.5,0.500000001"), "differ by 0.000001"),
         (("power", "--target", "1.5"), "target power"),
         (("power", "--condition", "nudge"), "success under each condition, or --agent with a strategy to be played"),
-        (("power", "--condition", "nudge", "--success", "0.2"), "each of 2 conditions: truth; nudge"),
         (("power", "--condition", "nudge", "--success", "0.2,nan"), "each of 2 conditions: truth; nudge"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--shared", "2"), "shared: got 2.0"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"), "an effect of flip rates alone"),
@@ -95,12 +91,10 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "why", "--condition", "nudge"), "its seven arms are its own"),
         (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
-        (("power", "--condition", "nugde", "--success", "0.2,0.3"), "did you mean 'nudge'?"),
         (("power", "nowhere.toml"), "cannot be read"),
     ],
 )
-def test_mistakes_are_one_line(arguments, message):
-    done = typed(*arguments)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
+def test_mistakes_are_one_line(lockprobe, arguments, message):
+    status, said, error = lockprobe(*arguments)
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert message in error

@@ -60,22 +60,6 @@ def test_power(shown):
         assert "27 [23, more than 240]" in text
 
 
-def test_the_power_of_conditions(shown):
-    measured = tuple(rate(trials, 731) for trials in (15, 30, 60, 120, 240))
-    needed = Needed(world="as stated", question="success", test="tremble?p=0.1", measured=measured,
-                    trials=27, low=23, high=None, below=False)  # fmt: skip
-    one = ConditionPower(agent="as stated", family="", condition="flip?p=0.4 + tremble?p=0.1", control="truth", success=0.5,
-                         control_success=0.23, choices=6, needed=needed)  # fmt: skip
-    text, width = shown(power._print_conditions, [one], 0.8, 0.0)
-    table = text[text.index("condition") : text.index("Below each")]
-    assert table.count("0.73±0.01") == 5
-    for words in ("50 %", "23 %,", "one of", "tremble?p=0.1", "27", "[23,"):
-        assert words in table
-    assert "…" not in text
-    if width:
-        assert max(map(len, table.splitlines())) <= width
-
-
 def test_what_does_not_fit_is_wider_and_whole(shown):
     table = new_table("name", *"abcdefgh")
     table.add_row("x", *["123456.789012"] * 8)

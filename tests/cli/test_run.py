@@ -64,32 +64,7 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     assert "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)" in said
 
 
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (["--agent", "random", "--modality", "rgb"], "modality: got 'rgb', expected symbolic too for random"),
-        (["--plant", "symbolic", "--modality", "rgbd"], "modality: got 'rgbd', expected a plant with a camera"),
-        (
-            ["--p", "0.2", "--modality", "rgb?p=0.4"],
-            "p: got [0.2], expected 0 with rgb?p=0.4, which has a flip rate of",
-        ),
-        (["--modality", "smell"], "no modality is called 'smell'; there are: symbolic, rgb, rgbd"),
-        (
-            ["--plant", "fast-twin?colour=red"],
-            "no option of fast-twin is called 'colour' (did you mean 'colours'?); there are: mechanism",
-        ),
-    ],
-)
-def test_what_cannot_be_shown_is_refused_in_one_line(tmp_path, arguments, line):
-    done = typed("run", "modalities", *arguments, cwd=tmp_path)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert done.stderr.startswith("lockprobe: " + line)
-    assert list(tmp_path.iterdir()) == []
-
-
 SPEC = "llm:openai-api/fake/model"
-A_CALL = (11 * 100 + 5 * 1000) / 1e6
-"""US dollars of each call, as the server counts tokens."""
 
 
 @pytest.fixture
@@ -156,11 +131,10 @@ def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, hones
     assert len(replies) == server.account()["replied"] == sum(len(trial.steps) for trial in load(tmp_path / "s"))
 
 
-@pytest.mark.parametrize("times", [2, 3])
-def test_where_a_model_takes_more_than_estimated_the_first_trials_still_end(tmp_path, honest, times):
+def test_where_a_model_takes_more_than_estimated_the_first_trials_still_end(tmp_path, honest):
     server, answer = honest
-    answer(lambda request: counted(request, times))
-    allowed = 0.3 * times
+    answer(lambda request: counted(request, 3))
+    allowed = 0.9
     with pytest.raises(typer.Exit) as end:
         play(tmp_path / "s", budget=allowed, connections=10, trials=20)
     assert end.value.exit_code == BUDGET_REACHED
@@ -173,23 +147,6 @@ def test_where_a_model_takes_more_than_estimated_the_first_trials_still_end(tmp_
     assert {trial.key for trial in load(tmp_path / "s")} >= left
     replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
     assert len(replies) == server.account()["replied"]
-
-
-def test_what_is_left_by_a_dear_model_is_played_by_a_cheap_one(tmp_path, honest):
-    _, cheap = honest[0], SPEC + "?temperature=0"
-    facts = tmp_path / "models.toml"
-    price = "{ input = 100, cached = 100, output = 1000, date = '2026-01-02', source = 'x' }"
-    facts.write_text(
-        f"[[model]]\nmatch = ['openai-api/fake/dear']\nmost_output = 100\nprice = {price}\n" + facts.read_text()
-    )
-    with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", agent=["llm:openai-api/fake/dear", cheap], budget=4.2, trials=8)
-    assert end.value.exit_code == BUDGET_REACHED
-    done = load(tmp_path / "s")
-    assert {call.key for call in read_calls(tmp_path / "s")} == {trial.key for trial in done}
-    assert [trial.agent for trial in done].count(cheap) == 8
-    assert 1 <= len(done) - 8 < 8
-    assert spent_in(tmp_path / "s") <= 4.2
 
 
 def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, honest, capsys):
@@ -208,22 +165,16 @@ def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_
     assert (ended["owed"], ended["trials"]) == (12 - len(load(tmp_path / "s")), 12)
 
 
-@pytest.mark.parametrize("machine", [False, True])
-def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, honest, capsys, machine):
+def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, honest, capsys):
     honest[1](lambda request: counted(request, 3, stubborn))
     with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", budget=0.36, connections=4, trials=6, json=machine)
+        play(tmp_path / "s", budget=0.36, connections=4, trials=6)
     said = capsys.readouterr().out.splitlines()
     assert end.value.exit_code == BUDGET_REACHED
     assert load(tmp_path / "s") == []
     assert len(list(read_calls(tmp_path / "s"))) > 0
-    if machine:
-        report, last = map(json.loads, said[-2:])
-        assert (report["event"], report["path"]) == ("report", None)
-        assert (last["event"], last["lacking"], last["owed"]) == ("budget", "call", 6)
-    else:
-        assert said[-2] == "No report: no trial has ended"
-        assert "too little is left for a call; 6 of 6 trials are owed" in said[-1]
+    assert said[-2] == "No report: no trial has ended"
+    assert "too little is left for a call; 6 of 6 trials are owed" in said[-1]
 
 
 def test_a_budget_of_less_than_one_trial_is_refused_before_anything_is_made(tmp_path, honest):
@@ -235,39 +186,22 @@ def test_a_budget_of_less_than_one_trial_is_refused_before_anything_is_made(tmp_
     assert server.account()["arrived"] == 0
 
 
-def test_a_budget_of_one_trial_plays_one(tmp_path, honest):
-    plan = study(StudyOptions(agent=[SPEC], p=[0], trials=9, repetitions=1))
-    least, _ = Budget(plan, 1.0).least
-    with pytest.raises(BadValue):
-        play(tmp_path / "s", trials=9, budget=least * 0.999)
-    with pytest.raises(typer.Exit):
-        play(tmp_path / "s", trials=9, budget=least * 1.001)
-    assert 1 <= len(load(tmp_path / "s")) < 9
-
-
-@pytest.mark.parametrize("machine", [False, True])
-def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider, capsys, machine):
+def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider, capsys):
     _, answer = provider
     answer(lambda request: failure(401, "no such\x1b[2Jkey"))
     with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", retries=0, trials=2, json=machine)
+        play(tmp_path / "s", retries=0, trials=2)
     assert end.value.exit_code == BROKE
     said = capsys.readouterr().out
     assert "\x1b" not in said
     last = said.splitlines()[-1]
-    if machine:
-        ended = json.loads(last)
-        assert (ended["event"], ended["trials"], ended["ended"], ended["agents"]) == ("broke", 2, 0, {SPEC: 2})
-        assert ended["first"].startswith("model: the provider answered 401")
-    else:
-        assert last.startswith("No trial ended: 2 broke, the first at model: the provider answered 401")
+    assert last.startswith("No trial ended: 2 broke, the first at model: the provider answered 401")
     answer(truthful)
     play(tmp_path / "s", retries=0, trials=2)
     assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 2
 
 
-@pytest.mark.parametrize("machine", [False, True])
-@pytest.mark.parametrize("status", [401, 402, 403, 429])
+@pytest.mark.parametrize(("status", "machine"), [(402, False), (429, True)])
 def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_path, provider, capsys, machine, status):
     server, answer = provider
     answer(lambda request: failure(status, "no more") if server.account()["arrived"] > 12 else truthful(request))
@@ -292,8 +226,7 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
 DEAD = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
 
 
-@pytest.mark.parametrize("machine", [False, True])
-@pytest.mark.parametrize("dead", [1, 2])
+@pytest.mark.parametrize(("dead", "machine"), [(1, True), (2, False)])
 def test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead(
     tmp_path, provider, capsys, dead, machine
 ):
@@ -337,23 +270,8 @@ def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, 
     assert server.account()["arrived"] == 0
 
 
-def test_an_estimate_imports_no_provider(tmp_path):
-    code = (
-        "import sys; from lockprobe.cli import main\n"
-        "sys.argv = ['lockprobe', 'run', 'flips', '--estimate', '--agent', 'llm:openai/gpt-4o', '--out', 'x']\n"
-        "try: main()\nfinally: print('inspect_ai' in sys.modules)"
-    )
-    without = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path, env=without
-    )
-    assert done.stdout.startswith("llm:openai/gpt-4o: about ")
-    assert done.stdout.splitlines()[-1] == "False"
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["openai-api/other/model", 'openai/a"b', "vllm/Qwen/Qwen3-4B?temperature=0"])
-def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_path, name):
+def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_path):
+    name = 'vllm/Qwen/a"b?temperature=0'
     arguments = ("run", "flips", "--agent", f"llm:{name}", "--trials", 1, "--out", tmp_path / "s")
     refused = typed(*arguments, "--budget", 5)
     first, *lines = refused.stderr.splitlines()
@@ -368,27 +286,6 @@ def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_
     own = {**os.environ, "LOCKPROBE_MODEL_FACTS": str(tmp_path / "own.toml")}
     assert "prices of" in typed(*arguments, "--estimate", env=own).stdout
     assert not (tmp_path / "s").exists()
-
-
-def test_a_budget_for_a_model_of_unknown_price_is_refused_before_anything_is_made(tmp_path):
-    with pytest.raises(BadValue, match="no budget with llm:openai-api/other/model, whose price is not known"):
-        play(tmp_path / "s", agent=["llm:openai-api/other/model"], budget=5.0)
-    assert not (tmp_path / "s").exists()
-
-
-def test_faults_and_spending_are_told_on_the_way(tmp_path, provider, capsys):
-    _, answer = provider
-    answer(lambda request: failure(401, "no such key"))
-    with pytest.raises(typer.Exit):
-        play(tmp_path / "s", retries=0, trials=2)
-    said = capsys.readouterr().out
-    assert "2 errors: model 2" in said
-    assert "All calls: $0.00 spent, 2 calls failed" in said
-    answer(truthful)
-    play(tmp_path / "s", trials=2, json=True)
-    last = [event for event in events(capsys) if event["event"] == "trial"][-1]
-    assert last["spent"]["failed_calls"] == 2
-    assert last["spent"]["dollars"] == pytest.approx(last["spent"]["calls"] * A_CALL)
 
 
 def test_a_call_that_had_to_be_repeated_is_an_event(tmp_path, provider, capsys):
@@ -443,40 +340,6 @@ def test_people_are_invited_and_not_run(tmp_path):
     assert read_study(tmp_path / "alone").agents == ("participant",)
     again = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert "4 of 4 trials are done already; 0 are owed" in again.stdout
-
-
-def agents_of(directory):
-    return json.loads((directory / "study.json").read_text("utf-8"))["agents"]
-
-
-def test_strategies_come_after_people_or_before_them(tmp_path):
-    asked = {"p": [0.0, 0.4], "trials": 2, "repetitions": 1, "max_steps": 5}
-    people, both = (
-        study(StudyOptions(agent=list(agents), **asked)) for agents in (["participant"], ["random", "round-robin"])
-    )
-    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
-    arguments += ("--agent", "random", "--agent", "round-robin")
-    first = tmp_path / "people first"
-    take_part(first, people, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
-    after = typed(*arguments, "--out", first)
-    assert after.returncode == 0, after.stderr
-    assert agents_of(first) == ["random", "round-robin", "participant"]
-    assert sorted({trial.agent for trial in load(first)}) == ["participant:aaaa01", "random", "round-robin"]
-
-    later = tmp_path / "models first"
-    assert typed(*arguments, "--out", later).returncode == 0
-    take_part(later, replace(both, agents=(*both.agents, "participant")), "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
-    kept = (later / "trials.jsonl").read_bytes()
-    again = typed(*arguments, "--out", later)
-    assert again.returncode == 0, again.stderr
-    assert "8 of 8 trials are done already; 0 are owed" in again.stdout
-    assert (later / "trials.jsonl").read_bytes() == kept
-    assert read_study(later) == read_study(first)
-
-    others = typed(*arguments[:-1], "human-inspired", "--out", later)
-    assert others.returncode == 0, others.stderr
-    assert agents_of(later) == ["random", "round-robin", "human-inspired", "participant"]
-    assert (later / "trials.jsonl").read_bytes().startswith(kept)
 
 
 def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):

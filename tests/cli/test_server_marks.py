@@ -36,11 +36,10 @@ def leaking(request):
     return completion(f"Hm</think>{truthful(request)[1]['choices'][0]['message']['content']}")
 
 
-@pytest.mark.parametrize("json_lines", [False, True])
-def test_a_run_says_so_in_one_line_and_status_counts(tmp_path, provider, capsys, json_lines):
+def test_a_run_says_so_in_one_line_and_status_counts(tmp_path, provider, capsys):
     provider[1](leaking)
     out = tmp_path / "s"
-    run("flips", agent=[SPEC], p="0,0.2", trials=1, repetitions=1, out=out, json=json_lines)
+    run("flips", agent=[SPEC], p="0,0.2", trials=1, repetitions=1, out=out)
     lines = [line for line in capsys.readouterr().out.splitlines() if "should have removed" in line]
     assert len(lines) == 1
     assert "'</think>'" in lines[0]

@@ -6,19 +6,8 @@ from lockprobe.studies.records.read_records import load
 
 def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    asked = (
-        "run",
-        "flips",
-        "--agent",
-        "human-inspired",
-        "--agent",
-        "random",
-        "--p",
-        "0,0.4",
-        "--trials",
-        "3",
-        "--no-report",
-    )
+    agents = ("--agent", "human-inspired", "--agent", "random")
+    asked = ("run", "flips", *agents, "--p", "0,0.4", "--trials", "3", "--no-report")
     for number in (1, 2, 3):
         status, _, _ = lockprobe(*asked, "--shard", f"{number}/3", "--out", f"part-{number}")
         assert status == 0

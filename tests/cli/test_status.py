@@ -143,18 +143,6 @@ def test_a_trial_that_was_played_elsewhere_costs_what_its_decisions_say(tmp_path
     assert (facts["calls"], facts["input_tokens"]) == (8, 8_000_000)
 
 
-def test_what_was_sent_before_is_left_out_where_pictures_leave_the_conversation(tmp_path, told):
-    spec = f"{DEAR}?images=4"
-    shown = study(StudyOptions(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
-    write_study(tmp_path / "s", shown, [])
-    trial = make_trial([0], agent=spec, modality="rgb", study="modalities")
-    usage = Usage(calls=1, input_tokens=1000, cached_tokens=500)
-    written(tmp_path / "s", *(call_of(trial, step, usage=usage) for step in (1, 2)))
-    facts, lines = told(tmp_path / "s")
-    assert facts["repeated_prefix_share"] is None
-    assert "prefixes    50% came from a cache" in lines
-
-
 def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
     trial = make_trial([0], agent="random", broken="model")
     broken = replace(trial, error=replace(trial.error, message="before\x1b[2Jafter"))
@@ -186,16 +174,6 @@ def test_strategies_have_no_table_of_calls(tmp_path, told):
     assert lines[1] == f"trials      3 of 3 done, 0 owed, {facts['solved']} solved"
 
 
-def test_it_needs_no_inference_and_no_provider(tmp_path):
-    write_study(tmp_path / "s", planned(DEAR), [make_trial(SOLUTION, agent=DEAR)])
-    code = (
-        "import sys; from lockprobe.cli import main; sys.argv = ['lockprobe', 'status', sys.argv[1]]\n"
-        "try: main()\nfinally: print([m for m in ('inspect_ai', 'scipy.stats', 'matplotlib') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code, tmp_path / "s"], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
 def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     mixed = planned("participant", "random", trials=4)
     played = [make_trial(SOLUTION, trial=i) for i in (1, 2, 3)]
@@ -209,12 +187,3 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     assert f"people      3 of 4 played by 2, 3 solved (lockprobe serve {tmp_path / 'study'})" in lines
     _, others = told(write_study(tmp_path / "other", planned("random"), []))
     assert not [line for line in others if line.startswith("people")]
-
-
-def test_a_study_of_people_alone_has_no_line_of_trials_to_run(tmp_path, told):
-    played = make_trial(SOLUTION, agent="participant:aaaa")
-    facts, lines = told(write_study(tmp_path / "study", planned("participant"), [played]))
-    assert (facts["trials"], facts["people_done"]) == (0, 1)
-    assert (facts["planned"], facts["finished"], facts["partial"]) == (3, 1, True)
-    assert not [line for line in lines if line.startswith("trials")]
-    assert f"people      1 of 3 played by 1, 1 solved (lockprobe serve {tmp_path / 'study'})" in lines

@@ -75,23 +75,12 @@ def test_trials_that_end_while_a_report_is_written_are_in_the_next(tmp_path):
     assert [trials for _, trials in run.reports] == [1, 4]
 
 
-def test_a_report_that_takes_long_is_written_less_often(tmp_path):
-    run = Run(write_study(tmp_path / "study", STUDY, TRIALS[:1]), TRIALS[1:], takes=60.0)
-    run.watch()
-    assert [when for when, _ in run.reports] == [0.0, 120.0]
-
-
 def test_without_new_records_it_waits_until_it_is_stopped(tmp_path):
     run = Run(write_study(tmp_path / "study", STUDY, TRIALS[:2]), *[()] * 20)
     with pytest.raises(KeyboardInterrupt):
         run.watch()
     assert len(run.reports) == 1
     assert owed_trials(run.directory) == 2
-
-
-def test_what_is_no_study_is_refused(tmp_path):
-    with pytest.raises(BadFile, match=r"no study\.json here"):
-        owed_trials(tmp_path)
 
 
 def test_the_command_says_each_report_in_a_line_and_ctrl_c_is_no_failure(lockprobe, tmp_path, monkeypatch):

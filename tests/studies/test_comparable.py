@@ -39,7 +39,6 @@ def test_what_may_differ():
         ({"max_steps": 30}, r"the budget of steps \(max_steps\) is 30, not 20"),
         ({"plant": "fast-twin"}, r"the plant \(plant\) is fast-twin, not symbolic"),
         ({"layout": "shuffled"}, r"the layout \(layout\) is shuffled, not fixed"),
-        ({"shuffle": "never"}, r"\(shuffle\) is never, not trial"),
         ({"assessment": False}, r"\(assessment\) is False, not True"),
     ],
 )
@@ -48,7 +47,9 @@ def test_another_task_is_refused_with_the_reason(change, why):
         check_comparable({A: FLIPS, B: replace(FLIPS, **change)})
 
 
-def test_a_study_without_a_condition_in_common_is_refused_with_the_reason():
+def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason():
+    with pytest.raises(BadValue, match="two or more"):
+        check_comparable({A: FLIPS})
     flips = study_of((0.1, 0.9), name="flips", agents=("random",), box=box("chain-4"))
     with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
         check_comparable({A: FLIPS, B: flips})
@@ -60,11 +61,6 @@ def test_a_study_without_a_condition_in_common_is_refused_with_the_reason():
         check_comparable({A: shown[0], B: shown[1]})
     with pytest.raises(BadFile, match=r"^c: it shares no condition"):
         check_comparable({A: FLIPS, B: FLIPS, C: flips})
-
-
-def test_one_study_is_not_compared():
-    with pytest.raises(BadValue, match="two or more"):
-        check_comparable({A: FLIPS})
 
 
 def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():

@@ -186,48 +186,6 @@ def test_no_more_trials_are_opened_than_what_is_left_covers():
     assert (reached.value.of, reached.value.needed) == ("trial", pytest.approx(one))
 
 
-def test_the_estimate_of_a_trial_follows_what_calls_really_cost():
-    before = Budget(planned(DEAR), 1.0).least[0]
-    after = []
-    for read, wrote in ((100, 5), (1000, 50), (10_000, 500)):
-        budget = Budget(planned(DEAR), 1e6)
-        for one in steps(trial=9, read=read, wrote=wrote):
-            budget.settle(one)
-        after.append(budget.least[0])
-    aside = after[0] - (after[1] - after[0]) / 9  # for the last call, whatever comes
-    assert 0 < aside < before
-    assert [one - aside for one in after[1:]] == pytest.approx([20 * 0.0035, 20 * 0.035], rel=0.02)
-
-
-def test_a_trial_that_was_begun_needs_what_is_left_of_it():
-    def needs(until):
-        budget = Budget(planned(DEAR), 1e-9)
-        for one in steps(until=until):
-            budget.settle(one)
-        with pytest.raises(BudgetReached) as reached:
-            opened(budget, 1)
-        return reached.value.needed
-
-    assert needs(19) < needs(10) < needs(2)
-
-
-def test_later_trials_wait_while_earlier_ones_could_need_what_is_left():
-    """Three trials, opened at an estimate of which calls take six times as much."""
-    one = Budget(planned(DEAR), 1.0).least[0]
-    budget, keys = Budget(planned(DEAR), 3.5 * one), [call(trial=trial).key for trial in (1, 2, 3)]
-    assert opened(budget, 1, 2, 3) == [True] * 3
-    worst = usage(read=1000, wrote=100)
-    assert [budget.has_turn(key, worst) for key in keys] == [True] * 3
-    for trial in (1, 2, 3):
-        for each in steps(trial=trial, until=2, read=6000, wrote=300):
-            budget.settle(each)
-    assert [budget.has_turn(key, worst) for key in keys][::2] == [True, False]
-    budget.end(keys[0])
-    budget.end(keys[1])
-    assert budget.has_turn(keys[2], worst)
-    assert budget.has_turn("of another run", worst)
-
-
 def test_agents_that_cost_nothing_are_always_admitted():
     assert Budget(planned(DEAR, "random"), 1e-9).admit(plan("random"))
     assert Budget(planned("random"), 1.0).least == (0.0, "")

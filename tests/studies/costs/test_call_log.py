@@ -77,13 +77,6 @@ def test_a_call_without_a_reply_is_made_again(tmp_path):
         assert calls.of(PLAN).recall(1, 1, "r") == replied()
 
 
-def test_no_file_is_made_where_nobody_asks(tmp_path):
-    with Calls.open(tmp_path):
-        pass
-    assert list(tmp_path.iterdir()) == []
-    assert list(read_calls(tmp_path)) == unanswered(tmp_path) == []
-
-
 def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_case(tmp_path):
     with Calls.open(tmp_path) as calls:
         ask(calls, replied(step=1))
@@ -159,14 +152,7 @@ def test_torn_tails_are_cut_off_and_their_calls_are_made_again(tmp_path):
     assert unanswered(tmp_path) == []
 
 
-PLACE = '"turn":1,"request":"r","reply":null'
-
-
-@pytest.mark.parametrize(
-    ("line", "why"),
-    [("no json", "Invalid JSON"), ("{}", "Field required"),
-     (f'{{"key":1,"step":1,{PLACE}}}', "valid string"), (f'{{"key":"k","step":1,{PLACE},"more":1}}', "Unexpected")],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "why"), [("no json", "Invalid JSON"), ("{}", "Field required")])
 @pytest.mark.parametrize("name", [CALLS, ASKED])
 def test_a_damaged_line_is_named(tmp_path, line, why, name):
     with Calls.open(tmp_path) as calls:
@@ -175,46 +161,3 @@ def test_a_damaged_line_is_named(tmp_path, line, why, name):
         file.write(with_checksum(line.encode()) + b"\n")
     with pytest.raises(BadFile, match=f"{name}: line 2: .*{why}"), Calls.open(tmp_path):
         pass
-
-
-def test_listeners_get_every_call(tmp_path):
-    heard = []
-    with Calls.open(tmp_path) as calls:
-        calls.listen(heard.append)
-        ask(calls, replied())
-        ask(calls, replied(step=2))
-    assert [call.step for call in heard] == [1, 2]
-
-
-def test_how_long_the_oldest_call_has_been_on_its_way(tmp_path, monkeypatch):
-    now = [100.0]
-    monkeypatch.setattr("lockprobe.studies.costs.call_log.time.monotonic", lambda: now[0])
-    with Calls.open(tmp_path) as calls:
-        assert (calls.on_their_way, calls.longest_wait) == (0, 0)
-        for plan in (PLAN, OTHER):
-            asyncio.run(calls.of(plan).reserve(about(replied(trial=plan))))
-            now[0] += 5
-        assert (calls.on_their_way, calls.longest_wait) == (2, 10)
-        calls.write(replied())
-        assert (calls.on_their_way, calls.longest_wait) == (1, 5)
-
-
-def test_a_finished_trial_is_forgotten_but_stays_on_disk(tmp_path):
-    planned = small_study(["random"], p=(0.0,))
-    trial, plan = make_trial(SOLUTION), next(planned.plans("random"))
-    with Journal.open(tmp_path, planned) as journal:
-        ask(journal.calls, replied(trial=plan), plan)
-        assert journal.calls.of(plan).recall(1, 1, "r") == replied(trial=plan)
-        journal.append(trial, Timing(key=trial.key, seconds=1, steps=4))
-        assert journal.calls.of(plan).recall(1, 1, "r") is None
-    with Journal.open(tmp_path, planned) as journal:
-        assert journal.calls.of(plan).recall(1, 1, "r") is None
-    assert [json.loads(line)["key"] for line in (tmp_path / CALLS).read_text().splitlines()] == [trial.key]
-
-
-@pytest.mark.parametrize("seconds", ["1e999", "1e300", "1e12", "-1", "NaN"])
-def test_a_duration_that_is_none_is_refused(tmp_path, seconds):
-    line = f'{{"key":"k","step":1,"turn":1,"request":"a","reply":"x","seconds":{seconds}}}'
-    (tmp_path / CALLS).write_bytes(with_checksum(line.encode()) + b"\n")
-    with pytest.raises(BadFile, match="line 1: .*(number|than)"):
-        list(read_calls(tmp_path))

@@ -144,17 +144,6 @@ def replied(trial, steps):
     return [call_of(broken, step, usage=USED) for step in range(1, steps + 1)]
 
 
-def test_trials_that_were_broken_off_late_go_on_from_there():
-    plan = planned(trials=10, p=[0])
-    lengths = [7, 8, 9, 7, 8]
-    done = {trial.key: trial for trial in (lasting(n, steps) for n, steps in enumerate(lengths, 1))}
-    calls = [call for n, steps in enumerate(lengths, 6) for call in replied(n, steps - 1)]  # each lacks its last step
-    found = estimates(plan, done, calls)[0]
-    assert found.trials == 5
-    assert 5 <= found.expected.calls <= 8
-    assert found.full.calls == sum(20 - (steps - 1) for steps in lengths)
-
-
 def test_how_far_trials_come_is_told_by_those_that_were_broken_off_too():
     plan = planned(trials=5, p=[0])
     done = {trial.key: trial for trial in (lasting(1, 5), lasting(2, 9))}
@@ -163,23 +152,6 @@ def test_how_far_trials_come_is_told_by_those_that_were_broken_off_too():
     # step 5 ends one of the three that are known to have been in it and of which it is known how it went
     # trial 3: steps 5, and 6 to 9 by two thirds; trial 4: steps 7 to 9; trial 5: five steps, and four by two thirds
     assert found.expected.calls == round((1 + 4 * 2 / 3) + 3 + (5 + 4 * 2 / 3))
-
-
-def test_a_call_that_failed_says_that_its_trial_came_so_far():
-    plan = planned(trials=2, p=[0])
-    done = {trial.key: trial for trial in [lasting(1, 4)]}
-    kept = replied(2, 4)
-    failed = replace(kept[0], step=5, reply=None, error="500", usage=Usage())
-    blind = [1 - solved for solved in random_curve(plan.box, 20)]
-    found = estimates(plan, done, [*kept, failed])[0]
-    assert found.expected.calls == round(sum(blind[step - 1] / blind[4] for step in range(5, 21)))
-
-
-def test_steps_that_no_trial_has_come_to_are_taken_as_those_of_random_choices():
-    plan = planned(trials=1, p=[0])
-    blind = [1 - solved for solved in random_curve(plan.box, 20)]
-    found = estimates(plan, {}, replied(1, 12))[0]
-    assert found.expected.calls == round(sum(blind[step - 1] / blind[11] for step in range(13, 21)))
 
 
 def test_nothing_is_said_of_agents_that_ask_nobody_or_owe_nothing():

@@ -28,10 +28,7 @@ def requests(whole, images):
     return [conversation(situation, images=images) for situation in (*begun, whole)]
 
 
-@pytest.mark.parametrize(
-    ("size", "share"), [("width=640&height=480", 0.5), ("width=320&height=240", 0.25), ("width=2048", 1)]
-)
-@pytest.mark.parametrize("images", [0, 2])
+@pytest.mark.parametrize(("size", "share", "images"), [("width=320&height=240", 0.25, 0), ("width=2048", 1, 2)])
 def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
     plan = study(
         StudyOptions(
@@ -80,19 +77,8 @@ def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, 
     assert most.output_tokens == 5 * sum(one.output_tokens for one in asked[10:])
 
 
-def test_larger_pictures_can_take_more():
-    plan = study(
-        StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025")
-    )
-    usual = study(StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
-    facts = ModelFacts(picture_tokens=1600)
-    most, less = (PromptSizes(next(one.plans(SPEC)), ModelSettings(), facts).most(1, 1) for one in (plan, usual))
-    assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))
-
-
 CONDITIONS = (
-    "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after", "warn?rate=0.4",
-    "distract?p=1", "nudge?after=3", "history?last=3", "drop?p=0.5", f"prompt?file={CURT} + warn",
+    "truth", "hypothesis?ask=off", "hypothesis?ask=after", "distract?p=1", "history?last=3", f"prompt?file={CURT} + warn",
 )  # fmt: skip
 
 
@@ -119,12 +105,3 @@ def test_the_most_counts_a_remark_at_every_step_however_rare_remarks_are():
     _, rare, always = (plan.plan(SPEC, condition, 1, 1) for condition in plan.conditions)
     most, all_steps = (PromptSizes(one, ModelSettings(), ModelFacts()).most(1, 1) for one in (rare, always))
     assert most == all_steps
-
-
-def test_what_was_forgotten_is_not_taken_to_be_repeated():
-    plan = study("flips", agent=SPEC, condition="history?last=3")
-    prompt = PromptSizes(plan.plan(SPEC, plan.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
-    opening = prompt.request(1).input
-    assert prompt.repeated(3) == prompt.request(2).input
-    assert prompt.repeated(12) < 1.1 * opening
-    assert prompt.request(12).input == pytest.approx(prompt.request(11).input, rel=0.05)

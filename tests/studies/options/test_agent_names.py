@@ -84,11 +84,6 @@ def test_names_that_cannot_be_are_one_line(agents, said):
     assert "\n" not in str(caught.value)
 
 
-def test_a_long_spec_can_be_played_under_a_name():
-    spec = f"human-inspired?lapse=0.{'1' * 200}"
-    assert small(f"long={spec}").labels == ("long",)
-
-
 @pytest.mark.parametrize("text", ["llm:openai/gpt-4o?effort=low", "python:mine:Agent?x=1", SPEC, "mcp:client"])
 def test_an_equals_sign_within_a_spec_names_nothing(text):
     assert named_agents([text]) == ([text], {})
@@ -105,12 +100,6 @@ def test_another_name_is_told_as_one(tmp_path, other):
     trials, left_out = read_records(tmp_path)
     assert ({trial.group for trial in trials}, left_out.foreign) == ({"random"}, 4)
     assert left_out.first_foreign.endswith(f"its agent careful is called {other or SPEC} here")
-
-
-def test_agents_with_names_are_added(tmp_path):
-    write_study(tmp_path, NAMED)
-    run_study(small("steady=round-robin"), tmp_path)
-    assert read_study(tmp_path).labels == ("careful", "random", "steady")
 
 
 def test_named_agents_that_were_played_apart_are_one_study(tmp_path):

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from functools import cache
 
 import pytest
 from provider_server import here
@@ -50,20 +51,14 @@ def test_the_modality_study_has_the_three_observations_of_the_paper():
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("p", [0.0, 0.4]), ("trials", 2), ("repetitions", 1), ("max_steps", 9), ("layout", "shuffled"), ("seed", 7),
-        ("shuffle", "trial"), ("assessment", False), ("hypothesis", "before"), ("strategy_trials", 5),
+        ("p", [0.0, 0.4]), ("trials", 2), ("max_steps", 9), ("layout", "shuffled"), ("shuffle", "trial"),
+        ("assessment", False), ("hypothesis", "before"), ("strategy_trials", 5),
     ],
 )  # fmt: skip
 def test_an_option_that_is_given_wins(name, value):
     found = study("flips", agent="random", as_paper=True, **{name: value})
     assert getattr(found, name) == (tuple(value) if name == "p" else value)
     assert found.modalities == (ONE_BY_ONE["modality"],)
-
-
-def test_it_combines_with_other_conditions_and_modalities():
-    found = study("flips", agent="random", as_paper=True, condition="nudge", modality="symbolic?tell=state")
-    assert [one.spec for one in found.conditions] == ["truth", "nudge"]
-    assert found.hypothesis == "off"
 
 
 @pytest.mark.parametrize("plant", ["manual", "rig?rung=scripted"])
@@ -89,14 +84,10 @@ def test_what_it_cannot_be_combined_with_is_refused(name, asked, message):
         study(name, agent="random", as_paper=True, **asked)
 
 
-def test_reports_without_positions_are_refused_with_it():
-    with pytest.raises(BadValue, match="^flip: got 'outcome-only'"):
-        study("flips", agent="random", as_paper=True, flip="outcome-only")
-
-
-def drawn(seed, name="chain-4", **options):
+@cache
+def drawn(seed, name="chain-4"):
     """The names and the panel of the first trial of a study."""
-    found = study("flips", agent="random", as_paper=True, seed=seed, box=name, **options)
+    found = study("flips", agent="random", as_paper=True, seed=seed, box=name)
     plan = found.plan("random", found.conditions[0], 1, 1)
     return Names(plan), plan.box
 

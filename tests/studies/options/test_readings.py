@@ -58,12 +58,6 @@ def test_who_asks_for_anything_gets_that_alone(asked):
     assert not study("flips", agent=STRATEGY, **asked).strategy_conditions
 
 
-def test_a_study_of_models_alone_has_no_conditions_that_nobody_plays():
-    planned = study("flips", agent=MODEL)
-    assert labels(planned) == ["truth", "flip?p=0.2", "flip?p=0.4", "flip?p=0.6"]
-    assert "strategy_conditions" not in planned.settings()
-
-
 def test_what_models_are_spared_is_a_setting(tmp_path):
     planned = study("flips", agent=[MODEL, STRATEGY])
     assert study_from(planned.settings(), tmp_path) == planned

@@ -19,17 +19,10 @@ def directory(tmp_path):
     return write_study(tmp_path / "study", small_study(["random", "human-inspired"]))
 
 
-def test_a_study_is_read_back(directory):
-    assert read_study(directory) == small_study(["random", "human-inspired"])
-
-
-def test_a_study_of_shuffled_layouts_is_read_back(tmp_path):
-    shuffled = replace(small_study(["random"]), layout="shuffled")
-    assert read_study(write_study(tmp_path / "study", shuffled)) == shuffled
-
-
-def test_a_study_of_modalities_is_read_back(tmp_path):
-    planned = modality_study(["viewer"], trials=1)
+@pytest.mark.parametrize(
+    "planned", [small_study(), replace(small_study(), layout="shuffled"), modality_study(["viewer"], trials=1)]
+)
+def test_a_study_is_read_back(tmp_path, planned):
     assert read_study(write_study(tmp_path / "study", planned, [])) == planned
 
 

@@ -23,19 +23,9 @@ from lockprobe.trial.condition import Condition
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {
-    "study",
-    "trials",
-    "strategy_trials",
-    "repetitions",
-    "full",
-    "as_paper",
-    "parts",
-    "name",
-    "sweep",
-    "readings",
-    "until",
-    "most",
-}
+    "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "parts", "name", "sweep", "readings",
+    "until", "most",
+}  # fmt: skip
 
 
 def kinds(annotation):

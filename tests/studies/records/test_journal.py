@@ -125,7 +125,7 @@ def whole(tmp_path_factory):
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("at", [1, 2, 5, 6, 23])
+@pytest.mark.parametrize("at", [1, 2, 23])
 def test_killed_while_writing(tmp_path, whole, at, part):
     """Odd writes are records, even ones are clock readings."""
     assert forked.run([tmp_path, at, part], script=DIES).returncode == -signal.SIGKILL
@@ -146,7 +146,7 @@ def test_killed_at_any_moment(tmp_path, whole):
             if "trials to play" in line:
                 break
         try:
-            process.wait(timeout=0.01 + 0.015 * attempt)
+            process.wait(timeout=0.01 + 0.05 * attempt)
         except subprocess.TimeoutExpired:
             process.kill()
         process.communicate()
@@ -167,31 +167,6 @@ def test_killed_at_any_moment(tmp_path, whole):
 def test_a_finished_study_owes_nothing(tmp_path):
     assert len(resume(tmp_path)) == STUDY.size
     assert resume(tmp_path) == []
-
-
-def test_clock_readings_are_kept_apart(tmp_path):
-    resume(tmp_path)
-    timings = read_timings(tmp_path)
-    assert [t.key for t in timings] == [t.key for t in load(tmp_path)]
-    assert all(t.seconds > 0 and t.steps > 0 for t in timings)
-    assert b"seconds" not in (tmp_path / "trials.jsonl").read_bytes()
-
-
-def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
-    resume(tmp_path)
-    other = study(StudyOptions(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))
-    with pytest.raises(SettingsChanged) as mistake, Journal.open(tmp_path, other):
-        pass
-    assert str(mistake.value) == (
-        f"{tmp_path} already holds a study with other settings (trials is 3 there, 4 asked): "
-        "repeat its settings to resume it, or give another --out"
-    )
-
-
-def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
-    with Journal.open(tmp_path, study(StudyOptions(agent=["random"], trials=4, p=[0]))):
-        pass
-    assert len(resume(tmp_path)) == STUDY.size
 
 
 def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
@@ -240,13 +215,6 @@ def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
     assert list(read_calls(tmp_path)) == [call]
     (tmp_path / "study.json").unlink()
     with pytest.raises(BadFile, match=r"holds calls.jsonl but no study.json: put it back, or give another --out"):
-        resume(tmp_path)
-
-
-def test_records_without_their_settings_are_claimed_by_nobody(tmp_path):
-    resume(tmp_path)
-    (tmp_path / "study.json").unlink()
-    with pytest.raises(BadFile, match=r"holds trials.jsonl but no study.json: put it back, or give another --out"):
         resume(tmp_path)
 
 
@@ -335,14 +303,6 @@ def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):
     assert load(directory) == [second]
 
 
-def test_a_damaged_line_is_named_by_its_number_in_the_file(tmp_path):
-    directory = write_study(tmp_path / "study", small_study(["random"]), [make_trial([0, 1], budget=2)])
-    with (directory / "trials.jsonl").open("ab") as file:
-        file.write(b"\n\n" + with_checksum(b'{"rubbish":1}') + b"\n")
-    with pytest.raises(BadFile, match="line 4: trial record"):
-        load(directory)
-
-
 INVITING = small_study(["participant"], trials=3)
 ANN, BOB = "participant:aaaa", "participant:bbbb"
 
@@ -383,24 +343,6 @@ def test_a_trial_that_broke_and_was_played_by_somebody_else_stays_theirs(tmp_pat
     assert (tmp_path / "timings.jsonl").read_text().count("\n") == 1
 
 
-def test_clock_readings_that_are_damaged_are_nobodys(tmp_path):
-    journal_of(tmp_path, trial(ANN, 1))
-    with (tmp_path / "timings.jsonl").open("a") as file:
-        file.write("{]\n[1]\n")
-    keys, timings, records = without(tmp_path, ANN)
-    assert (keys, list(timings), list(records)) == ({trial(ANN, 1).key}, [b"{]\n", b"[1]\n"], [])
-
-
-def test_the_directory_stays_locked(tmp_path):
-    journal_of(tmp_path, trial(ANN, 1))
-    with Journal.open(tmp_path, INVITING) as journal:
-        journal.delete_agent(ANN)
-        with pytest.raises(DirectoryBusy), Journal.open(tmp_path, INVITING):
-            pass
-    with Journal.open(tmp_path, INVITING):
-        pass
-
-
 def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
     path = tmp_path / "lines.jsonl"
     path.write_bytes(b"a\nb\n")
@@ -410,16 +352,6 @@ def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
             rewritten(old, [b"a\n"])
         old.append(b"c")
     assert path.read_bytes() == b"a\nb\nc\n"
-
-
-def test_what_a_killed_draft_left_is_not_taken_along(tmp_path):
-    path = tmp_path / "lines.jsonl"
-    path.write_bytes(b"a\nb\n")
-    (tmp_path / ".lines.jsonl.draft").write_bytes(b"torn")
-    with closing(rewritten(LineFile(path), [b"b\n"])) as new:
-        new.append(b"c")
-    assert path.read_bytes() == b"b\nc\n"
-    assert not (tmp_path / ".lines.jsonl.draft").exists()
 
 
 @pytest.mark.parametrize(("agent", "stays"), [(ANN, 1.0), (BOB, 2.0)])
@@ -437,13 +369,3 @@ def test_a_reading_of_which_it_cannot_be_told_whose_it_is_goes(tmp_path):
     with Journal.open(tmp_path, INVITING) as journal:
         journal.delete_agent(ANN)
     assert [timing.seconds for timing in read_timings(tmp_path)] == [3.0]
-
-
-def test_the_time_played_is_that_of_all_readings(tmp_path):
-    assert time_played(tmp_path) == (0.0, 0)
-    said = [(1.5, 3), (0.000002, 20), (12, 1)]
-    lines = [
-        json.dumps({"key": f"k{i}", "seconds": seconds, "steps": steps}) for i, (seconds, steps) in enumerate(said)
-    ]
-    (tmp_path / "timings.jsonl").write_text("\n".join([*lines, "{damaged", lines[0]]) + "\n")
-    assert time_played(tmp_path) == (pytest.approx(1.5 * 2 + 0.000002 + 12), 27)

@@ -49,13 +49,6 @@ def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
     assert read_study(tmp_path / "new") == ALL
 
 
-def test_studies_in_another_order_are_the_same_study(tmp_path):
-    here = write_study(tmp_path / "here", only("random"))
-    there = write_study(tmp_path / "there", replace(only("human-inspired"), conditions=ALL.conditions[::-1]))
-    assert gather(here, [source_of_directory(there)]).taken == 8
-    assert read_study(here) == ALL
-
-
 def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     trials = play_study(only("random"))
     broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")
@@ -172,18 +165,6 @@ def test_a_picture_that_is_not_what_its_name_says_is_missing(tmp_path):
     assert not (tmp_path / "here" / "pictures").exists()
 
 
-def test_nothing_finished_makes_no_study(tmp_path):
-    there = write_study(tmp_path / "there", only("random"), [make_trial([], broken="model")])
-    with pytest.raises(BadFile, match="no trial in it is finished"):
-        gather(tmp_path / "here", [source_of_directory(there)])
-    assert not (tmp_path / "here").exists()
-
-
-def test_no_source_is_a_mistake(tmp_path):
-    with pytest.raises(BadValue, match="sources"):
-        gather(tmp_path, [])
-
-
 PLANS = [plan for plan in only("random").plans("random") if plan.label == "truth"]
 
 
@@ -250,25 +231,7 @@ def test_nothing_is_taken_that_was_asked_for_a_trial_that_is_finished_here(tmp_p
     assert not list(read_calls(here))
 
 
-def test_an_agent_that_was_only_begun_is_new_to_the_study(tmp_path):
-    here = write_study(tmp_path / "here", only("human-inspired"))
-    there = with_calls(tmp_path / "there", [asked(1)])
-    assert gather(here, [source_of_directory(there)]).agents == ("random",)
-    assert read_study(here).agents == ("human-inspired", "random")
-
-
 PEOPLE = only("participant")
-
-
-def test_people_come_to_models_as_one_agent(tmp_path):
-    here = write_study(tmp_path / "here", only("random"))
-    take_part(tmp_path / "there", PEOPLE, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
-    take_part(tmp_path / "there", PEOPLE, "bbbb02", [(0.0, 1, 1)])
-    before = (here / "trials.jsonl").read_bytes()
-    gathered = gather(here, [source_of_directory(tmp_path / "there")])
-    assert (gathered.taken, gathered.there, gathered.agents) == (3, 0, ("participant",))
-    assert read_study(here).agents == ("random", "participant")
-    assert (here / "trials.jsonl").read_bytes() == before + (tmp_path / "there" / "trials.jsonl").read_bytes()
 
 
 def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_path):
@@ -280,14 +243,6 @@ def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_pa
     assert (gathered.taken, gathered.there, gathered.agents) == (1, 1, ())
     assert (here / "trials.jsonl").read_bytes().startswith(mine)
     assert [trial.agent for trial in load(here)] == ["participant:aaaa01", "participant:bbbb02"]
-
-
-def test_models_come_to_people(tmp_path):
-    here = tmp_path / "here"
-    take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
-    gather(here, [source_of_directory(write_study(tmp_path / "there", only("random")))])
-    assert read_study(here).agents == ("participant", "random")
-    assert len(load(here)) == 9
 
 
 def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):

@@ -19,13 +19,6 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
 
 
-def test_a_picture_is_read_by_its_name(tmp_path):
-    Album(tmp_path / ALBUM).keep(ONE)
-    assert read_picture(tmp_path, ONE.name) == b"one"
-    with pytest.raises(BadFile):
-        read_picture(tmp_path, TWO.name)
-
-
 def test_a_picture_that_is_there_is_not_written_again(tmp_path):
     album = Album(tmp_path)
     album.keep(ONE)
@@ -38,11 +31,6 @@ def test_a_picture_that_a_crash_tore_is_written_again(tmp_path):
     (tmp_path / ONE.name).write_bytes(b"o")
     Album(tmp_path).keep(ONE)
     assert (tmp_path / ONE.name).read_bytes() == b"one"
-
-
-def test_nothing_is_made_before_the_first_picture(tmp_path):
-    Album(tmp_path / "pictures")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):

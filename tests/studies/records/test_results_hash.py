@@ -59,14 +59,6 @@ def test_the_hash_of_settings_is_the_same_before_and_after_they_are_on_disk(tmp_
     assert one.settings_hash.startswith(one.identity)
 
 
-def test_another_hash_of_settings_than_that_of_the_directory_is_told(tmp_path):
-    run_study(planned(agent=["random"]), tmp_path)
-    now = StudyHashes.of(tmp_path).settings
-    assert [check.holds for check in verify(tmp_path, settings=now) if check.name == "settings hash"] == [True]
-    (wrong,) = [check for check in verify(tmp_path, settings="0" * 32) if not check.holds]
-    assert wrong.said == f"these settings have the hash {now}, not {'0' * 32}"
-
-
 @pytest.mark.parametrize("given", ["", "abc", "g" * 32, "0" * 31, "0" * 64])
 def test_what_is_no_hash_is_refused(given):
     check_hash("settings", None)

@@ -122,7 +122,6 @@ def mine(tmp_path, monkeypatch):
         ({"agent": ["llm:mockllm/model"]}, False),  # each call is in this study's log and budget
         ({"agent": ["python:of_mine:Mine"]}, False),  # it may pay, or is not there
         ({"agent": ["random"], "plant": "python:of_mine:Rig"}, False),  # it may move
-        ({"agent": ["random"], "plant": "manual"}, False),
         ({"agent": ["random"], "plant": "rig?rung=scripted"}, False),
         ({"agent": ["random"], "condition": ["python:of_mine:Silence?p=0.5"]}, False),
     ],

@@ -76,13 +76,6 @@ class Course:
         asyncio.run(play_in_lanes(self.plans, self.play, self.finish, self.calls, **how))
 
 
-def test_one_after_the_other_in_order():
-    course = Course([3, 1, 2])
-    course.run()
-    assert course.finished == [0, 1, 2]
-    assert {opened for _, opened in course.open_while} == {1}
-
-
 def test_so_many_are_open_and_every_one_is_played_once():
     course = Course([4, 1, 7, 2, 2, 9, 1, 3, 3, 5])
     course.run(lanes=3)
@@ -98,16 +91,6 @@ def test_the_last_ones_are_all_opened_at_once_and_not_before():
     before = [opened for waiting, opened in course.open_while if waiting > 6]
     assert max(before) == 3
     assert max(opened for _, opened in course.open_while) == 6 + 2  # one of three has just ended
-
-
-def test_few_trials_are_open_at_once_from_the_start():
-    course = Course([5] * 5)
-    course.run(lanes=3, at_the_end=6)
-    assert max(opened for _, opened in course.open_while) == 5
-
-
-def test_none_is_no_trial():
-    Course([]).run(lanes=3)
 
 
 def test_when_money_ends_no_trial_is_opened_and_those_that_can_go_on_do():

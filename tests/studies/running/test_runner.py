@@ -2,13 +2,12 @@
 
 import asyncio
 import re
-import subprocess
-import sys
 import threading
 from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
 
+import forked
 import pytest
 from builders import call_of, make_trial, with_right_checksums
 from provider_server import Manner, failure, here, truthful
@@ -42,32 +41,6 @@ def played(directory, **settings):
     with Journal.open(directory, planned) as journal:
         run(planned, journal)
     return load(directory)
-
-
-def shares(trials, agent):
-    levels = sorted({trial.p for trial in trials})
-    groups = [[trial for trial in trials if trial.p == p and trial.agent == agent] for p in levels]
-    return [sum(trial.solved for trial in group) / len(group) for group in groups]
-
-
-def test_reference_agents_at_every_p(tmp_path):
-    agents = ["random", "random-no-repeat", "round-robin"]
-    trials = played(tmp_path, agent=agents, trials=100, seed=1, p=[0, 0.3, 0.6])
-    assert all(0.28 <= share <= 0.51 for share in shares(trials, "random"))
-    assert all(0.58 <= share <= 0.80 for share in shares(trials, "random-no-repeat"))
-    assert shares(trials, "round-robin") == [1, 1, 1]
-
-
-def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
-    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1, p=[0, 0.2, 0.4, 0.6])
-    honest = [len(trial.steps) for trial in trials if trial.p == 0]
-    assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
-    assert max(honest) <= 10
-    solved = shares(trials, "human-inspired")
-    assert solved == sorted(solved, reverse=True)
-    assert solved[0] == 1 > solved[-1]
-    by_nine = [sum(t.solved and len(t.steps) <= 9 for t in trials if t.p == p) for p in (0.0, 0.2, 0.4, 0.6)]
-    assert by_nine == sorted(by_nine, reverse=True)
 
 
 def test_same_seed_same_bytes(tmp_path):
@@ -106,9 +79,9 @@ def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
     assert len(load(tmp_path / "d")) == 1
 
 
-@pytest.mark.parametrize(("name", "other"), [("engine", "mujoco 3.9.0"), ("renderer", "osmesa")])
-def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
+def test_two_renderers_are_not_mixed(tmp_path):
     pytest.importorskip("mujoco")
+    name, other = "renderer", "osmesa"
     asked = {"agent": ["viewer"], "plant": "fast-twin?width=64&height=64", "p": [0], "trials": 2, "max_steps": 1}
     study = {"study": "modalities", "modality": ["rgb"], **asked}
     played(tmp_path / "d", **study)
@@ -119,35 +92,6 @@ def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
     with pytest.raises(SettingsChanged, match=re.escape(f"width=64&height=64, {name} is '{other}' there")):
         played(tmp_path / "d", **study)
     assert len(load(tmp_path / "d")) == 1
-
-
-def test_it_is_watched(tmp_path):
-    class Watching(Observer):
-        def __init__(self):
-            self.seen = []
-
-        def begin(self, study, journal, owed):
-            self.seen.append(("begin", owed))
-
-        def agent(self, source, owed):
-            self.seen.append((source.spec, owed))
-
-        def trial(self, trial, timing):
-            self.seen.append(("trial", timing.steps == len(trial.steps)))
-
-    watching = Watching()
-    planned = study(StudyOptions(agent=["random", "round-robin"], p=[0], trials=1, repetitions=1))
-    with Journal.open(tmp_path, planned) as journal:
-        run(planned, journal, observer=watching)
-    assert watching.seen == [("begin", 2), ("random", 1), ("trial", True), ("round-robin", 1), ("trial", True)]
-
-
-def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
-    from lockprobe.foundation.errors import BadFile
-
-    with pytest.raises(BadFile, match="none.gguf"):
-        played(tmp_path, agent=["random", "llm:gguf:none.gguf"], trials=1)
-    assert not list(tmp_path.iterdir())
 
 
 def shown(directory, workers):
@@ -217,14 +161,11 @@ def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monk
     assert sorted(trial.ending for trial in trials) == ["error"] * 12 + ["solved"] * 8
 
 
-@pytest.mark.parametrize(("connections", "broken"), [(2, 10), (12, 13)])
-def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch, connections, broken):
+def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
-    with pytest.raises(Missing, match=f"broke {broken} trials in a row .*closed for good"):
-        hosted(
-            tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=60, connections=connections
-        )
-    assert len(load(tmp_path)) >= broken
+    with pytest.raises(Missing, match="broke 13 trials in a row .*closed for good"):
+        hosted(tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=30, connections=12)
+    assert len(load(tmp_path)) >= 13
     assert {trial.error.boundary for trial in load(tmp_path)} == {"model"}
 
 
@@ -359,17 +300,6 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
     assert told[0] == told[1]
 
 
-def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connections(monkeypatch):
-    source = SimpleNamespace(engine="network")
-    light, access = study(StudyOptions(agent=["llm:openai-api/fake/model"])), Access(connections=7)
-    assert _lanes(light, source, access, 210) == (7, 14)
-    heavy = study(
-        StudyOptions(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin")
-    )
-    assert _lanes(heavy, source, access, 10) == (7, 0)
-    assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)
-
-
 STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
 UNUSABLE_PLAN = next(STUDY.plans("random"))
 UNUSABLE, BROKEN, SOLVED = (
@@ -399,20 +329,6 @@ def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_
         assert journal.owes(UNUSABLE.key)
 
 
-def test_the_earlier_record_stays_and_the_new_one_says_that_it_is_a_replay(tmp_path):
-    written(tmp_path)
-    before = (tmp_path / "trials.jsonl").read_bytes()
-    with Journal.open(tmp_path, STUDY) as journal:
-        owe_anew(journal, STUDY, "reply")
-        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
-        journal.append(make_trial([0, 0], budget=2), Timing(key=UNUSABLE.key, seconds=1.0, steps=2))
-    assert (tmp_path / "trials.jsonl").read_bytes().startswith(before)
-    found = {trial.key: trial for trial in load(tmp_path)}
-    assert (found[UNUSABLE.key].ending, found[UNUSABLE.key].replays) == ("budget", 1)
-    assert found[SOLVED.key] == SOLVED
-    assert (left_out(tmp_path).replaced, left_out(tmp_path).repeated) == (2, 0)
-
-
 def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_spent(tmp_path):
     call = written(tmp_path)
     with Journal.open(tmp_path, STUDY) as journal:
@@ -426,19 +342,6 @@ def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_
         assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r").reply == "usable"
     spent = Ledger(STUDY, read_calls(tmp_path)).total
     assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
-
-
-def test_records_without_replays_are_written_as_ever(tmp_path):
-    written(tmp_path)
-    assert not {b"replays", b"again"} & {*re.findall(rb"\w+", (tmp_path / "trials.jsonl").read_bytes())}
-
-
-def test_another_boundary_is_refused(tmp_path):
-    with (
-        Journal.open(tmp_path, STUDY) as journal,
-        pytest.raises(BadValue, match="expected reply or refusal; what broke elsewhere"),
-    ):
-        owe_anew(journal, STUDY, "model")
 
 
 def in_event_loop(call):
@@ -497,9 +400,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize("by", ["loop", "asyncio.run"])
 def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path, by):
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, tmp_path / "cell", by], capture_output=True, text=True, check=False
-    )
+    done = forked.run([tmp_path / "cell", by], script=INTERRUPTED)
     assert done.stdout == "interrupted\n"
     planned = study(StudyOptions(agent=["random"], p=[0, 0.4], trials=50, repetitions=1))
     assert len(load(tmp_path / "cell")) == 4

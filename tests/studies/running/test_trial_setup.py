@@ -126,15 +126,6 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     assert "jammed" in trial.error.message
 
 
-def test_what_the_user_has_to_supply_is_said(monkeypatch):
-    def make(box, labels, rng):
-        raise Missing("a box that can be built", "take another")
-
-    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make))
-    with pytest.raises(Missing, match="a box that can be built"):
-        run_trial(plant="fast-twin")
-
-
 def test_who_reads_reports_is_shown_no_pictures():
     with pytest.raises(
         BadValue, match="modality: got 'rgb', expected symbolic for human-inspired, which reads reports"
@@ -144,18 +135,16 @@ def test_who_reads_reports_is_shown_no_pictures():
         run_trial(agent="viewer", modality="rgb")
 
 
-@pytest.mark.parametrize("p", [0.0, 0.4])
-def test_a_simulated_box_gives_the_same_trial_as_the_rules(p):
+def test_a_simulated_box_gives_the_same_trial_as_the_rules():
     pytest.importorskip("mujoco")
-    trial = run_trial(plant="fast-twin", p=p, seed=5)
+    trial = run_trial(plant="fast-twin", p=0.4, seed=5)
     assert trial.plant["engine"].startswith("mujoco ")
-    assert replace(trial, plant={}) == run_trial(p=p, seed=5)
+    assert replace(trial, plant={}) == run_trial(p=0.4, seed=5)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give(seed):
+def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give():
     pytest.importorskip("mujoco")
-    trial, expected = run_trial(plant="twin", seed=seed), run_trial(seed=seed)
+    trial, expected = run_trial(plant="twin", seed=1), run_trial(seed=1)
     assert [step.sensed["verdict"] == "moved" for step in trial.steps] == [step.moved for step in expected.steps]
     assert replace(trial, plant={}, steps=tuple(replace(step, sensed={}) for step in trial.steps)) == expected
 
