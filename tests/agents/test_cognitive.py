@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe import population, propagate, run_trial
+from lockprobe import population, run_trial
 from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.policy import Told, View
-from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import random_no_repeat_success, random_success
 from lockprobe.foundation.errors import BadValue
 
 FOUR = View(joints=4, target=2)
@@ -64,15 +62,6 @@ def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
         weights.append(math.exp(pull))
     expected = [weight / sum(weights) for weight in weights]
     assert after(agent, reports) == pytest.approx(expected, abs=1e-12)
-
-
-def test_without_pulls_the_softmax_is_a_random_agent():
-    assert propagate("cognitive:softmax-memory").success == pytest.approx(random_success(box()))
-
-
-def test_a_great_push_away_from_the_last_joint_is_random_without_repeats():
-    found = propagate("cognitive:softmax-memory?recent=-60")
-    assert found.success == pytest.approx(random_no_repeat_success(box()))
 
 
 @settings(max_examples=60, deadline=None)
@@ -131,10 +120,6 @@ def test_characters_are_helped_hurt_and_both():
     assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
     assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
     assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15
-
-
-def test_a_character_takes_options():
-    assert run_trial(agent="cognitive:careful?failure=9").facts["failure"] == 9
 
 
 BOX_OF_FOUR = View(joints=4, target=0)

@@ -59,7 +59,7 @@ def test_one_answer_is_certain_and_none_may_begin_with_another(engine):
         engine.score([1, 2], [(3,), (3, 4)])
 
 
-def test_scores_do_not_depend_on_what_was_asked_before(engine):
+def test_scores_do_not_depend_on_what_was_asked_before_and_nothing_is_printed(engine, capfd):
     options = tokens(engine, " A", " B", " C")
 
     def asked(text):
@@ -70,10 +70,7 @@ def test_scores_do_not_depend_on_what_was_asked_before(engine):
     assert [asked(text) for text in reversed(texts)] == first[::-1]
     other = Engine(weights.locate("llm:local"))
     assert other.score([*other.restart(PREFIX), *other.tokens(texts[2])], options) == first[2]
-
-
-def test_this_model_wants_nothing_before_a_prompt(engine):
-    assert engine.opening(PREFIX) == engine.tokens(PREFIX)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_it_says_what_it_is(engine):
@@ -87,12 +84,6 @@ def test_a_file_that_only_looks_like_a_model(tmp_path, capfd):
     (tmp_path / "bad.gguf").write_bytes(b"GGUF" + bytes(100))
     with pytest.raises(BadFile, match=r"bad.gguf: cannot be loaded by xllamacpp"):
         Engine(tmp_path / "bad.gguf")
-
-
-def test_it_is_silent(capfd):
-    loud = Engine(weights.locate("llm:local"))
-    loud.score([*loud.restart(PREFIX), *loud.tokens(" Next")], tokens(loud, " A", " B"))
-    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("number", [b"\xff\xff", b"\x00\x7c"], ids=["nan", "infinite"])

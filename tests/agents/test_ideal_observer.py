@@ -42,10 +42,9 @@ def test_steps_to_solve_the_papers_chain_when_told_the_truth(options, steps, by_
 
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
-@pytest.mark.parametrize("p", [0.5, 1.0])
-def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip, p):
+def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip):
     """Whatever can be reported at some flip rate can be reported at 0.5; tests/test_quoted_numbers.py has 0.2 to 0.6."""
-    course = propagate(IdealObserver(), p=p, flip=flip, listing="panel")
+    course = propagate(IdealObserver(), p=0.5, flip=flip, listing="panel")
     assert course.by(1) <= 16
     assert course.steps < 9.7
 
@@ -61,28 +60,12 @@ def test_false_reports_hurt_one_who_believes_them(flip):
         }[flip]  # fmt: skip
 
 
-def test_an_order_of_the_listing_changes_nothing_but_names():
-    for labels in (("C", "B", "A", "D"), ("B", "A", "C", "D")):
-        found = decide(NAIVE, start(joints=labels)).probabilities
-        assert found == tuple(float(label == "B") for label in labels)
-
-
 def test_played_trials_follow_the_exact_course():
-    trials = [run_trial(agent=IdealObserver(prior="chains", noise="naive"), trial=i, seed=3) for i in range(1, 301)]
+    trials = [run_trial(agent=IdealObserver(prior="chains", noise="naive"), trial=i, seed=3) for i in range(1, 121)]
     steps = Counter(len(trial.steps) for trial in trials)
     assert all(trial.solved for trial in trials)
     for length, share in {4: 1 / 6, 5: 1 / 3, 6: 1 / 3, 7: 1 / 6}.items():
-        assert abs(steps[length] / 300 - share) < 4 * (share * (1 - share) / 300) ** 0.5
-
-
-def test_choices_are_even_among_the_best_and_drawn_from_their_probabilities():
-    agent = IdealObserver(prior="chains", noise="naive")
-    drawn = Counter()
-    for seed in range(300):
-        decision = decide(agent, start(), seed)
-        assert decision.probabilities == pytest.approx((1 / 3, 0, 1 / 3, 1 / 3))
-        drawn[decision.joint] += 1
-    assert all(abs(drawn[label] / 300 - 1 / 3) < 4 * (2 / 9 / 300) ** 0.5 for label in "CAD")
+        assert abs(steps[length] / 120 - share) < 4 * (share * (1 - share) / 120) ** 0.5
 
 
 def test_one_number_is_drawn_per_decision():

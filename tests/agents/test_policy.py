@@ -4,13 +4,12 @@ import asyncio
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.policy import Told, draw, opened_after, pick, tell, view_of
+from lockprobe.agents.policy import Told, draw, opened_after, tell, view_of
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 POLICIES = (
@@ -93,21 +92,6 @@ def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, 
     assert number <= sum(probabilities[: joint + 1]) + 1e-9
 
 
-def test_picks_are_equally_likely():
-    assert [pick((5, 6, 7, 8), Fixed(number)) for number in (0.0, 0.25, 0.49, 0.999)] == [5, 6, 6, 8]
-
-
-@pytest.mark.parametrize("spec", POLICIES)
-def test_choices_follow_the_probabilities(spec):
-    agent = resolve(spec).make()
-    view, memory = agent.recall(situation([("A", False, ""), ("C", True, "C"), ("A", False, "C")]))
-    rng = np.random.default_rng(3)
-    counted = np.bincount([agent.choose(view, memory, rng) for _ in range(4000)], minlength=3) / 4000
-    exact = np.array(agent.probabilities(view, memory))
-    assert exact.sum() == pytest.approx(1)
-    assert np.all(np.abs(counted - exact) <= 4.5 * np.sqrt(exact * (1 - exact) / 4000))
-
-
 @settings(max_examples=40, deadline=None)
 @given(
     spec=st.sampled_from(POLICIES),
@@ -146,3 +130,17 @@ def test_a_trial_that_was_told_otherwise_last_is_another_trial(spec, reports, la
     agent.recall(situation(reports, True))
     other = situation([*reports[:-1], *last], True)
     assert agent.recall(other) == fresh.recall(other)
+
+
+def test_random_no_repeat_never_repeats():
+    for trial in [run_trial(agent="random-no-repeat", trial=i) for i in range(1, 21)]:
+        assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False))
+
+
+def test_round_robin_goes_through_the_listing_and_always_solves_chain_4():
+    for trial in [run_trial(agent="round-robin", trial=i, p=0.6) for i in range(1, 31)]:
+        labels = dict(zip(trial.joints, trial.labels, strict=True))
+        told = [labels[joint] for joint in trial.actions]
+        assert told == (list(trial.listing) * 5)[: len(told)]
+        assert trial.solved
+        assert len(trial.steps) <= 13

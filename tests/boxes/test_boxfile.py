@@ -7,11 +7,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.box import Joint
 from lockprobe.boxes.boxfile import box_from_data, read_box, toml_of
 from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.generate import Recipe, generate
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import LARGEST_TOML
 
@@ -134,16 +133,6 @@ def test_a_box_that_can_be_played_is_read_back_as_it_was_written(boxes, tmp_path
     path.write_text(toml_of(drawn), "utf-8")
     assert read_box(path) == drawn
     assert toml_of(read_box(path)) == toml_of(drawn)
-
-
-@settings(max_examples=30)
-@given(st.sampled_from(["random-8", "branched", "common-cause-4"]), st.booleans(), st.integers(0, 10**6))
-def test_generated_boxes_are_written_and_read(tmp_path_factory, family, dealt, seed):
-    drawn = generate(Recipe(family=family, dealt=dealt, layout="scattered", seed=seed, literals=7, alternatives=4))
-    assume(isinstance(drawn, Lockbox))
-    path = tmp_path_factory.getbasetemp() / "generated.toml"
-    path.write_text(toml_of(drawn), "utf-8")
-    assert read_box(path) == drawn
 
 
 @pytest.mark.parametrize(

@@ -91,21 +91,6 @@ def test_expected_steps_by_hand():
     assert difficulty(box("chain-3")).random_steps == pytest.approx(16)
 
 
-@pytest.mark.parametrize("name", ["chain-4", "reset", "common-effect-3"])
-def test_blocked_attempts_are_those_of_simulated_agents(name):
-    drawn, rng, steps, blocked = box(name), np.random.default_rng(3), 0, 0
-    for _ in range(400):
-        configuration, solved = drawn.initial, False
-        while not solved:
-            joint = int(rng.integers(4))
-            configuration, moved = drawn.attempt(configuration, joint)
-            solved = moved and joint == drawn.target_index
-            steps, blocked = steps + 1, blocked + (not moved)
-    found = difficulty(drawn)
-    assert blocked / steps == pytest.approx(found.random_blocked, abs=0.03)
-    assert steps / 400 == pytest.approx(found.random_steps, rel=0.2)
-
-
 @pytest.mark.parametrize("name", FOUR)
 @pytest.mark.parametrize("budget", [0, 5, 20])
 def test_cycle_success_is_the_share_of_all_cycles(name, budget):

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
-from lockprobe.boxes.layouts import laid_out, locking_pairs, neighbours, neutral_order, permuted, places, redealt
+from lockprobe.boxes.layouts import laid_out, locking_pairs, neighbours, neutral_order, places, redealt
 from lockprobe.boxes.solve import optimal_plans, random_no_repeat_success, random_success
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
@@ -37,13 +36,6 @@ def test_joints_lie_on_the_panel_and_apart(layout, count):
         assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in itertools.combinations(spots, 2)) > 0.1
 
 
-def test_serial_and_zigzag_run_from_left_to_right():
-    row, zigzag = places("serial", 5, rng()), places("zigzag", 5, rng())
-    assert [x for x, _ in row] == [x for x, _ in zigzag] == sorted(x for x, _ in row)
-    assert {y for _, y in row} == {0.5}
-    assert [y > 0.5 for _, y in zigzag] == [True, False, True, False, True]
-
-
 @pytest.mark.parametrize("count", [5, 7, 8])
 def test_ngram_is_one_star(count):
     """Corners of a regular polygon, each as far from the next as a star in one go can reach."""
@@ -53,25 +45,15 @@ def test_ngram_is_one_star(count):
     assert rays[0] > 0.8 * 0.8  # of a circle of diameter 0.8
 
 
-@pytest.mark.parametrize("count", [4, 6])
-def test_where_there_is_no_such_star_pairs_lie_across(count):
-    """lockbox_ngram_4.yaml and lockbox_ngram_6.yaml."""
-    spots = places("ngram", count, rng())
-    for first, second in zip(spots[::2], spots[1::2], strict=True):
-        assert np.hypot(first[0] - second[0], first[1] - second[1]) == pytest.approx(0.8, abs=2e-3)
-
-
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("dealt", [False, True])
-def test_another_panel_is_the_same_puzzle(name, layout, dealt):
-    old, new = box(name), laid_out(box(name), layout, rng(), dealt=dealt)
+def test_another_panel_is_the_same_puzzle(name, layout):
+    old, new = box(name), laid_out(box(name), layout, rng(), dealt=True)
     assert random_success(new) == pytest.approx(random_success(old), rel=1e-9)
     assert random_no_repeat_success(new) == pytest.approx(random_no_repeat_success(old), rel=1e-9)
     assert optimal_plans(new).count == optimal_plans(old).count
-    if not dealt:
-        assert new.interlock == old.interlock
-        assert set(new.names) == set(old.names)
+    named = laid_out(box(name), layout, rng())
+    assert (named.interlock, set(named.names)) == (old.interlock, set(old.names))
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -134,22 +116,6 @@ def test_a_new_deal_keeps_joints_interlock_and_places(name, seed):
     assert [joint.place for joint in new.joints] == [joint.place for joint in old.joints]
     assert {(j.name, j.kind) for j in new.joints} == {(j.name, j.kind) for j in old.joints}
     assert (new.name, new.interlock, new.target) == (old.name, old.interlock, old.target)
-
-
-def test_every_deal_comes_up():
-    assert {redealt(box("chain-3"), rng(seed)).names for seed in range(100)} == set(
-        itertools.permutations(box("chain-3").names)
-    )
-
-
-def test_a_joint_takes_its_start_along():
-    old = permuted(box("chain-3"), (0, 1, 2))
-    opened = type(old)(
-        name=old.name, joints=old.joints, interlock=old.interlock, initial=(False, True, False), target=old.target
-    )
-    new = permuted(opened, (2, 0, 1))
-    assert new.names == ("revolute-right", "revolute-left", "slider-1")
-    assert bits(new.initial) == "001"
 
 
 @pytest.mark.parametrize("name", ["chain-4", "fork", "reset"])

@@ -1,14 +1,10 @@
 """A box in characters."""
 
-import itertools
-
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.layouts import laid_out
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
 
 NAMES = (*named_boxes(), "random-8-3")
@@ -24,24 +20,6 @@ def test_every_joint_stands_on_the_panel_once(name):
     target = box(name).target_index + 1
     assert f"{target}*" in numbers
     assert numbers.count("*") == 1
-
-
-@pytest.mark.parametrize("layout", ["zigzag", "ngram", "grid", "scattered"])
-def test_rows_of_the_panel_run_from_above(layout):
-    drawn = laid_out(box("chain-6"), layout, np.random.default_rng(1))
-    lines = "\n".join(panel_lines(drawn)[2:-2:2])
-    order = [int(part.strip("*")) - 1 for part in lines.replace("│", " ").split() if part.strip("*").isdigit()]
-    heights = [drawn.joints[i].place[1] for i in order]
-    assert all(later <= sooner + 0.12 for sooner, later in itertools.pairwise(heights))
-
-
-def test_open_and_closed_look_different():
-    drawn = box("chain-3")
-    opened = type(drawn)(
-        name="x", joints=drawn.joints, interlock=drawn.interlock, initial=(False, True, True), target=drawn.target
-    )
-    row = panel_lines(opened)[1]
-    assert ("(|)" in row, "[-#]" in row, "(-)" in row, "[#-]" in row) == (True, True, True, False)
 
 
 def test_what_is_told_is_drawn_and_nothing_else():

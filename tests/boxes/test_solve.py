@@ -21,17 +21,6 @@ def solves(puzzle, attempts):
     return False
 
 
-@pytest.mark.parametrize("size", [2, 3, 4])
-def test_optimum_is_the_shortest_solving_sequence(size):
-    puzzle = box(f"chain-{size}")
-    shortest = next(
-        length
-        for length in itertools.count(1)
-        if any(solves(puzzle, attempts) for attempts in itertools.product(range(size), repeat=length))
-    )
-    assert optimum(puzzle) == shortest == size
-
-
 def test_a_box_that_nothing_opens_has_no_optimum():
     joints = (Joint(name="a", kind="revolute"), Joint(name="b", kind="revolute"))
     puzzle = Lockbox(
@@ -52,27 +41,6 @@ def test_random_success_is_the_share_of_all_sequences(budget):
     apart = [s for s in sequences if all(a != b for a, b in itertools.pairwise(s))]
     assert random_success(puzzle, budget) == pytest.approx(np.mean([solves(puzzle, s) for s in sequences]))
     assert random_no_repeat_success(puzzle, budget) == pytest.approx(np.mean([solves(puzzle, s) for s in apart]))
-
-
-@pytest.mark.parametrize(("repeats", "success"), [(True, random_success), (False, random_no_repeat_success)])
-@pytest.mark.parametrize("name", ["chain-3", "chain-4"])
-def test_curves_hold_success_at_every_budget(repeats, success, name):
-    puzzle = box(name)
-    found = random_curve(puzzle, 9, repeats=repeats)
-    assert len(found) == 10
-    assert found == pytest.approx([success(puzzle, budget) for budget in range(10)])
-    assert found[optimum(puzzle) - 1] == 0 < found[optimum(puzzle)]
-
-
-def test_curves_are_what_blind_agents_reach():
-    puzzle, rng = box("chain-4"), np.random.default_rng(1)
-    uniform = rng.integers(0, 4, (3000, 20))
-    apart = np.cumsum(np.hstack([uniform[:, :1], rng.integers(1, 4, (3000, 19))]), axis=1) % 4
-    for repeats, sequences in ((True, uniform), (False, apart)):
-        exact = np.array(random_curve(puzzle, repeats=repeats))
-        for steps in (6, 12, 20):
-            share = np.mean([solves(puzzle, sequence[:steps]) for sequence in sequences])
-            assert share == pytest.approx(exact[steps], abs=4.5 * np.sqrt(exact[steps] * (1 - exact[steps]) / 3000))
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -96,31 +64,11 @@ def test_every_cycle_of_the_four_joints_opens_chain_4():
     assert all(solves(box("chain-4"), cycle * 5) for cycle in itertools.permutations(range(4)))
 
 
-def value_iteration(puzzle):
-    """Steps to go from every configuration, straight from the interlock's text."""
-    names = puzzle.names
-    togo = {}
-    while True:
-        better = {}
-        for positions in itertools.product((False, True), repeat=len(names)):
-            state = dict(zip(names, positions, strict=True))
-            for name in names:
-                clauses = puzzle.interlock.get(name, ({},))
-                if any(all(state[other] == wanted for other, wanted in clause.items()) for clause in clauses):
-                    after = tuple(state[n] != (n == name) for n in names)
-                    steps = 1 if name == puzzle.target else 1 + togo.get(after, np.inf)
-                    better[positions] = min(better.get(positions, np.inf), steps)
-        if better == togo:
-            return togo
-        togo = better
-
-
 @settings(max_examples=30)
 @given(st.data())
-def test_optimum_is_that_of_value_iteration(boxes, brute_optimum, data):
+def test_optimum_is_that_of_growing_sets(boxes, brute_optimum, data):
     puzzle = data.draw(boxes)
-    steps = value_iteration(puzzle).get(puzzle.initial, np.inf)
-    assert optimum(puzzle) == (None if steps == np.inf else steps) == brute_optimum(puzzle)
+    assert optimum(puzzle) == brute_optimum(puzzle)
 
 
 @settings(max_examples=30)
@@ -160,14 +108,6 @@ def test_plans_are_counted_where_they_are_too_many_to_list():
     assert plans.listed[0] == tuple("bcdefgha")
     assert optimal_plans(wide, limit=0).listed == ()
     assert optimal_plans(box("gray-code-8")).count == 1
-
-
-def test_what_cannot_be_opened_has_no_plan():
-    joints = tuple(Joint(name=name, kind="revolute") for name in "ab")
-    interlock = {"a": ({"b": True},), "b": ({"a": True},)}
-    shut = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False, False), target="a")
-    assert optimal_plans(shut) == optimal_plans(shut, limit=None)
-    assert (optimal_plans(shut).count, optimal_plans(shut).listed) == (0, ())
 
 
 @settings(max_examples=30)

@@ -35,12 +35,6 @@ def test_redundancy_is_a_pair_of_configuration_and_joint():
     assert redundant_share(make_trial(SOLUTION)) == 0.0
 
 
-def test_round_robin_loops_and_wastes_nothing():
-    found = behaviour(play_study(small_study(["round-robin"], [0.0], 1, 12)))
-    assert found.loops.value > 0.5
-    assert found.redundant_share == 0.0
-
-
 def test_entropy_in_bits():
     assert policy_entropy(make_trial([0, 1], probabilities=(0.25,) * 4)) == [2.0, 2.0]
     assert policy_entropy(make_trial([0], probabilities=(1.0, 0.0, 0.0, 0.0))) == [0.0]
@@ -54,13 +48,6 @@ def test_chance_is_that_of_exactly_these_lengths():
     assert found.chance_uniform == pytest.approx((0.0 + 0.80081) / 2, abs=1e-4)
     assert found.chance_no_repeat == pytest.approx(chance_level(20, actions=4, null="no-repeat").probability / 2)
     assert found.loops.n == 2
-
-
-def test_a_random_agent_loops_at_chance():
-    found = behaviour(play_study(small_study(["random"], [0.0], 1, 120)))
-    assert found.loops.low <= 0.8
-    assert 0 < found.coverage < found.loops.value
-    assert all(0 <= share <= 1 for share in (found.coverage, found.redundant_share, found.chance_uniform))
 
 
 def test_no_trials_no_numbers():

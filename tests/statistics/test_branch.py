@@ -7,7 +7,6 @@ import pytest
 import lockprobe
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.branch import RULES, branch_effects, check_rule, continuation, fork_steps
-from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
 
 
@@ -45,13 +44,6 @@ def test_a_place_is_one_after_which_the_trial_goes_on():
     assert all(not steps or steps[0] >= 3 for steps in drawn)
 
 
-def test_the_first_lie_is_the_first_inverted_report():
-    lied = trial(agent="random", p=0.4)
-    (at,) = fork_steps(lied, "first-lie")
-    assert false_reports(lied)[:at] == [False] * (at - 1) + [True]
-    assert fork_steps(trial(), "first-lie") == ()
-
-
 @pytest.mark.parametrize("rule", ["0", "-1", "x", "4.5", "", "²"])
 def test_what_names_no_place_is_refused(rule):
     with pytest.raises(BadValue, match=f"one of {', '.join(RULES)}"):
@@ -69,13 +61,6 @@ def test_continuations_are_paired_and_a_trial_counts_once():
     assert (one.where, one.arm, one.forks, one.change.blocks) == ("4", "lie", 4, 2)
     assert one.after_truth == 0.25
     assert one.change.value == 0.75
-
-
-def test_one_true_report_stands_for_several_where_luck_is_not_shared():
-    parents = [trial(1), trial(2)]
-    forks = [fork(parent, "truth", solved=False) for parent in parents]
-    forks += [fork(parent, "lie", solved=time == 1, time=time) for parent in parents for time in (1, 2)]
-    assert only(branch_effects(forks, {parent.key: parent for parent in parents})).change.value == 0.5
 
 
 def test_outcomes_of_the_next_action():

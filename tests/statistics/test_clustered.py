@@ -6,7 +6,6 @@ from scipy.stats import norm
 from solved import people
 
 from lockprobe.statistics.clustered import (
-    alike_weights,
     clustered_difference,
     clustered_proportion,
     crossed_proportion,
@@ -14,16 +13,6 @@ from lockprobe.statistics.clustered import (
     two_way_variance,
 )
 from lockprobe.statistics.proportions import proportion
-
-
-def test_clusters_of_one_kind_alone_give_what_that_kind_gives():
-    rng = np.random.default_rng(1)
-    person = np.repeat(np.arange(12), 5)
-    solved = rng.random(60) < np.where(person < 6, 0.2, 0.8)
-    found = crossed_proportion(solved, np.ones(60), person, np.arange(60))
-    alone = clustered_proportion(np.bincount(person, weights=solved), np.full(12, 5))
-    assert (found.low, found.high) == pytest.approx((alone.low, alone.high))
-    assert (found.count, found.n, found.clusters) == (alone.count, 60, 12)
 
 
 def test_two_kinds_add_up_less_what_both_hold():
@@ -48,11 +37,6 @@ def test_order_does_not_matter_and_trials_without_claims_do_not_count():
     found = crossed_proportion(counts, sizes, ["a", "a", "b", "c"], [1, 2, 1, 3])
     assert (found.count, found.n, found.clusters) == (3, 5, 2)
     assert found == crossed_proportion(counts[::-1], sizes[::-1], ["c", "b", "a", "a"], [3, 1, 2, 1])
-
-
-def test_one_person_says_nothing_about_people():
-    found = crossed_proportion([1, 0, 1], [1, 1, 1], ["a"] * 3, [1, 2, 3])
-    assert (found.value, found.low, found.high) == (2 / 3, 0.0, 1.0)
 
 
 def test_the_interval_holds_the_truth_where_that_of_one_kind_fails():
@@ -94,12 +78,6 @@ def test_the_half_cluster_is_forgotten_as_failures_show_how_they_come():
     assert effects[-1] < 1.05
     wholly = clustered_proportion([0] * 50 + [4] * 50, [4] * 100)
     assert wholly.design_effect == pytest.approx(4 * 100 / 99)
-
-
-def test_clusters_of_one_have_no_effect_of_design():
-    for failures in range(31):
-        found = clustered_proportion(np.arange(30) >= failures, np.ones(30))
-        assert found.design_effect == pytest.approx(1 if failures in {0, 30} else 30 / 29)
 
 
 @pytest.mark.parametrize("alike", ["identical", "half", "independent"])
@@ -158,13 +136,6 @@ def test_the_interval_holds_the_truth_though_those_who_fail_leave(people, boxes,
         found = crossed_proportion(solved, np.ones(len(who)), who, np.arange(len(who)))
         held.append(found.low <= 0.5 <= found.high)
     assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
-
-
-def test_if_all_have_as_many_trials_it_is_the_pooled_interval():
-    assert alike_weights(np.repeat(np.arange(7), 3)) == pytest.approx(np.ones(21))
-    weights = alike_weights(["a", "b", "b", "b"])
-    assert weights == pytest.approx([2, 2 / 3, 2 / 3, 2 / 3])
-    assert np.mean(weights * [1, 0, 0, 1]) == pytest.approx((1 + 1 / 3) / 2)
 
 
 def test_a_difference_of_people_must_hold_both_ways():

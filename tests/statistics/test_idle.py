@@ -43,10 +43,6 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing(acts):
     assert [one.condition for one in effects.effects] == ["flip?p=0.4"]
 
 
-def test_a_study_in_which_nothing_acted_has_no_effect_at_all():
-    assert summary("history?last=50").effects == ()
-
-
 def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction():
     crossed = summary("flip?p=0.4", "history?last=50", "flip?p=0.4 + history?last=50")
     assert (
@@ -67,19 +63,6 @@ def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction
     assert [one.interaction is not None for one in acting.grids] == [True]
 
 
-def test_a_grid_with_a_dose_that_never_acted_has_no_interaction():
-    rows = ["flip?p=0.4", "tremble?p=0.2", "tremble?p=0.0001"]
-    (effects,) = summary(*rows, "flip?p=0.4 + tremble?p=0.2", "flip?p=0.4 + tremble?p=0.0001").effects
-    (grid,) = effects.grids
-    assert grid.interaction is None
-    assert {cell.condition for cell in grid.cells} == {
-        "truth",
-        "flip?p=0.4",
-        "tremble?p=0.2",
-        "flip?p=0.4 + tremble?p=0.2",
-    }
-
-
 def test_a_dose_that_never_acted_is_in_no_test_of_its_series():
     found = summary("tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4")
     ((series, over),) = found.series
@@ -96,12 +79,6 @@ def test_it_is_idle_for_the_agent_for_which_nothing_was_changed():
     found = summary("nudge", agents=("human-inspired", "random"))
     assert [(one.agent, one.condition) for one in found.idle] == [("human-inspired", "nudge")]
     assert [one.agent for one in found.effects] == ["random"]
-
-
-def test_the_control_is_meant_to_change_nothing():
-    found = summary("tremble?p=0.2")
-    assert found.idle == ()
-    assert [one.control for one in found.effects] == ["truth"]
 
 
 def test_a_flip_rate_at_which_no_report_was_false_is_compared_with_nothing():

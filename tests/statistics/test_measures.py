@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
+from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.statistics.behaviour import behaviour
-from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.measures import MEASURES, find_measure, measured
 from lockprobe.trial.record import Trial
 
@@ -63,21 +63,6 @@ def test_a_share_of_trials_with_equal_luck_has_the_interval_of_clusters():
     counts = [sum(t.solved for t in trials if (t.repetition, t.trial) == (r, n)) for r in (1, 2) for n in range(1, 10)]
     expected = clustered_proportion(counts, [2] * 18)
     assert (solved.value, solved.low, solved.high) == (expected.value, expected.low, expected.high)
-
-
-def test_trials_of_one_person_are_a_cluster():
-    study = small_study(["participant"], p=[0.0, 0.2, 0.4, 0.6], repetitions=2, trials=8)
-    people = [trial for trial in played_by_people(study, boxes_each=2, strategy="random") if trial.p < 0.3]
-    (solved,) = measured(people, ["solved"])
-    expected = crossed_proportion(
-        [trial.solved for trial in people],
-        np.ones(len(people)),
-        [trial.agent for trial in people],
-        [f"{trial.repetition}/{trial.trial}" for trial in people],
-    )
-    assert (solved.value, solved.low, solved.high) == (expected.value, expected.low, expected.high)
-    (steps,) = measured(people, [lambda trial: len(trial.steps)])
-    assert steps.low < steps.value < steps.high
 
 
 def test_the_interval_of_a_mean_holds_the_truth():

@@ -32,12 +32,6 @@ def test_table_by_hand():
     assert (found.against_truth.count, found.against_truth.n) == (2, 4)
 
 
-def test_without_claims_there_is_no_rate():
-    found = misinterpretations([make_trial([3, 2, 1])])
-    assert (found.trials, found.total, found.mean_rate, found.sd_rate) == (0, 0, None, None)
-    assert found.pooled.n == 0
-
-
 MOVES = [3, 2, 0, 0, 3, 3]  # moved, moved, blocked, blocked, moved, moved
 
 
@@ -76,7 +70,7 @@ def test_each_kind_of_error_by_hand():
     assert (found.blocked_for_moved.count, found.blocked_for_moved.n) == (2, 3)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_three_errors_add_up(seed):
     found = misinterpretations(played(seed))
     assert len(found.counts) == 8
@@ -102,13 +96,6 @@ def test_a_trial_is_what_its_claims_are(seed):
     for trial, row in zip(trials, rows, strict=True):
         assert row.claims == tuple(claims(trial))
         assert row.false_reports == sum(step.told_moved != step.moved for step in trial.steps)
-
-
-def test_false_reports_are_the_channels_whether_the_agent_is_asked_or_not():
-    found = misinterpretations([make_trial(MOVES, false_at=[1, 6]), make_trial(MOVES, trial=2, false_at=[2])])
-    assert (found.false_reports.count, found.false_reports.n) == (3, 12)
-    assert (found.trials, found.falsely_told.n, found.falsely_told.low, found.falsely_told.high) == (0, 0, 0.0, 1.0)
-    assert trial_claims(make_trial(MOVES)).rate is None
 
 
 def test_claims_of_one_trial_are_not_independent():

@@ -4,7 +4,7 @@ import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.statistics.behaviour import has_loop
-from lockprobe.statistics.outcomes import onset, outcomes, points, solved_in_pairs
+from lockprobe.statistics.outcomes import onset, outcomes, solved_in_pairs
 
 
 def test_columns_are_the_records():
@@ -36,15 +36,3 @@ def test_pairs_are_trials_that_both_have():
     assert solved_in_pairs(first, second).tolist() == [[False, True], [True, False]]
     assert solved_in_pairs(first, second).dtype == np.bool_
     assert solved_in_pairs(first, outcomes([make_trial(SOLUTION, trial=3, repetition=2)])).shape == (0, 2)
-
-
-def test_points_pool_repetitions_or_keep_them_apart():
-    found = outcomes(play_study(small_study()))
-    apart, pooled = points(found), points(found, by_repetition=False)
-    assert [(point.dose, point.repetition) for point in apart] == [(p, r) for p in (0.0, 0.3, 0.6) for r in (1, 2)]
-    assert [point.dose for point in pooled] == [0.0, 0.3, 0.6]
-    for point in pooled:
-        parts = [part for part in apart if part.dose == point.dose]
-        assert sum(part.n for part in parts) == point.n
-        assert np.isclose(sum(part.n * part.success for part in parts) / point.n, point.success)
-        assert np.isclose(sum(part.n * part.loop_rate for part in parts) / point.n, point.loop_rate)

@@ -60,30 +60,6 @@ def test_counts_by_hand():
     assert found.saw == {"view": {"text": 3, "panel": 2}, "feedback": {"no": 1, "yes": 1}}
 
 
-def test_every_condition_counts_and_flip_rates_come_first():
-    """Nudges beside a flip rate make no flip rate of it."""
-    nudged = {"condition": "flip?p=0.3 + nudge", "specs": ("flip?p=0.3", "nudge?after=2"), "doses": {"flip.p": 0.3}}
-    found = people(
-        [
-            replace(person("aaaa", solved=False, position=2, trial=2), **nudged),
-            person("aaaa", solved=True, p=0.3),
-            replace(person("bbbb", solved=True, position=2, trial=4), **nudged),
-            person("bbbb", solved=True, trial=3),
-        ]
-    )
-    assert [(at.condition, at.success.count, at.success.n) for at in found.at] == [
-        ("truth", 1, 1),
-        ("flip?p=0.3", 1, 1),
-        ("flip?p=0.3 + nudge", 1, 2),
-    ]
-    assert (found.trials, found.success.count, found.most) == (4, 3, 2)
-
-
-def test_trials_that_do_not_say_which_box_they_were_are_no_first_boxes():
-    found = people([replace(person("aaaa", solved=True), facts={})])
-    assert (found.first.n, found.positions, found.saw) == (0, (), {})
-
-
 def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summary):
     found = summary
     assert [agent.agent for agent in found.agents] == ["participant", "random"]

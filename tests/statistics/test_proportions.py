@@ -76,30 +76,11 @@ def test_the_peak_of_the_paper_against_its_baseline():
     assert [round(value, 2) for value in (log.value, log.low, log.high)] == [2.86, 1.42, 5.73]
 
 
-def test_fishers_test_does_not_care_which_is_first_or_what_counts_as_success():
-    for a, b in ((1, 7), (0, 3), (8, 2), (5, 5)):
-        one = difference(proportion(a, 9), proportion(b, 12))
-        for other in (
-            difference(proportion(b, 12), proportion(a, 9)),
-            difference(proportion(9 - a, 9), proportion(12 - b, 12)),
-        ):
-            assert one.p_value == pytest.approx(other.p_value, abs=1e-6)
-
-
 @pytest.mark.parametrize("solved", [0, 9])
 def test_nothing_differs_or_nothing_is_there(solved):
     assert difference(proportion(solved, 9), proportion(solved, 9)).p_value == 1.0
     assert difference(proportion(0, 0), BEST) is None
     assert ratio(proportion(0, 0), BEST) is None
-
-
-def test_fishers_test_holds_its_level():
-    """All outcomes of 8 against 8, for several truths: the exact chance of p <= 0.05."""
-    pairs = list(itertools.product(range(9), repeat=2))
-    rejected = [(a, b) for a, b in pairs if difference(proportion(a, 8), proportion(b, 8)).p_value <= 0.05]
-    for truth in (0.1, 0.3, 0.5, 0.8):
-        chance = binom.pmf(np.arange(9), 8, truth)
-        assert sum(chance[a] * chance[b] for a, b in rejected) <= 0.05
 
 
 def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():
@@ -108,15 +89,6 @@ def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():
         found = ratio(proportion(a, 30), proportion(b, 30))
         low, high = confint_proportions_2indep(b, 30, a, 30, compare="ratio", method="score")
         assert (found.low, found.high) == pytest.approx((low, high), abs=1e-5)
-
-
-def test_the_ratio_the_other_way_round_is_its_inverse():
-    for a, b in itertools.product((1, 3, 6, 7), repeat=2):
-        for method in ("score", "log"):
-            one = ratio(proportion(a, 7), proportion(b, 9), method)
-            other = ratio(proportion(b, 9), proportion(a, 7), method)
-            assert (one.low, one.high) == pytest.approx((1 / other.high, 1 / other.low))
-            assert one.low <= one.value <= one.high
 
 
 def test_ratios_at_the_edge():
@@ -172,12 +144,6 @@ def test_many_alike_clusters_give_wilsons_interval():
     wilson = proportion(12000, 40000)
     assert found.design_effect == 1.0
     assert (found.low, found.high) == pytest.approx((wilson.low, wilson.high), abs=1e-5)
-
-
-def test_clusters_that_agree_in_themselves_count_as_one_trial_each():
-    """Each cluster all or nothing: the design effect is the cluster size, but for k / (k - 1)."""
-    found = clustered_proportion([10] * 12 + [0] * 28, [10] * 40)
-    assert found.design_effect == pytest.approx(10 * 40 / 39)
 
 
 def test_clusters_at_the_edge():

@@ -78,12 +78,3 @@ def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says(monkeypa
         middle = len(quadratic.dose) // 2
         held.append(quadratic.low[middle] <= 0.5 <= quadratic.high[middle])
     assert np.mean(held) > 0.95 - 4 * np.sqrt(0.95 * 0.05 / 60)
-
-
-def test_how_many_are_drawn_at_once_changes_no_share(monkeypatch):
-    trials = outcomes(trials_of(np.random.default_rng(1).random((3, 2, 40)) < 0.3))
-    at_once = resample(trials, np.random.default_rng(2))
-    monkeypatch.setattr("lockprobe.statistics.resample._AT_ONCE", 7 * 40)
-    few = resample(trials, np.random.default_rng(2))
-    assert np.array_equal(at_once.success, few.success)
-    assert np.array_equal(at_once.loop_rate, few.loop_rate)

@@ -29,11 +29,6 @@ def test_verdict_and_camera_are_compared_joint_by_joint_where_both_decide():
     assert (free.agree.count, free.agree.n) == (1, 1)
 
 
-def test_trials_that_share_their_luck_are_one_cluster():
-    both = [make_trial([3], budget=1, agent=agent, verdicts=["moved"]) for agent in ("random", "viewer")]
-    assert robot_senses(both).all.verdict.wrong.clusters == 1
-
-
 def test_a_robot_that_is_always_right_has_an_interval_too():
     right = robot_senses([make_trial([3], budget=1, trial=i, verdicts=["moved"]) for i in range(1, 11)])
     wrong = right.all.verdict.wrong

@@ -7,7 +7,7 @@ from clumsy import HAND
 from lockprobe.boxes.families import box
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.conditions.condition import condition_summary
-from lockprobe.statistics.rules import RuleBreaks, against_rules, break_shares, rule_breaks, together, unbroken
+from lockprobe.statistics.rules import against_rules, break_shares, rule_breaks, unbroken
 from lockprobe.testing import make_trial, play_trials
 
 CHAIN = box("chain-4")
@@ -50,12 +50,6 @@ def test_broken_trials_count_and_other_boxes_do_not():
     assert rule_breaks([broken], CHAIN).against == 1
     assert rule_breaks([broken], box("chain-5")) is None
     assert rule_breaks([], CHAIN).attempts == 0
-
-
-def test_counts_add_up_and_unknown_ones_are_left_out():
-    one = RuleBreaks(attempts=3, against=2, free=2, missed=1, forced=1, others=0)
-    assert together([one, None, one]) == RuleBreaks(attempts=6, against=4, free=4, missed=2, forced=2, others=0)
-    assert together([None]) is None
 
 
 def test_each_condition_has_its_own_count():

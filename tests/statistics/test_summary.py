@@ -53,21 +53,6 @@ def test_every_trial_is_in_one_condition_and_one_point():
         assert pooled == pytest.approx(found.success.value)
 
 
-def test_order_of_an_agents_trials_does_not_matter():
-    trials = play_study(small_study(["human-inspired"]))
-    assert summarise(trials) == summarise(trials[::-1])
-
-
-def test_references_stand_apart():
-    played = [
-        *condition(0.0, 1, 2),
-        *condition(0.0, 1, 2, agent="random"),
-        *condition(0.0, 2, 2, agent="human-inspired"),
-    ]
-    assert [agent.agent for agent in summarise(played).subjects] == [AGENT]
-    assert len(summarise(played[2:]).subjects) == 2
-
-
 def test_variants_of_a_reference_are_references():
     agents = ("human-inspired:proximity", "human-inspired?lapse=0.1", "ideal-observer?noise=aware", "cognitive:careful")
     summary = summarise([trial for agent in agents for trial in condition(0.0, 2, 4, agent=agent)])
@@ -97,10 +82,6 @@ def test_a_clear_rise_is_called_one():
     said = finding(agent)
     assert "more often at a flip rate of 0.4 than when told the truth" in said
     assert "20 of 30 trials (67 %) against 7 of 30 trials (23 %)" in said
-
-
-def test_a_clear_fall_is_called_one():
-    assert "less often" in finding(only([*condition(0.0, 28, 30), *condition(0.4, 10, 30)]))
 
 
 def test_chance_is_not_called_an_effect():
@@ -145,19 +126,6 @@ def test_nothing_solved_and_one_condition_and_nothing_ended():
     assert summarise([]).agents == ()
 
 
-def test_loops_are_held_against_chance():
-    none = only(
-        [
-            make_trial([0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 0, 2, 0, 3, 1, 3, 2, 1, 0, 1], agent=AGENT, trial=i)
-            for i in range(30)
-        ]
-    )
-    assert none.conditions[0].behaviour.loops.count == 0
-    assert "less than by chance" in loop_finding(none)
-    all_of_them = only([make_trial([0, 1, 0, 1, 0, 1, 0, 1], agent=AGENT, trial=i) for i in range(30)])
-    assert "more than by chance" in loop_finding(all_of_them)
-
-
 def test_trials_of_two_boxes_are_not_analysed_together():
     other = replace(make_trial(SOLUTION), box="chain-5", key="elsewhere")
     with pytest.raises(BadValue, match="boxes chain-4, chain-5"):
@@ -175,16 +143,6 @@ def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum(
     assert summarise(play_study(small_study(["round-robin"]))).conditions[0].relative is None
 
 
-def test_no_effect_is_not_said_above_a_rise_and_fall():
-    """Success rises and falls again, and no single p is shown to differ: one order of sentences that agree."""
-    agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
-    assert (agent.contrast.detectable, agent.inference.lines.direction) == (False, "inverted U")
-    assert finding(agent).startswith(
-        "No change of the success of llm:local was detected at a single flip rate; the course"
-    )
-    assert "No effect" not in finding(agent)
-
-
 def test_partial_studies_are_compared_on_what_both_conditions_have():
     """Thirty trials told the truth, five at 0.4: the counts, the points and the interval are of those five."""
     trials = [*condition(0.0, 9, 30), *(t for t in condition(0.4, 24, 30) if t.trial <= 5)]
@@ -194,14 +152,6 @@ def test_partial_studies_are_compared_on_what_both_conditions_have():
     assert found.value == found.second.value - found.first.value
     assert found.low <= found.value <= found.high
     assert "of the trials that it finished under both conditions" in finding(agent)
-
-
-def test_equal_shares_are_said_of_the_sample_they_are_of():
-    same = [make_trial(SOLUTION if i < 2 else (int(10 * p) % 4, *FAILED[1:]), agent=AGENT, p=p, trial=i)
-            for p, n in ((0.0, 30), (0.4, 5)) for i in range(n)]  # fmt: skip
-    said = finding(only(same))
-    assert "it solved 2 of 5 trials (40 %) when told the truth and 2 of 5 trials (40 %) at a flip rate of 0.4" in said
-    assert "of the trials that it finished under both conditions" in said
 
 
 def test_the_contrast_is_the_permutation_test_of_the_inference():

@@ -59,8 +59,7 @@ def test_exact_success_is_as_sampled_by_another_program(agent):
 @pytest.mark.parametrize(
     "agent",
     [
-        "human-inspired", "cognitive:perseverant", "cognitive:insistent", "cognitive:careful", "random", "random-no-repeat", "round-robin", "human-inspired:per-configuration", "cognitive:loop-breaker",
-        "ideal-observer?noise=naive", "cognitive:random-map?avoid=last",
+        "human-inspired", "cognitive:perseverant", "random-no-repeat", "round-robin", "ideal-observer?noise=naive",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("spec", ["flip?p=0.3", "flip?p=0.3&others=kept"])

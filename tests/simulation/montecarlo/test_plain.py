@@ -55,15 +55,6 @@ def test_a_trial_played_plainly_is_the_trial_on_record(name, told_by, p, seed, t
     assert (played.joints, played.moved, played.told_moved, played.solved) == as_recorded(recorded)
 
 
-def test_a_world_is_its_box():
-    puzzle = box("reset")
-    world = world_of(puzzle, flip=OutcomeFlip(p=0.2, others="kept"), max_steps=7)
-    assert (world.name, world.target, world.budget) == ("reset", puzzle.target_index, 7)
-    for shifted, movable in enumerate(world.movable):
-        configuration = tuple(start ^ bool(shifted >> j & 1) for j, start in enumerate(puzzle.initial))
-        assert [bool(movable >> j & 1) for j in range(4)] == [puzzle.may_move(configuration, j) for j in range(4)]
-
-
 def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
     heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map",
                 "cognitive:loop-breaker", "cognitive:softmax-memory?closed=1")  # fmt: skip

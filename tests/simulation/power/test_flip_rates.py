@@ -14,25 +14,13 @@ def ladder(*rejected, studies=100, trials=(15, 30, 60)):
     return [Rate(**made, trials=n, studies=studies, rejected=k) for n, k in zip(trials, rejected, strict=True)]
 
 
-@pytest.fixture(scope="module")
-def papers_effect():
-    """Of two seeds."""
-    effect = stated_world((7 / 30, 20 / 30), p=P2)
-    return [power([effect], p=P2, trials=(12, 24, 48), studies=16, seed=seed)[0] for seed in (1, 2)]
-
-
-def test_the_papers_effect_needs_about_nineteen_trials_a_condition(papers_effect):
-    """By 600 studies it is 15 to 27; the 48 studies of either seed, on coarser rungs, are within 11 to 34."""
-    (found, _) = papers_effect
+def test_the_papers_effect_needs_about_nineteen_trials_a_condition():
+    """By 600 studies it is 15 to 27; these 48 studies, on coarser rungs, are within 11 to 34."""
+    (found,) = power([stated_world((7 / 30, 20 / 30), p=P2)], p=P2, trials=(12, 24, 48), studies=16, seed=1)
     assert found.test == "greatest difference from the lowest dose, permutation"
-    assert all(11 <= one.trials <= 34 for one in papers_effect)
+    assert 11 <= found.trials <= 34
     assert [rate.trials for rate in found.measured] == [12, 24, 48]
-
-
-def test_power_grows_with_trials():
-    trapped = stated_world((0.85, 0.85), p=P2, trap=(0.3, 0.03))
-    (one,) = power([trapped], p=P2, trials=(9, 45), studies=12)
-    assert one.measured[0].rate < one.measured[1].rate
+    assert found.measured[0].rate < found.measured[2].rate
 
 
 def test_only_questions_with_a_yes_are_answered():
@@ -89,11 +77,6 @@ def test_impossible_designs_are_refused():
             power([effect], **({"p": P2, "studies": 1} | settings))
 
 
-def test_p_a_millionth_apart_are_a_design():
-    for low in (0.0, 0.1, 0.3, 0.7):
-        assert stated_world((0.5, 0.6), p=(low, low + 1e-6)).success == (0.5, 0.6)
-
-
 def test_the_number_of_trials_has_the_error_of_its_simulation():
     few, many = (needed(ladder(*(k * n // 100 for k in (20, 80, 99)), studies=n), 0.8) for n in (100, 10_000))
     assert few.low < 30 < few.high
@@ -102,8 +85,3 @@ def test_the_number_of_trials_has_the_error_of_its_simulation():
     assert (open_ended.trials, open_ended.high) == (58, None)
     at_once = needed(ladder(78, 90, 99), 0.8)
     assert (at_once.low, at_once.below) == (None, False)
-
-
-def test_intervals_of_two_seeds_meet_though_their_numbers_differ(papers_effect):
-    """The effect of the paper: 21 or 28 trials by the luck of the simulation."""
-    assert max(one.low or 0 for one in papers_effect) <= min(one.high for one in papers_effect)

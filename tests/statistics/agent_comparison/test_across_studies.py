@@ -62,24 +62,6 @@ def test_studies_of_different_seeds_are_independent_samples():
     assert only(sample(0, RNG.permutation(first), luck=1), sample(1, second, luck=2)) == found
 
 
-def test_the_same_outcomes_are_surer_in_pairs_where_luck_decides():
-    first = np.arange(40) < 20
-    second = np.arange(40) < 28
-    pairs, apart = (only(sample(0, first), sample(1, second, luck=luck)) for luck in (1, 2))
-    assert (pairs.value, apart.value) == pytest.approx((0.2, 0.2))
-    assert pairs.p_value < 0.01 < apart.p_value
-    assert pairs.high - pairs.low < apart.high - apart.low
-
-
-@pytest.mark.parametrize("luck", [1, 2])
-def test_who_is_called_first_changes_the_sign_alone(luck):
-    first, second = [random_outcomes() for _ in range(2)]
-    found = only(sample(0, first, agent="llm:a"), sample(1, second, luck=luck, agent="llm:b"))
-    turned = only(sample(0, second, agent="llm:b"), sample(1, first, luck=luck, agent="llm:a"))
-    assert (found.value, found.low, found.high) == pytest.approx((-turned.value, -turned.high, -turned.low))
-    assert found.p_value == pytest.approx(turned.p_value)
-
-
 def test_a_partial_study_is_compared_over_the_trials_that_both_finished():
     found = only(sample(0, [True] * 10 + [False] * 10), sample(1, (), played=trials([True] * 5, start=6)))
     assert (found.first_success.n, found.first_success.count, found.value) == (5, 5, 0.0)
@@ -113,11 +95,6 @@ def test_a_condition_more_changes_no_p_value_of_another_family():
     alone, both = study_differences(flips), study_differences([*flips, *others])
     assert alone == tuple(one for one in both if one.family == "flip rate")
     assert [one.p_adjusted for one in both if not one.family] == [one.p_value for one in study_differences(others)]
-
-
-def test_where_all_are_baselines_they_are_what_it_is_about():
-    found = only(sample(0, [True] * 3, baseline=True), sample(1, [False] * 3, baseline=True))
-    assert found.kind == "between"
 
 
 def test_a_difference_needs_the_corrected_test_and_the_interval():

@@ -5,7 +5,7 @@ import pytest
 from builders import SOLUTION, make_trial
 from scipy.stats import norm
 
-from lockprobe.statistics.agent_comparison.crossed_clusters import FEWEST, at_one_p, crossed_change, crossed_mean
+from lockprobe.statistics.agent_comparison.crossed_clusters import FEWEST, at_one_p, crossed_mean
 from lockprobe.statistics.agent_comparison.pair import compare
 from lockprobe.statistics.agent_comparison.paired import block_mean, sheets, sign_flip
 from lockprobe.statistics.outcomes import outcomes
@@ -34,14 +34,6 @@ def test_without_clusters_it_is_the_mean_with_its_usual_error():
     assert (found.low, found.high) == pytest.approx((0.5 - (0.5 - alone.low), alone.high))
 
 
-def test_people_who_differ_widen_the_interval():
-    alike, apart = np.tile([1.0, 0.0], 20), np.repeat([1.0, 0.0], 20)
-    person, luck = np.repeat(np.arange(10), 4), np.arange(40)
-    narrow, wide = (crossed_mean(values, luck, person) for values in (alike, apart))
-    assert narrow.value == wide.value == 0.5
-    assert wide.high - wide.low > 1.5 * (narrow.high - narrow.low)
-
-
 def test_few_people_are_not_tested_and_one_has_no_interval():
     n = FEWEST - 1
     few = crossed_mean(np.ones(n), np.arange(n), np.arange(n), unit=1.0)
@@ -63,15 +55,6 @@ def test_it_keeps_its_level_where_exchange_within_luck_does_not():
         by_exchange += sign_flip(apart.sum(axis=1)) < 0.05
     assert rejected <= 20
     assert by_exchange > 20
-
-
-def test_a_change_with_p_is_of_different_people_at_either_p():
-    seat = seats(12, 2)
-    low, high = np.zeros(12), np.array([1.0] * 6 + [0.0] * 6)
-    found = crossed_change(low, high, (seat[:, 0], seat[:, 1]))
-    assert found.value == 0.5
-    assert found.low > -0.05
-    assert found.pairs == found.blocks == 12
 
 
 def test_at_one_p_whole_people_are_exchanged():
@@ -102,14 +85,6 @@ def test_agents_beside_people_are_compared_with_both_kept_together():
     assert found.interaction.clearest.change.value == 1.0
     assert found.interaction.p_value < 0.01
     assert found.interaction.mean.low is None
-
-
-def test_who_plays_several_boxes_at_one_p_counts_as_one():
-    own = [make_trial((0,) * 20, agent="llm:a", trial=i + 1) for i in range(12)]
-    people = [make_trial(SOLUTION, agent=f"participant:000{i // 4}", trial=i + 1) for i in range(12)]
-    values, laid = sheets([outcomes(own), outcomes(people)])
-    (at,) = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1), budget=20).at
-    assert (at.success.only_second, at.success.p_value) == (12, 2 * 0.5**3)
 
 
 def test_able_people_who_stay_are_not_said_to_solve_more():

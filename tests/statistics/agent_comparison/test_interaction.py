@@ -55,16 +55,6 @@ def test_looking_at_every_p_is_paid_for():
     assert of_three.low < one.low < one.high < of_three.high
 
 
-def test_seven_p_of_noise_are_rarely_taken_for_an_effect_at_one_of_them():
-    """Uncorrected, about a quarter of studies would reject; so few, or fewer, come of 5 % in 999 of 1000 cases."""
-    p = tuple(i / 10 for i in range(7))
-    rejected = 0
-    for seed in range(200):
-        one, two = (sheet((0.5,) * 7, 30, [seed, i]) for i in (1, 2))
-        rejected += interaction(p, one, two, np.random.default_rng([seed, 3]), flips=400).p_value < 0.05
-    assert rejected <= 20
-
-
 def test_the_clearest_change_is_that_of_the_test_and_not_the_largest():
     """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
     found = interaction((0.0, 0.2, 0.4), *opposed(), np.random.default_rng(1))
@@ -88,7 +78,3 @@ def test_a_block_without_the_lowest_p_is_dropped():
     assert [at.change.pairs for at in some.at] == [7, 8]
     first.solved[:, 0] = np.nan
     assert interaction(P, first, second, np.random.default_rng(1)) is None
-
-
-def test_the_mean_of_the_changes_is_estimated_and_not_tested():
-    assert found((0.5,) * 3, (0.5,) * 3).mean.p_value is None

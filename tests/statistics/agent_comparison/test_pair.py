@@ -99,12 +99,6 @@ def test_equally_good_agents_that_play_differently_are_not_told_apart_by_the_tes
     assert (found.verdict, found.steps_verdict) == (0, 0)
 
 
-def test_the_verdict_on_steps_has_the_sign_of_the_difference():
-    found, *_ = corrected([compared(trials("llm:a", (3, 3)), trials("llm:b", (12, 12)))])
-    turned, *_ = corrected([compared(trials("llm:b", (12, 12)), trials("llm:a", (3, 3)))])
-    assert (found.steps_verdict, turned.steps_verdict) == (-1, 1)
-
-
 def test_the_verdict_is_of_the_corrected_test():
     found = compared(trials("llm:a", (3, 3)), trials("llm:b", (9, 9)))
     alone, *_ = corrected([found])

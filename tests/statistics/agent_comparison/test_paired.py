@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from builders import make_trial, play_study, small_study
+from builders import make_trial
 
 from lockprobe.statistics.agent_comparison.paired import block_mean, sheets, sign_flip
 from lockprobe.statistics.outcomes import outcomes
@@ -75,23 +75,6 @@ def test_blocks_that_all_differ_alike_have_an_interval_where_the_most_that_a_tri
     assert not block_mean(np.full((10, 7), -1.0)).clear
     assert not block_mean(np.full((10, 7), -1.0), unit=19.0).clear
     assert block_mean(np.full((10, 7), -16.0), unit=19.0).clear
-
-
-def test_only_an_interval_beside_0_is_clear():
-    up = np.repeat([1.0, 0.0], [9, 3])[:, None]
-    assert block_mean(up, unit=1.0).clear
-    assert block_mean(-up, unit=1.0).clear
-    assert not block_mean(np.repeat([1.0, -1.0], [7, 5])[:, None], unit=1.0).clear
-
-
-def test_sheets_have_equal_rows_and_columns():
-    trials = play_study(small_study(["random", "human-inspired"]))
-    groups = [outcomes([trial for trial in trials if trial.agent == name]) for name in ("random", "human-inspired")]
-    values, (random, human) = sheets(groups)
-    assert values == (0.0, 0.3, 0.6)
-    assert random.solved.shape == human.steps.shape == (8, 3)
-    trial = next(t for t in trials if (t.agent, t.p, t.repetition, t.trial) == ("random", 0.3, 2, 1))
-    assert (random.solved[4, 1], random.steps[4, 1]) == (trial.solved, len(trial.steps))
 
 
 def test_what_has_not_ended_is_missing():

@@ -77,17 +77,6 @@ def test_an_agent_whose_failures_break_is_not_called_better():
     assert "the largest P value over the treatments of broken trials" in comparison_said(bounded, summary)[0]
 
 
-def test_a_difference_that_holds_at_both_ends_is_told():
-    found, _ = compared(with_broken("llm:b", set(range(2, 40)), {0, 1}), with_broken("llm:a", some(4, 1)))
-    assert (found.bounded, found.verdict) == (True, 1)
-
-
-def test_without_broken_trials_nothing_is_bounded():
-    found, summary = compared(with_broken("llm:b", some(36, 2)), with_broken("llm:a", some(4, 1)))
-    assert (found.bounded, found.verdict) == (False, 1)
-    assert "broken" not in comparison_said(found, summary)[0]
-
-
 def interaction(broken, harm=22):
     """Of an agent that false reports help and one that they harm; of the first, so many trials break at 0.4."""
     helped = [*with_broken("llm:a", some(8, 1)), *with_broken("llm:a", some(30, 3), broken, p=0.4)]

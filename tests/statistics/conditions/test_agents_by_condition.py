@@ -77,14 +77,6 @@ def test_agents_that_a_condition_changes_nothing_of_are_compared_under_its_contr
     assert len(compared(cells(viewer=alike, learner={"truth": 5, "nudge": 6}))) == 1
 
 
-def test_without_a_control_a_condition_has_a_difference_and_no_change():
-    played = cells(viewer={"nudge": 9}, learner={"nudge": 2})
-    (one,) = compared(played)
-    assert (one.control, one.change) == ("nudge", None)
-    assert one.at.success.value == pytest.approx(7 / N)
-    assert compared({}, "truth", "nudge") == ()
-
-
 def test_a_baseline_is_compared_with_each_agent_and_has_no_change():
     counts = {"truth": 12, "nudge": 3}
     found = compared(cells(viewer=counts, learner={"truth": 6, "nudge": 9}, random={"truth": 2, "nudge": 4}))

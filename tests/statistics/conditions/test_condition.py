@@ -1,7 +1,5 @@
 """One agent under one condition, and two of its conditions held against each other."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
@@ -46,12 +44,6 @@ def test_pairs_are_trials_of_equal_number():
     found = held(trials_at(0.0, [True, False, False, True, False]), trials_at(0.4, [True, True, True, False]))
     assert ((pairs := found.difference.pairs).n, pairs.only_first, pairs.only_second) == (4, 1, 2)
     assert (found.difference.first.n, found.difference.second.n, found.whole) == (4, 4, False)
-
-
-def test_repetitions_are_not_mixed_up():
-    low = [replace(trial, repetition=2) for trial in trials_at(0.0, [True, False])]
-    found = held([*trials_at(0.0, [False, False]), *low], trials_at(0.4, [True, True]))
-    assert (found.difference.pairs.n, found.difference.pairs.only_second) == (2, 2)
 
 
 def test_nothing_to_hold_against_each_other():

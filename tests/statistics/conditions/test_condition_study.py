@@ -64,29 +64,10 @@ def test_a_series_takes_its_zero_from_the_control_and_pools_no_other_condition(t
     assert {condition.success.n for agent in summary.agents for condition in agent.conditions} == {12}
 
 
-def test_subjects_are_the_agents_that_are_no_baseline(trials):
-    assert numbers(trials).subjects == ("cognitive:perseverant",)
-    alone = [trial for trial in trials if trial.agent == "random"]
-    assert numbers(alone, agents=("random",)).subjects == ("random",)
-
-
 def test_an_agent_without_trials_has_no_numbers(trials):
     found = numbers([trial for trial in trials if trial.agent == "random"])
     assert {agent for agent, _ in found.conditions} == {one.agent for one in found.effects} == {"random"}
     assert found.whys == ()
-
-
-def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
-    agents = [f"human-inspired?lapse={lapse}" for lapse in (0.3, 0, 0.1)]
-    planned = study("flips", agent=agents, condition=["truth", "nudge"], trials=4, repetitions=1, strategy_trials=4)
-    played = play_study(planned)
-    found = numbers_of(played, planned)
-    ((series, summary),) = found.series
-    assert (series.agent, series.axis.dose, list(series.doses.values())) == ("human-inspired", "lapse", [0.0, 0.1, 0.3])
-    (agent,) = summary.agents
-    for name, at in zip(series.doses, agent.conditions, strict=True):
-        own = solved(played, name, "truth")
-        assert (at.dose, at.success.n, at.success.count) == (series.doses[name], 4, sum(own))
 
 
 def test_effects_of_several_agents_are_one_family_and_baselines_another():

@@ -74,16 +74,6 @@ def test_a_condition_more_changes_no_other_family(both, more):
         assert now.others == (*before.others, more.label)
 
 
-def test_three_levels_of_a_dose_are_a_family_and_two_are_a_condition_like_any_other():
-    few, many = (
-        designed([TRUTH, *(one for one in OTHERS if one.label in labels)]).comparison(SHOWN)
-        for labels in ({"nudge", "tremble?p=0.1"}, {"nudge", "tremble?p=0.1", "tremble?p=0.3"})
-    )
-    assert (few.dosed, few.others) == ((), ("nudge", "tremble?p=0.1"))
-    assert (many.dosed, many.others) == (("tremble?p=0.1", "tremble?p=0.3"), ("nudge",))
-    assert [axis.axis.name for axis in many.axes] == ["tremble p"]
-
-
 TRANSIENT = [one for one in OTHERS if "kept" not in one.label]
 """Of two kinds of flips the first one is the axis, so the order says which."""
 
@@ -117,12 +107,6 @@ def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
     assert [one.axis.dose for one in found.series] == ["p"]
     assert [one.name for one in found.factors] == ["flip others"]
     assert found.comparison(SHOWN).grids == ()
-
-
-def test_flips_of_one_kind_are_the_axis_and_those_of_another_are_conditions():
-    found = designed([TRUTH, *FLIPS[:2], read_condition("flip?p=0.4&others=kept")])
-    assert found.axis == {"truth", "flip?p=0.2", "flip?p=0.4"}
-    assert found.comparison(SHOWN).others == ("flip?p=0.4&others=kept",)
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():

@@ -40,12 +40,6 @@ def test_a_crossed_sweep_is_a_grid_with_the_truth_in_its_corner():
     assert grid.conditions[0.4, 0.1] == "flip?p=0.4 + tremble?p=0.1"
 
 
-def test_conditions_that_were_asked_for_one_by_one_are_the_same_grid():
-    (one,) = grids(arms("flip?p=0,0.4 + tremble?p=0,0.1"))
-    (other,) = grids(arms("tremble?p=0.1", "flip?p=0.4 + tremble?p=0.1", "truth", "flip?p=0.4"))
-    assert one == other
-
-
 def test_a_combination_that_is_missing_leaves_the_interaction_untold():
     (grid,) = grids(arms("truth", "flip?p=0.4", "flip?p=0.4 + tremble?p=0.1", "flip?p=0.2 + tremble?p=0.1"))
     assert not grid.complete
@@ -90,16 +84,6 @@ def test_the_contrast_is_the_slope_over_both_doses_by_least_squares(rows, column
     slope = np.linalg.lstsq(design, values, rcond=None)[0][-1]
     expected = slope * (rows[-1] - rows[0]) * (columns[-1] - columns[0])
     assert float(factor) * np.dot(weights, values) == pytest.approx(expected)
-
-
-def test_two_by_two_is_the_difference_of_differences():
-    (grid,) = grids(arms("flip?p=0,0.4 + tremble?p=0,0.1"))
-    found = drawn(grid, {place: 0.9 if place == (0.4, 0.1) else 0.1 for place in grid.conditions})
-    share = {place: found[name].solved.mean() for place, name in grid.conditions.items()}
-    summary = grid_summary(grid, found)
-    expected = share[0.4, 0.1] - share[0.4, 0.0] - share[0.0, 0.1] + share[0.0, 0.0]
-    assert summary.interaction.value == pytest.approx(expected)
-    assert summary.detectable
 
 
 def test_what_adds_up_is_no_interaction_and_correction_only_widens():

@@ -21,11 +21,6 @@ def test_a_condition_that_solves_every_trial_is_told_apart_and_one_that_plays_al
     assert (same.condition, same.difference.value, same.detectable) == ("same", 0.0, False)
 
 
-def test_only_trials_that_both_have_are_compared():
-    found = effects({"truth": trials([True] * 10), "part": trials([True] * 4)}, "truth")
-    assert found.effects[0].difference.first.n == found.effects[0].difference.second.n == 4
-
-
 def test_a_crossing_is_the_difference_of_differences():
     rng = np.random.default_rng(1)
     neither, first, second, both = (rng.random((4, 60)) < np.array([[0.1], [0.1], [0.1], [0.9]])).tolist()
@@ -39,19 +34,10 @@ def test_a_crossing_is_the_difference_of_differences():
     assert one.detectable
 
 
-def test_a_crossing_that_was_not_played_is_left_out():
-    crossing = Crossing(neither="o", first="a", second="b", both="ab")
-    assert effects({"o": trials([True]), "a": trials([True])}, "o", [crossing]).interplays == ()
-
-
 def test_conditions_without_a_trial_in_common_with_the_control_have_no_effects():
     broken = [make_trial([0], trial=1, broken="model")]
     assert effects({"truth": trials([True]), "a": broken}, "truth") is None
     assert effects({"truth": broken, "a": trials([True])}, "truth") is None
-
-
-def test_without_the_control_there_is_nothing_to_compare_with():
-    assert effects({"a": trials([True])}, "truth") is None
 
 
 def crossings_of(names):

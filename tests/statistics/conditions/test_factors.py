@@ -28,19 +28,6 @@ def test_every_context_is_a_group_of_the_same_factor():
     }
 
 
-def test_numbers_and_doses_are_no_levels():
-    assert (
-        found_in(
-            "nudge",
-            "nudge?after=3",
-            "flip?p=0.4&keep=0.5",
-            "flip?p=0.4&keep=0.6",
-            "tremble?p=0.1",
-        )
-        == {}
-    )
-
-
 def test_what_a_control_is_compared_with_already_is_left_out():
     both = ["drop?p=0.4&luck=flip", "drop?p=0.4"]
     assert found_in(*both) == {"drop luck": (("drop?p=0.4", "drop?p=0.4&luck=flip"),)}
@@ -67,10 +54,3 @@ def test_other_conditions_change_no_p_value_and_every_contrast_is_corrected_for_
     ]  # fmt: skip
     (beside,) = factors_of(arms_of(map(read_condition, ("nudge", *specs, "truth"))))
     assert [make() for make in factor_effects(cells, beside, (agent,))] == found
-
-
-def test_an_agent_that_plays_alike_is_in_no_contrast():
-    both = ("flip?p=0.4", STICKY)
-    cells = {("random", one): [run_trial(agent="random", condition=one, trial=i + 1) for i in range(4)] for one in both}
-    (factor,) = factors_of(arms_of(map(read_condition, both)))
-    assert [make() for make in factor_effects(cells, factor, ("random",))] == []

@@ -32,17 +32,6 @@ def test_the_papers_order_is_found_where_it_is():
     assert all(pair.p_value < pair.p_adjusted <= 1 for pair in effect.pairs[:2])
 
 
-def test_the_opposite_order_has_the_opposite_direction():
-    effect = modality_effect([trials_of("symbolic", SOON), trials_of("rgb", LATE)])
-    assert (effect.direction, effect.detectable) == (1, True)
-    assert effect.pairs[0].hazard_ratio > 1
-
-
-def test_equal_trials_are_alike():
-    effect = modality_effect([trials_of(modality, SOON) for modality in ("rgb", "rgbd", "symbolic")])
-    assert (effect.p_value, effect.p_all, effect.detectable) == (1, 1, False)
-
-
 def test_variants_of_a_modality_are_of_equal_fidelity():
     """They may well differ, which all together and pairs say; but there is no higher and lower."""
     effect = modality_effect([trials_of("rgbd?depth=gray", SOON), trials_of("rgbd?depth=height", LATE)])
@@ -126,13 +115,6 @@ def test_a_summary_keeps_modalities_apart_and_names_them():
     assert alone.agents[0].name == "viewer (RGB)"
     assert alone.modalities == ()
     assert summarise(trials_of("symbolic", SOON)).agents[0].name == "viewer"
-
-
-def test_an_agent_without_the_lowest_dose_is_not_compared():
-    """As in a study that is half played."""
-    trials = [trial for modality in ("rgb", "symbolic") for trial in trials_of(modality, SOON)]
-    others = [make_trial(SOLUTION, agent="human-inspired", p=0.4, trial=i) for i in range(1, 5)]
-    assert [one.agent for one in summarise([*others, *trials]).modalities] == ["viewer"]
 
 
 def test_several_agents_are_one_family_and_baselines_another():

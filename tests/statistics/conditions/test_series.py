@@ -1,11 +1,9 @@
 """Which conditions form a series over a dose and which are crossed follows from their specs alone."""
 
-import math
-
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.prose.doses import at_dose, cause
-from lockprobe.statistics.conditions.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.series import SeriesArm, control_of, crossings, series_of, series_of_agents
 
 
@@ -23,11 +21,6 @@ def test_doses_of_one_intervention_are_a_series_with_the_truth_at_0():
     assert list(series.doses.items()) == [("truth", 0.0), ("tremble?p=0.1", 0.1), ("tremble?p=0.2", 0.2)]
 
 
-def test_flips_are_the_axis_of_the_paper():
-    (series,) = series_of(arms("truth", "flip?p=0.2", "flip?p=0.4"))
-    assert series.axis == FLIPS
-
-
 def test_an_intervention_with_two_doses_makes_a_series_over_each():
     first = [f"flip?p={p}&keep=0.5" for p in (0.1, 0.2)]
     found = series_of(arms("truth", *first, "flip?p=0.2&keep=0.6", "flip?p=0.2&keep=0.7"))
@@ -41,10 +34,6 @@ def test_equal_doses_are_one_level():
     found = series_of(arms("nudge", "nudge + flip?p=0.2", "flip?p=0.2 + nudge", "nudge + flip?p=0.4"))
     assert [[*one.doses] for one in found] == [["nudge", "nudge + flip?p=0.2", "nudge + flip?p=0.4"]]
     assert series_of(arms("nudge", "nudge + flip?p=0.2", "flip?p=0.2 + nudge")) == ()
-
-
-def test_two_conditions_are_a_difference_and_no_series():
-    assert series_of(arms("truth", "tremble?p=0.2", "nudge")) == ()
 
 
 def test_other_options_and_other_interventions_make_another_series():
@@ -81,12 +70,6 @@ def test_the_control_is_the_truth_or_else_the_first():
     assert control_of(arms("nudge", "flip?p=0")).label == "flip?p=0"
     assert control_of(arms("nudge", "warn")).label == "nudge"
     assert control_of(arms("nudge"), "rgb") is None
-
-
-def test_what_has_no_dose_has_no_number():
-    (arm,) = arms("nudge + tremble?p=0.1")
-    assert math.isnan(arm.dose(0))
-    assert arm.dose(1) == 0.1
 
 
 def as_they_are(*agents):

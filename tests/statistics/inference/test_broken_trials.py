@@ -99,11 +99,10 @@ def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     assert np.mean(bounded) <= 0.05
 
 
-@pytest.mark.parametrize("breaks", [0.08, 0.02])
-def test_every_test_holds_over_both_ends(breaks):
+def test_every_test_holds_over_both_ends():
     rejected = []
     for seed in range(6):
-        counted, broken = simulated("broken-trials", generator(seed), breaks=breaks)
+        counted, broken = simulated("broken-trials", generator(seed), breaks=0.08)
         without, bounded = (infer(counted, generator(seed), broken=part) for part in (None, broken))
         for first, second in zip(without.tests, bounded.tests, strict=True):
             if second.p_value is not None:

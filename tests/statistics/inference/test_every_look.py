@@ -8,7 +8,6 @@ from solved import drawn, people, rng, study
 
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.inference.every_look import changes_at_every_look
-from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 
@@ -78,14 +77,6 @@ def test_doses_and_conditions_are_judged_alike_and_corrected_for_their_number_an
     assert [one.p_value for one in doses.at] == pytest.approx([min(1, 2 * one.p_value) for one in single.at])
     assert doses.clearest.dose == 0.4
     assert doses.clearest.low < single.clearest.low
-
-
-def test_a_difference_of_the_papers_size_is_detected():
-    found, _ = watched(success=(0.233, 0.233, 0.667))
-    inferred = infer(found, rng())
-    assert inferred.difference.p_value < 0.05
-    assert (inferred.lines.p_value, inferred.lines.direction) == (None, None)
-    assert inferred.difference.at[1].course.effect_at < 60
 
 
 def test_at_every_look_it_takes_more_than_at_one():

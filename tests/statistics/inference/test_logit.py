@@ -59,28 +59,6 @@ def test_a_fit_is_that_of_statsmodels(counts, order):
     assert (fit.log_likelihood, fit.deviance) == pytest.approx((library.llf, max(0, library.deviance)), abs=1e-8)
 
 
-@given(counted(), st.integers(0, 3), st.floats(1e-4, 1e4))
-def test_a_fit_does_not_depend_on_the_unit_of_the_dose(counts, order, unit):
-    order = min(order, len(counts.dose) - 1)
-    fit = logit_fit(polynomial(counts, order), counts)
-    scaled = of(counts.dose * unit, counts.solved, counts.n)
-    other = logit_fit(polynomial(scaled, order), scaled)
-    assert (fit is None) == (other is None)
-    if fit:
-        error = np.sqrt(np.diag(fit.covariance))
-        assert other.coefficients * unit ** np.arange(order + 1) / error == pytest.approx(
-            fit.coefficients / error, abs=1e-7
-        )
-        assert other.log_likelihood == pytest.approx(fit.log_likelihood)
-
-
-def test_as_many_columns_as_counts_are_met_exactly():
-    counts = of([0.0, 0.4, 0.6], [7, 20, 15], [30, 30, 30])
-    fit = logit_fit(polynomial(counts, 2), counts)
-    assert polynomial(counts, 2) @ fit.coefficients == pytest.approx(np.log([7 / 23, 20 / 10, 15 / 15]))
-    assert fit.deviance == pytest.approx(0, abs=1e-12)
-
-
 def test_the_error_of_one_share_is_exact_where_that_of_statsmodels_is_only_near():
     counts = of([0.0], [3], [16])
     exact = 1 / (16 * 3 / 16 * 13 / 16)

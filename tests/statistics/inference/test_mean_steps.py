@@ -119,12 +119,6 @@ def test_rare_slow_people_are_no_decrease(people):
     assert np.mean(rejected) <= 0.05
 
 
-def test_a_trial_without_its_pair_does_not_count():
-    whole = paired([5, 9, 20, 7], [8, 20, 20, 6])
-    more = columns([*whole.length, 4, 4], [*whole.dose, 0.0, 0.1], trial=[*whole.trial, 8, 9])
-    assert mean_steps(more, BUDGET) == mean_steps(whole, BUDGET)
-
-
 def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
     """Told the truth it solves early or never; with false reports later, and as often."""
     rng = np.random.default_rng(2)
@@ -170,8 +164,3 @@ def test_trials_of_one_person_are_taken_together():
     one, several = mean_steps(once, BUDGET), mean_steps(many, BUDGET)
     assert several.change == pytest.approx(one.change)
     assert several.p_value == pytest.approx(one.p_value)
-
-
-def test_two_people_are_too_few():
-    found = columns([5, 9, 12, 20], [0, 0, 0.4, 0.4], player=["a", "a", "b", "b"], trial=[1, 2, 3, 4])
-    assert mean_steps(found, BUDGET).note == "too few clusters"

@@ -9,7 +9,7 @@ from statsmodels.duration.survfunc import survdiff
 from statsmodels.stats.multitest import multipletests
 
 from lockprobe.statistics.inference.excess import excess, grid
-from lockprobe.statistics.inference.logrank import independent_logrank, loop_onset_logrank, solution_logrank
+from lockprobe.statistics.inference.logrank import independent_logrank, loop_onset_logrank
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 
@@ -104,12 +104,6 @@ def test_its_variance_is_that_of_independent_trials_where_trials_are_independent
     assert np.mean(ratios) == pytest.approx(1.0, abs=4 * np.std(ratios) / np.sqrt(60))
 
 
-def test_clusters_are_repetition_and_trial():
-    found = columns([(0.0, 1, 5, 1, 0), (0.4, 1, 5, 1, 0), (0.4, 2, 5, 1, 0)])
-    number = found.luck
-    assert number[0] == number[1] != number[2]
-
-
 # ---- does noise put loops off?
 
 
@@ -131,18 +125,6 @@ def test_onset_is_censored_where_the_trial_ends():
     assert (found.lowest.by_step(), found.higher.by_step()) == (0.0, 1.0)
     assert (found.lowest.expected, found.higher.expected) == (0.0, 8.0)
     assert (found.p_value, found.hazard_ratio) == (1.0, None)  # nobody at p = 0 ran on to step 8
-
-
-def test_the_time_to_solve_is_tested_alike():
-    drawn = world(np.random.default_rng(5))
-    found = solution_logrank(drawn).primary
-    low = drawn.dose == 0
-    assert (found.lowest.events, found.higher.events) == (drawn.solved[low].sum(), drawn.solved[~low].sum())
-    assert found.lowest.curve.share[-1] == pytest.approx(drawn.solved[low].mean())
-    statistic, _ = survdiff(drawn.length, drawn.solved.astype(int), (~low).astype(int))
-    beyond = found.higher.events - found.higher.expected
-    assert np.sign(beyond) == np.sign(found.hazard_ratio - 1)
-    assert found.p_value == pytest.approx(stats.chi2.sf(statistic, 1), abs=0.1)
 
 
 def test_each_comparison_is_its_own_and_corrected_as_by_holm():
@@ -188,16 +170,6 @@ def test_a_test_that_could_never_reject_is_none(clusters):
     assert (found.p_all is None) == (clusters < 4)  # here only one direction varies between clusters
 
 
-def test_a_direction_is_known_even_where_the_ratio_is_not():
-    none_at_the_lowest = [(0.0, i, 20, 0, 0) for i in range(15)] + [(0.4, i, 20, 0, 8) for i in range(15)]
-    found = loop_onset_logrank(columns(none_at_the_lowest)).primary
-    assert (found.hazard_ratio, found.direction) == (None, 1)
-    assert found.p_value < 0.05
-    turned = loop_onset_logrank(columns([(0.4 - p, *rest) for p, *rest in none_at_the_lowest])).primary
-    assert (turned.hazard_ratio, turned.direction) == (0.0, -1)
-    assert turned.p_value == pytest.approx(found.p_value)
-
-
 def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
     once = world(np.random.default_rng(8), trap=TRAP)
     twice = Outcomes(**{name: np.repeat(getattr(once, name), 2) for name in Outcomes.__slots__})
@@ -229,14 +201,6 @@ def test_independent_groups_are_told_apart_as_by_statsmodels(pair, weights):
     if happened.any() and found is not None and weights[0] == "equal":
         library = stats.logrank(*(stats.CensoredData.right_censored(last[g], ~happened[g]) for g in (~second, second)))
         assert found == pytest.approx(library.pvalue, abs=1e-10)
-
-
-@given(groups, st.sampled_from(["equal", "running"]))
-def test_which_independent_group_is_first_does_not_matter(pair, weights):
-    last, happened, second = as_columns(pair)
-    one, other = (independent_logrank(last, happened, group, weights=weights) for group in (second, ~second))
-    assert (one is None) == (other is None)
-    assert one is None or one == pytest.approx(other, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import any_loop, any_loop_batch, chance, onset_batch
+from lockprobe.statistics.loops import any_loop, chance, onset_batch
 from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate, first_loops
 
 ROOT = Path(__file__).parents[3]
@@ -72,28 +72,6 @@ def test_every_short_trial_counted_by_hand(null: Null, overlap: bool, actions: i
             assert level.probability == looping / sum(trials.values()), length
 
 
-@pytest.mark.parametrize("overlap", [False, True])
-def test_exact_levels_of_five_actions_agree_with_simulated_ones(overlap: bool) -> None:
-    """Those of four actions: :func:`test_one_simulation_answers_every_length`."""
-    exact = chance_level(18, 5, overlap=overlap)
-    simulated = chance._simulated(18, 5, "uniform", 3, overlap=overlap)
-    assert abs(exact.probability - simulated.probability) < 5 * simulated.error
-
-
-def test_an_independent_simulation_agrees() -> None:
-    trials = np.random.default_rng(11).integers(0, 4, (100_000, 20), dtype=np.int8)
-    assert any_loop_batch(trials).mean() == pytest.approx(chance_level(20).probability, abs=0.0065)
-
-
-@pytest.mark.parametrize("null", NULLS)
-@pytest.mark.parametrize("overlap", [False, True])
-def test_levels_rise_with_length_and_with_overlap(null: Null, overlap: bool) -> None:
-    levels = [chance_level(length, null=null, overlap=overlap).probability for length in range(21)]
-    assert levels == sorted(levels)
-    shared = [chance_level(length, null=null, overlap=True).probability for length in range(21)]
-    assert all(level <= more for level, more in zip(levels, shared, strict=True))
-
-
 def test_what_cannot_be_counted_is_simulated_with_its_error() -> None:
     level = chance_level(24)
     assert level.method == "simulation"
@@ -130,14 +108,6 @@ def test_beyond_the_decisive_length_nothing_is_left_to_decide() -> None:
         trials = np.random.default_rng(6).integers(0, actions, (4_000, steps))
         assert first_loops(trials).min() > 0
     assert chance_level(10_000, 24).probability == 1.0
-
-
-def test_the_error_is_that_of_the_mean() -> None:
-    values = np.random.default_rng(8).random(10_000)
-    level = chance.simulated_chance(values)
-    assert level.probability == pytest.approx(values.mean())
-    assert level.error == pytest.approx(values.std() / 100, rel=1e-3)
-    assert chance.simulated_chance([0.0] * 50).error > 0
 
 
 def test_a_simulation_that_always_loops_still_has_an_error() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from loop_definition import copies, patterns, truth
+from loop_definition import copies
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.loops import (
@@ -19,7 +19,6 @@ from lockprobe.statistics.loops import (
     any_loop,
     any_loop_batch,
     cover,
-    parse_sequence,
 )
 
 SOLVERS: tuple[Solver, ...] = ("dp", "ilp")
@@ -44,24 +43,6 @@ def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_len
     assert chosen.keys() <= words.keys()
 
 
-@pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 7), (4, 7)])
-@pytest.mark.parametrize("overlap", [False, True])
-def test_whether_a_short_trial_loops_is_the_definition(actions: int, longest: int, overlap: bool) -> None:
-    for trial in patterns(actions, longest):
-        for min_length in (1, 2, 3, 4):
-            expected = bool(copies(trial, min_length, overlap))
-            assert any_loop(trial, min_length=min_length, overlap=overlap) == expected, trial
-
-
-@pytest.mark.parametrize(("actions", "longest", "overlap"), [(2, 7, False), (3, 7, False), (2, 7, True)])
-def test_the_linear_programme_is_optimal(actions: int, longest: int, overlap: bool) -> None:
-    for trial in patterns(actions, longest):
-        if any_loop(trial, overlap=overlap):
-            found = cover(trial, solver="ilp", overlap=overlap)
-            assert found.covered == truth(trial, overlap).covered, trial
-            assert_lawful(trial, found, overlap, min_length=3)
-
-
 @settings(deadline=None, max_examples=60)
 @given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5))
 def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int) -> None:
@@ -73,7 +54,7 @@ def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, 
 
 
 @pytest.mark.parametrize("kind", ["random", "loopy"])
-@pytest.mark.parametrize(("n", "trials"), [(20, 12), (40, 4), (60, 2), (90, 1)])
+@pytest.mark.parametrize(("n", "trials"), [(20, 12), (40, 4), (60, 1)])
 def test_both_solvers_cover_equally_much_of_longer_trials(kind: str, n: int, trials: int) -> None:
     rng = np.random.default_rng(n)
     for _ in range(trials):
@@ -89,13 +70,6 @@ def loopy(rng: np.random.Generator, n: int) -> list[int]:
     while len(trial) < n:
         trial += rng.integers(0, 4, rng.integers(2, 7)).tolist() * int(rng.integers(1, 5))
     return [int(rng.integers(0, 4)) if rng.random() < 0.1 else action for action in trial[:n]]
-
-
-@settings(deadline=None, max_examples=150)
-@given(trial=st.lists(st.integers(0, 3), max_size=11).map(tuple))
-def test_both_solvers_choose_equally_few_pieces(trial: tuple[int, ...]) -> None:
-    exact, literal = (cover(trial, solver=solver) for solver in SOLVERS)
-    assert len(exact.intervals) == len(literal.intervals)
 
 
 @settings(deadline=None)
@@ -117,34 +91,14 @@ def test_a_trial_is_covered_if_and_only_if_it_loops(trial: tuple[int, ...], over
     assert looping == found.any_loop == (found.covered > 0) == (found.share > 0)
 
 
-@given(
-    trials=st.integers(0, 20).flatmap(
-        lambda n: st.lists(st.lists(st.integers(0, 2), min_size=n, max_size=n), min_size=1, max_size=9)
-    ),
-    overlap=st.booleans(),
-    min_length=st.integers(1, 5),
-)
-def test_a_batch_is_its_trials(trials: list[list[int]], overlap: bool, min_length: int) -> None:
-    found = any_loop_batch(np.array(trials, dtype=np.int8), overlap=overlap, min_length=min_length)
-    assert found.tolist() == [any_loop(t, overlap=overlap, min_length=min_length) for t in trials]
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_worked_examples(solver: Solver) -> None:
     for trial, covered in {"001001010": 9, "000010010000": 12, "010101010": 9, "AAAA": 0, "ABCDABDC": 0}.items():
         assert cover(trial, solver=solver).covered == covered
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_a_cycle_is_reported_as_one_loop(solver: Solver) -> None:
-    found = cover(parse_sequence("A B C A B C A B C"), solver=solver)
-    assert found.words == (("A", "B", "C"),)
-    assert found.intervals == ((0, 3), (3, 3), (6, 3))
-    assert (found.n, found.any_loop, found.covered, found.share) == (9, True, 9, 1.0)
-
-
 @pytest.mark.parametrize("period", [3, 4, 5, 7])
-@pytest.mark.parametrize("times", [2, 3, 4, 5, 6, 9])
+@pytest.mark.parametrize("times", [2, 3, 9])
 def test_any_cycle_is_reported_as_its_period(period: int, times: int) -> None:
     found = cover(list(range(period)) * times)
     assert found.words == (tuple(range(period)),)

@@ -54,23 +54,6 @@ def test_where_no_trial_is_left_running_nothing_bounds_the_share_from_above():
     assert found.high[11:] == (1.0,) * 10
 
 
-def test_early_censoring_widens_the_band_and_only_from_there_on():
-    steps, solved = np.array([4] * 10 + [20] * 20), np.array([True] * 10 + [False] * 20)
-    cut = np.where(np.arange(30) >= 20, 10, steps)
-    steps[10], solved[10] = cut[10], solved[10] = 15, True
-    whole, less = incidence(steps, solved, 20), incidence(cut, solved, 20)
-    assert (whole.low[:11], whole.high[:11]) == (less.low[:11], less.high[:11])
-    assert less.high[15] - less.low[15] > whole.high[15] - whole.low[15]
-
-
-def test_the_area_is_the_mean_score_of_trials_and_its_error_theirs():
-    steps, solved = drawn(DISTRIBUTIONS["most"], 40, np.random.default_rng(1))
-    area = incidence(steps, solved, 20).area
-    scores = np.where(solved, (21 - steps) / 20, 0.0)
-    assert area.value == pytest.approx(scores.mean())
-    assert area.se == pytest.approx(scores.std() / np.sqrt(40))
-
-
 def test_the_error_of_the_area_allows_for_early_censoring():
     rng = np.random.default_rng(3)
     budgets = np.where(np.arange(60) % 2, 10, 20)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -59,30 +56,6 @@ def test_an_array_a_list_and_names_are_measured_alike(trials: list[list[int]]) -
     for other in (trials, list(array), ["".join("xyz"[a] for a in trial) for trial in trials], array - 2):
         for column in COLUMNS:
             assert np.array_equal(getattr(measure(other), column), getattr(found, column)), column
-
-
-def test_what_kind_of_sequence_it_is_does_not_matter() -> None:
-    rng = np.random.default_rng(2)
-    for n in (40, 100, 300, TRIAL_LENGTH + 1):
-        numbers = rng.integers(0, 5, n)
-        expected = cover(numbers.tolist())
-        assert cover(numbers) == expected
-        assert cover(tuple(numbers.tolist())) == expected
-        assert cover("".join(chr(65 + a) for a in numbers)).intervals == expected.intervals
-        assert cover([f"joint {a}" for a in numbers]).intervals == expected.intervals
-        assert cover([a or "none" for a in numbers.tolist()]).intervals == expected.intervals
-        assert cover([a or (1, 2) for a in numbers.tolist()]).intervals == expected.intervals
-        assert cover([a or 2**70 for a in numbers.tolist()]).intervals == expected.intervals
-        assert cover(np.array([f"joint {a}" for a in numbers])).words[0][0].startswith("joint")
-        assert all(type(action) is int for word in cover(numbers).words for action in word)
-
-
-def test_a_trial_imports_no_optimizer() -> None:
-    program = (
-        "import sys; from lockprobe.statistics.loops import cover; cover('ABCDABCDABCDABCDABCD'); "
-        "assert 'scipy.optimize' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_bad_batches_are_refused() -> None:

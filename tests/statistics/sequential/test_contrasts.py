@@ -81,13 +81,6 @@ def test_a_statement_has_the_block_at_which_it_was_first_made():
         assert getattr(at_every_look(first_blocks(members, at - 1), margin=0.2)[one], of) is None
 
 
-def test_a_difference_with_larger_bounds_is_the_same_in_its_unit():
-    small, large = at_every_look(family((0.3,))), at_every_look(family((0.3,), bound=20))
-    assert large[0].p_value == pytest.approx(small[0].p_value)
-    assert large[0].low == pytest.approx(20 * small[0].low)
-    assert large[0].value == pytest.approx(20 * small[0].value)
-
-
 def test_a_further_member_that_shows_nothing_costs_and_one_that_shows_an_effect_hardly_does():
     members = family((0.3, 0.0, 0.8), 3)
     alone, beside_none, beside_effect = (
