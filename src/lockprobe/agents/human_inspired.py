@@ -126,10 +126,17 @@ class HumanInspired(Policy[Tried]):
             return [view.target]
         ruled_out = self._ruled_out(view, memory)
         untried = [joint for joint in range(view.joints) if not ruled_out >> joint & 1]
-        fresh = [joint for joint in untried if not self._spared(memory) >> joint & 1]
+        spared = memory.opened if self.spare == "opened" else 0
+        if self.spare == "moved" and memory.moved >= 0:
+            spared = 1 << memory.moved
+        fresh = [joint for joint in untried if not spared >> joint & 1]
         if self.target == "last" and view.target in untried:
             fresh = [joint for joint in fresh if joint != view.target] or [view.target]
-        return self._nearest(view, memory, fresh) or untried or range(view.joints)
+        if self.nearest and memory.moved >= 0 and view.places and fresh:
+            x, y = view.places[memory.moved]
+            far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in fresh}
+            fresh = [joint for joint in fresh if far[joint] == min(far.values())]
+        return fresh or untried or range(view.joints)
 
     def _target_is_due(self, view: View, memory: Tried) -> bool:
         return self.target == "first" and not self._ruled_out(view, memory) >> view.target & 1
@@ -138,15 +145,3 @@ class HumanInspired(Policy[Tried]):
         if self.memory == "configuration":
             return memory.seen >> (memory.opened * view.joints) & ((1 << view.joints) - 1)
         return memory.failed if self.memory == "since-move" else 0
-
-    def _spared(self, memory: Tried) -> int:
-        if self.spare == "moved":
-            return 1 << memory.moved if memory.moved >= 0 else 0
-        return memory.opened if self.spare == "opened" else 0
-
-    def _nearest(self, view: View, memory: Tried, joints: list[int]) -> list[int]:
-        if not self.nearest or memory.moved < 0 or not view.places or not joints:
-            return joints
-        x, y = view.places[memory.moved]
-        far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in joints}
-        return [joint for joint in joints if far[joint] == min(far.values())]

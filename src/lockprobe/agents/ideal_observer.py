@@ -95,18 +95,11 @@ class IdealObserver(Policy[Belief]):
         """Choose from the posterior, by one draw, and say what the last action probably did."""
         view, belief = self.recall(situation)
         probabilities = self.probabilities(view, belief)
-        return Decision(
-            joint=situation.task.joints[draw(probabilities, rng)],
-            claimed=_claimed(belief.moved, told_outcome(situation)),
-            probabilities=probabilities,
-        )
-
-
-def _claimed(moved: float | None, told: Outcome | None) -> Outcome | None:
-    """The more probable outcome of the last action; the reported one if both are equally probable."""
-    if moved is None or abs(moved - 0.5) < _EVEN:
-        return told
-    return "moved" if moved > 0.5 else "blocked"
+        claimed = told_outcome(situation)
+        if belief.moved is not None and abs(belief.moved - 0.5) >= _EVEN:
+            claimed = "moved" if belief.moved > 0.5 else "blocked"
+        joint = situation.task.joints[draw(probabilities, rng)]
+        return Decision(joint=joint, claimed=claimed, probabilities=probabilities)
 
 
 def _numbers(view: View) -> tuple[int, ...]:

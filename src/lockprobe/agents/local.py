@@ -226,7 +226,11 @@ def _segments(situation: Situation) -> list[str]:
     """The log up to the point where the model has to say what its last action did, or to choose."""
     segments = [CONSTANT if situation.task.assessment else UNASKED, *_introduction(situation)]
     for turn in situation.past:
-        segments += [*_observation(turn.percept.text, turn.remark), *_reply(turn)]
+        segments += _observation(turn.percept.text, turn.remark)
+        said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
+        # an earlier reply in the same segments in which it was asked for
+        segments += ["Last joint:", f" {turn.percept.joint}", said, "."] if said else []
+        segments += [" Next joint:", f" {turn.decision.joint}", "."]
     segments += _observation(situation.percept.text, situation.briefing.remark)
     if situation.percept.joint is not None and situation.task.assessment:
         segments += ["Last joint:", f" {situation.percept.joint}"]
@@ -246,10 +250,3 @@ def _introduction(situation: Situation) -> tuple[str, ...]:
         f" {situation.briefing.warning}".rstrip(),
         "\n\nStep log:",
     )
-
-
-def _reply(turn: Turn) -> tuple[str, ...]:
-    """An earlier reply, in the same segments in which it was asked for."""
-    said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
-    opening = ("Last joint:", f" {turn.percept.joint}", said, ".") if said else ()
-    return (*opening, " Next joint:", f" {turn.decision.joint}", ".")

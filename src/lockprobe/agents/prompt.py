@@ -127,6 +127,7 @@ def instructions(
     else:
         observation = _OBSERVATION[positions, outcomes or not positions].format(told=_POSITIONS[in_full])
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
+    items = ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing))
     text = template.format(
         count=len(task.joints),
         joints=", ".join(task.joints),
@@ -134,7 +135,7 @@ def instructions(
         budget=task.budget,
         names="" if pictures else ", 0 and 1",
         observation=f"{observation} {warning}".rstrip(),
-        reply=reply or f"Reply with one JSON object and nothing else:\n{_object(task, briefing)}",
+        reply=reply or f"Reply with one JSON object and nothing else:\n{{{items}}}",
     )
     return text if warning in text else f"{text} {warning}"
 
@@ -178,11 +179,6 @@ def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> lis
     joint = _Item("joint", "the joint to attempt next", f"one of {json.dumps(list(task.joints))}", one_of)
     works = _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"})
     return items + {"before": [works, joint], "after": [joint, works], "off": [joint]}[briefing.hypothesis]
-
-
-def _object(task: Task, briefing: Briefing) -> str:
-    """The requested JSON object, in words."""
-    return "{" + ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing)) + "}"
 
 
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:

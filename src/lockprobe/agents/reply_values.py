@@ -107,8 +107,4 @@ def _sentence(value: object) -> str:
 
 
 def _none_of(name: str, value: object, allowed: Sequence[str]) -> ReplyFault:
-    return ReplyFault(f"{name}: {_shown(value)} is none of {', '.join(allowed)}")
-
-
-def _shown(value: object) -> str:
-    return f"{value!r}"[:80]
+    return ReplyFault(f"{name}: {repr(value)[:80]} is none of {', '.join(allowed)}")

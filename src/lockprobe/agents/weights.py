@@ -80,7 +80,13 @@ def locate(spec: str) -> Path:
         _verify(path, EMBEDDED.sha256)
         return path
     named = _PORTABLE.fullmatch(spec)
-    path = _noted(named["name"]) if named else Path(spec.removeprefix(_FILE)).expanduser()
+    path = Path(spec.removeprefix(_FILE)).expanduser()
+    if named:
+        note = _note(named["name"])
+        if not note.is_file():
+            remedy = "name its file once: --agent llm:gguf:PATH"
+            raise Missing(f"{_FILE}{named['name']} is not known on this machine", remedy)
+        path = Path(note.read_text())
     for part in parts_of(path):
         check_regular(part)
         try:
@@ -125,13 +131,6 @@ def _name_and_hash(path: Path, marks: tuple[tuple[int, int], ...]) -> str:
 def _note(name: str) -> Path:
     """The file that says where the file of a model is on this machine."""
     return models_directory() / f"{name}.path"
-
-
-def _noted(name: str) -> Path:
-    note = _note(name)
-    if not note.is_file():
-        raise Missing(f"{_FILE}{name} is not known on this machine", "name its file once: --agent llm:gguf:PATH")
-    return Path(note.read_text())
 
 
 def model_name(path: Path) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from lockprobe.boxes.box import Clause, Lockbox
+from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.state_space import Space, holds, space_of
 
 FaultKind = Literal["nothing moves", "unsolvable", "contradictory", "too short"]
@@ -43,10 +43,10 @@ def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
         return Fault(kind="unsolvable", reason=said)
     for clause in box.interlock.get(box.target, ()):
         if not holds(box, clause, space.reachable).any():
+            words = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
             return Fault(
                 kind="contradictory",
-                reason=f"contradictory: {_words(clause)} of target {box.target} holds in no configuration that can be "
-                "reached",
+                reason=f"contradictory: {{{words}}} of target {box.target} holds in no configuration that can be reached",
             )
     if space.optimum < shortest:
         return Fault(kind="too short", reason=f"too short: solved in {space.optimum} of at least {shortest} steps")
@@ -75,7 +75,3 @@ def _cycle(waits: Mapping[str, Sequence[str]], path: list[str]) -> list[str]:
         if found:
             return found
     return []
-
-
-def _words(clause: Clause) -> str:
-    return "{" + ", ".join(f"{other} = {int(position)}" for other, position in clause.items()) + "}"

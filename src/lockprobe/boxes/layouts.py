@@ -46,7 +46,11 @@ def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Pl
     if layout == "zigzag":
         found = [((i + 0.5) / count, 0.3 if i % 2 else 0.7) for i in range(count)]
     elif layout == "ngram":
-        found = [(0.5 + 0.4 * sin(2 * pi * i / count), 0.5 + 0.4 * cos(2 * pi * i / count)) for i in _star(count)]
+        # corners in the order of the widest star polygon; for 4 and 6, which have none, pairs of opposite corners
+        step = max((k for k in range(2, (count + 1) // 2) if gcd(count, k) == 1), default=max(1, count // 2))
+        rounds = gcd(count, step)
+        star = [(first + k * step) % count for first in range(rounds) for k in range(count // rounds)]
+        found = [(0.5 + 0.4 * sin(2 * pi * i / count), 0.5 + 0.4 * cos(2 * pi * i / count)) for i in star]
     elif layout == "grid":
         columns = ceil(sqrt(count))
         rows = ceil(count / columns)
@@ -64,13 +68,6 @@ def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Pl
 def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """A random permutation from uniform numbers, whose stream is the same in every release of NumPy."""
     return np.argsort(rng.random(count), kind="stable")
-
-
-def _star(count: int) -> list[int]:
-    """Corners in the order of the widest star polygon; for 4 and 6, which have none, pairs of opposite corners."""
-    step = max((k for k in range(2, (count + 1) // 2) if gcd(count, k) == 1), default=max(1, count // 2))
-    rounds = gcd(count, step)
-    return [(first + k * step) % count for first in range(rounds) for k in range(count // rounds)]
 
 
 def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, dealt: bool = False) -> Lockbox:

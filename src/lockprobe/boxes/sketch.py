@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.box import Lockbox
 
 _WIDE, _ROW = 60, 0.12
 """Width of the panel in characters; joints whose heights differ by less are in one row."""
@@ -71,13 +71,10 @@ def interlock_lines(box: Lockbox) -> list[str]:
     for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
         if joint.name not in shown:
             shown.add(joint.name)
-            lines += [joint.name + _note(box, joint), *_needs(box, joint.name, shown)]
+            target = " (target)" if joint.name == box.target else ""
+            free = "" if box.alternatives(joint.name) else ": always free"
+            lines += [joint.name + target + free, *_needs(box, joint.name, shown)]
     return lines
-
-
-def _note(box: Lockbox, joint: Joint) -> str:
-    target = " (target)" if joint.name == box.target else ""
-    return target + ("" if box.alternatives(joint.name) else ": always free")
 
 
 def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:

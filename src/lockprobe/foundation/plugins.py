@@ -144,7 +144,8 @@ class Plugin:
         except BaseException as error:  # also the SystemExit of a module that is a program
             if self.package:
                 raise BrokenPlugin(self.kind, self.name, self.package, error) from error
-            expected = f"python:module:Name of an importable class or function ({_words(error)})"
+            said = str(error) if isinstance(error, ImportError | AttributeError) else kind_and_words(error)
+            expected = f"python:module:Name of an importable class or function ({said})"
             raise BadValue(self.kind, self.name, expected) from error
         if not self.package and isinstance(found, type | FunctionType | BuiltinFunctionType):
             self._refuse_standard(str(found.__module__))
@@ -353,7 +354,3 @@ def _ships(point: Any) -> bool:
 
 def _package(point: Any) -> str:
     return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
-
-
-def _words(error: BaseException) -> str:
-    return str(error) if isinstance(error, ImportError | AttributeError) else kind_and_words(error)

@@ -39,7 +39,8 @@ def without_keys(text: str) -> str:
     Secrets are found in plain form, encoded for a URL or in Base64, and with any of their characters as JSON escapes.
     """
     text = text.encode("utf-8", "replace").decode("utf-8")
-    environment = _environment()
+    # as Python holds them: to decode them all takes longer than all else here
+    environment: _Environment = tuple(getattr(os.environ, "_data", os.environ).items())
     for secret in _secrets_of(environment):
         text = text.replace(secret, "[secret]")
     if "\\" in text:
@@ -54,11 +55,6 @@ def without_secrets(text: str) -> str:
     for shape, instead in _SHAPES:
         text = shape.sub(instead, text)
     return text
-
-
-def _environment() -> _Environment:
-    """The variables of the environment, as Python holds them: to decode them all takes longer than all else here."""
-    return tuple(getattr(os.environ, "_data", os.environ).items())
 
 
 @lru_cache(maxsize=4)

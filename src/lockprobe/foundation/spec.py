@@ -291,16 +291,11 @@ def arguments_from(
     for option in options:
         if option not in known:
             raise UnknownName(f"option of {name}", option, known or ["none"])
-    hints = _hints(make)
-    return {option: _value(option, text, _kind(known[option], hints)) for option, text in options.items()}
-
-
-def _hints(make: Callable[..., object]) -> dict[str, Any]:
-    """The annotations of a function; none if they name imports for type checkers only."""
     try:
-        return get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
-    except (AttributeError, NameError, TypeError):
-        return {}
+        hints = get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
+    except (AttributeError, NameError, TypeError):  # they name imports for type checkers only
+        hints = {}
+    return {option: _value(option, text, _kind(known[option], hints)) for option, text in options.items()}
 
 
 def _kind(argument: Any, hints: Mapping[str, Any]) -> Any:

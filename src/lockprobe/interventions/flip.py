@@ -221,7 +221,10 @@ class OutcomeFlip:
         if self.others != "fresh":
             noisy = percept.outcome is not None and self.falls_on(len(past))
             for place, (truth, earlier) in enumerate(zip(percept.positions, before, strict=True)):
-                told[place] = self._told_of_another(drawn, place, truth=truth, earlier=earlier, noisy=noisy)
+                if self.others == "noisy":
+                    told[place] = truth ^ (noisy and survival(float(drawn), place) < self.p)
+                elif self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep):
+                    told[place] = earlier
         if percept.joint is not None:
             place = task.joints.index(percept.joint)
             if self.inverts == "outcome" and last is not None and percept.outcome is not None:
@@ -229,13 +232,6 @@ class OutcomeFlip:
             else:
                 told[place] = percept.positions[place] ^ flipped
         return tuple(told)
-
-    def _told_of_another(self, drawn: float, place: int, *, truth: bool, earlier: bool, noisy: bool) -> bool:
-        """The position told of a joint that was not attempted, in the report for which this number was drawn."""
-        if self.others == "noisy":
-            return truth ^ (noisy and survival(float(drawn), place) < self.p)
-        survives = self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep)
-        return earlier if survives else truth
 
 
 _LIKE: Mapping[str, tuple[Inverts, Others]] = {

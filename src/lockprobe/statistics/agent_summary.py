@@ -126,11 +126,12 @@ def agent_summary(
     shares = [point for condition in distinct for point in condition.points]
     looked_at = trials.at({condition.dose for condition in distinct})
     inference = _tested(looked_at, trials.budget, agents)
+    shown = spoken(trials.modality) if several or trials.modality not in PLAIN_WORDS else ""
     return AgentSummary(
         agent=trials.agent,
         spec=trials.spec,
         modality=trials.modality,
-        shown=", ".join(filter(None, (_shown(trials.modality, several=several), axis.rest))),
+        shown=", ".join(filter(None, (shown, axis.rest))),
         reference=is_reference(trials.spec),
         heeded=heeded,
         conditions=conditions,
@@ -193,10 +194,6 @@ def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
             lambda: correlation((), empty, empty),
         ),
     )
-
-
-def _shown(modality: str, *, several: bool) -> str:
-    return spoken(modality) if several or modality not in PLAIN_WORDS else ""
 
 
 def _stream(trials: AxisTrials, use: str) -> np.random.Generator:

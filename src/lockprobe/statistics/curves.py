@@ -101,7 +101,11 @@ def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
     budget = max((trial.budget for trial in trials), default=0)
     steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
     solved = np.array([trial.solved for trial in counted], dtype=np.bool_)
-    found = incidence(steps, solved, budget, _design_effect(outcomes(counted)))
+    columns, design_effect = outcomes(counted), 1.0
+    if columns.crossed:  # else all trials are independent
+        ones = np.ones(len(columns))
+        design_effect = crossed_proportion(columns.solved, ones, columns.player, columns.luck).design_effect
+    found = incidence(steps, solved, budget, design_effect)
     return SuccessCurve(
         n=len(counted),
         errors=len(trials) - len(counted),
@@ -111,14 +115,6 @@ def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
         high=found.high,
         area=found.area,
     )
-
-
-def _design_effect(counted: Outcomes) -> float:
-    """The design effect of clustering by player on the share solved; 1 if all trials are independent."""
-    if not counted.crossed:
-        return 1.0
-    ones = np.ones(len(counted))
-    return crossed_proportion(counted.solved, ones, counted.player, counted.luck).design_effect
 
 
 def _first(values: Sequence[float], share: float) -> int | None:

@@ -223,6 +223,7 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
     made = [len(trial.claims) for trial in asked]
     wrong = [trial.misinterpreted for trial in asked]
     untrue = [trial.false_beliefs for trial in asked]
+    kinds = Counter((claim.claimed, claim.told, claim.truth) for trial in asked for claim in trial.claims)
     return Misinterpretations(
         trials=len(asked),
         affected=sum(count > 0 for count in wrong),
@@ -245,7 +246,10 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
         hallucinated=clustered_proportion(
             [sum(c.misinterpreted and c.told == "blocked" for c in trial.claims) for trial in asked], wrong
         ),
-        counts=_counts(claim for trial in asked for claim in trial.claims),
+        counts=tuple(
+            ClaimCount(claimed=claimed, told=told, truth=truth, count=kinds[claimed, told, truth])
+            for claimed, told, truth in product(get_args(Outcome), repeat=3)
+        ),
         not_asked=sum(not trial.assessment for trial in ended(trials)),
     )
 
@@ -266,12 +270,4 @@ def _misread(asked: Sequence[TrialClaims], told: Outcome) -> ClusteredProportion
     about = [found for trial in asked if (found := [claim for claim in trial.claims if claim.told == told])]
     return clustered_proportion(
         [sum(claim.misinterpreted for claim in found) for found in about], list(map(len, about))
-    )
-
-
-def _counts(found: Iterable[Claim]) -> tuple[ClaimCount, ...]:
-    kinds = Counter((claim.claimed, claim.told, claim.truth) for claim in found)
-    return tuple(
-        ClaimCount(claimed=claimed, told=told, truth=truth, count=kinds[claimed, told, truth])
-        for claimed, told, truth in product(get_args(Outcome), repeat=3)
     )

@@ -74,7 +74,9 @@ def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> Opti
     if not all(trial.ordinary for trial in counted):
         return None
     prior = prior_for(len(counted[0].joints)) if counted else None
-    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in _first(counted)]
+    before = accumulate((len(trial.steps) for trial in counted[:JUDGED]), initial=0)
+    first = [trial for trial, actions in zip(counted[:JUDGED], before, strict=False) if actions < ACTIONS]
+    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in first]
     judged = [_choices(trial, reports, prior) for trial, reports in told if reports] if prior else []
     if not judged:
         return None
@@ -82,12 +84,6 @@ def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> Opti
     counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]
     share = clustered_proportion(counts, [len(choices) for choices, _ in judged])
     return OptimalActions(share, any(contradicted for _, contradicted in judged))
-
-
-def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
-    """The trials that are judged."""
-    before = accumulate((len(trial.steps) for trial in trials[:JUDGED]), initial=0)
-    return [trial for trial, actions in zip(trials[:JUDGED], before, strict=False) if actions < ACTIONS]
 
 
 class _Moment:
@@ -145,7 +141,10 @@ def _choices(trial: Trial, told: Sequence[Told], prior: str) -> tuple[list[tuple
 
     These may be the first actions alone.
     """
-    now = _moment(begin(interlocks(prior, len(trial.joints)), noise_model("naive", _reading(trial))))
+    # what the observer knows to be inverted: what was inverted in this trial, or outcomes
+    positions = any(channel.get("inverts") == "position" for channel in trial.channels)
+    noise = noise_model("naive", "positions" if positions else "outcomes")
+    now = _moment(begin(interlocks(prior, len(trial.joints)), noise))
     found, contradicted = [], False
     for joint, report in told:
         found.append((now, joint))
@@ -153,11 +152,6 @@ def _choices(trial: Trial, told: Sequence[Told], prior: str) -> tuple[list[tuple
             now, again = now.after(report)
             contradicted |= again
     return found, contradicted
-
-
-def _reading(trial: Trial) -> KnownReading:
-    """What the observer knows to be inverted: what was inverted in this trial, or outcomes."""
-    return "positions" if any(channel.get("inverts") == "position" for channel in trial.channels) else "outcomes"
 
 
 def _told(trial: Trial) -> list[Told]:

@@ -95,7 +95,10 @@ def summarise(
     """
     by_agent = on_axis(trials, place, orders)
     check_trials(trials, box)
-    _check_doses(by_agent, axis)
+    for members in by_agent if axis == FLIPS else ():
+        for trial, dose in zip(members.trials, members.doses, strict=True):
+            if not 0 <= dose <= 1:
+                raise BadValue(f"{axis.name} of {trial.key}", dose, "a number from 0 to 1")
     reference = section(
         "Curves of random agents and of the shortest plan",
         lambda: reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None,
@@ -173,13 +176,6 @@ def check_trials(trials: Sequence[Trial], box: Lockbox | None = None) -> None:
     boxes = sorted({trial.box for trial in trials} | ({box.name} if box else set()))
     if len(boxes) > 1:
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
-
-
-def _check_doses(by_agent: Sequence[AxisTrials], axis: Axis) -> None:
-    for members in by_agent:
-        for trial, dose in zip(members.trials, members.doses, strict=True):
-            if axis == FLIPS and not 0 <= dose <= 1:
-                raise BadValue(f"{axis.name} of {trial.key}", dose, "a number from 0 to 1")
 
 
 def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | None]) -> list[int]:

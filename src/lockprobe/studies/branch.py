@@ -140,7 +140,9 @@ def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     condition = _condition(study, trial)
     plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
     changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
-    acting, changed = changes(plan.condition, name.arm, name.at, _label(trial, name.arm))
+    joint = name.arm.partition("=")[2]
+    label = trial.labels[trial.joints.index(joint)] if joint else ""
+    acting, changed = changes(plan.condition, name.arm, name.at, label)
     fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
 
@@ -160,12 +162,6 @@ def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple
 
 _changed_for_all = lru_cache(maxsize=1024)(_changed)
 """The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
-
-
-def _label(trial: Trial, arm: str) -> str:
-    """The label, in this trial, of the joint that an arm names; empty if it names none."""
-    joint = arm.partition("=")[2]
-    return trial.labels[trial.joints.index(joint)] if joint else ""
 
 
 def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") -> tuple[Intervention, ...]:

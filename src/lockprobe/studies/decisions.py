@@ -154,7 +154,8 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
     ]
     for i, question in enumerate(family.questions):
         courses = [case[i] for case in cases]
-        effect, small = _effect_at(courses), _last([one.small_at for one in courses])
+        effect = _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
+        small = _last([one.small_at for one in courses])
         if effect is not None and effect <= (small or effect):
             yield Decision(question, "effect", effect, courses[0].way)
         else:
@@ -178,11 +179,6 @@ def _cases(outcomes: Outcomes) -> list[Mapping[str, Array]]:
             {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
         ]
     return found
-
-
-def _effect_at(courses: Sequence[Decided]) -> int | None:
-    """The block with which all of them have an effect, of the same sign."""
-    return _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
 
 
 def _last(blocks: Sequence[int | None]) -> int | None:

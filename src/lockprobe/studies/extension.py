@@ -37,7 +37,8 @@ def extended(planned: Study, directory: Path) -> Study:
     there = read_study(directory)
     if planned.until and planned.repetitions == 1 < there.repetitions:
         planned = sized_as_there(planned, there, {"until", "most"})
-    if not _larger(there, planned):
+    before, now = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
+    if any(more < less for more, less in zip(now, before, strict=True)):
         return planned
     planned = replace(planned, earlier=there.earlier)
     if _size(there) == _size(planned) or not is_begun(directory):
@@ -51,9 +52,3 @@ def extended(planned: Study, directory: Path) -> Study:
 
 def _size(study: Study) -> tuple[object, ...]:
     return study.repetitions, study.trials, study.strategy_trials, study.until
-
-
-def _larger(there: Study, planned: Study) -> bool:
-    """Whether there are no fewer repetitions and trials than before, for each agent too."""
-    before, now = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
-    return all(more >= less for more, less in zip(now, before, strict=True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from lockprobe.trial.record import Trial
 
@@ -15,14 +15,10 @@ def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:
     """
     again, replies = Counter[str](), Counter[str]()
     for trial in trials:
-        if of_each := [len(one) for one in _replies(trial) if one]:
+        replied = [step.decision.replies for step in trial.steps]
+        if trial.error is not None:  # those that led to no decision
+            replied.append(trial.error.replies)
+        if of_each := [len(one) for one in replied if one]:
             again[trial.group] += sum(of_each) - len(of_each)
             replies[trial.group] += sum(of_each)
     return {agent: (number, replies[agent]) for agent, number in again.items() if number}
-
-
-def _replies(trial: Trial) -> Iterator[tuple[str, ...]]:
-    """The replies to each decision, and those that led to none."""
-    yield from (step.decision.replies for step in trial.steps)
-    if trial.error is not None:
-        yield trial.error.replies

@@ -301,14 +301,12 @@ class _Loop:
 
     def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
         made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
-        return percept if self._plan.fork is not None and self._replaced(acting.one, self._plan.fork) else made
-
-    def _replaced(self, channel: Channel, fork: Fork) -> bool:
-        """Whether the arm of a fork acts in place of this channel; what makes words and pictures goes on acting."""
-        if not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
-            return False
-        traits = InterventionTraits.of(channel)
-        return not (traits.shows or traits.after_words)
+        fork = self._plan.fork
+        if fork is None or not fork.replaces(len(self._moments)) or any(acting.one is one for one in fork.acting):
+            return made
+        # the arm of the fork acts in place of this channel; what makes words and pictures goes on acting
+        traits = InterventionTraits.of(acting.one)
+        return made if traits.shows or traits.after_words else percept
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:

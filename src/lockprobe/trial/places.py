@@ -89,12 +89,11 @@ def whole(value: object) -> object:
 
 def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
     """Facts as a record holds them: what is neither text, number nor truth value is written as text."""
-    return {str(name): _fact(value) for name, value in said.items()}
-
-
-def _fact(value: object) -> Fact:
-    plain = value is None or isinstance(value, str | int | bool) or (isinstance(value, float) and math.isfinite(value))
-    return value if plain else str(value)  # type: ignore[return-value]
+    facts: dict[str, Fact] = {}
+    for name, value in said.items():
+        plain = value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
+        facts[str(name)] = value if plain else str(value)  # type: ignore[assignment]
+    return facts
 
 
 def _said(one: Intervention, what: str) -> dict[str, Fact]:

@@ -100,7 +100,9 @@ def check_whole(trial: Trial) -> None:
     for number, step in enumerate(trial.steps, 1):
         if step.step != number:
             raise BadValue(f"trial record, step {number}, number", step.step, str(number))
-    _check_changes(trial)
+    for spec, count in (*trial.changed.items(), ("all together", trial.changed_steps)):
+        if not 0 <= count <= len(trial.steps):
+            raise BadValue(f"trial record, steps changed by {spec}", count, f"0 to {len(trial.steps)}, its steps")
     _check_ending(trial)
 
 
@@ -125,13 +127,6 @@ def _check_reading(where: str, sensed: Mapping[str, Fact], joints: int) -> None:
     """Refuse a reading of a camera that is not one of all joints."""
     if CAMERA in sensed and not is_reading(sensed[CAMERA], joints):
         raise BadValue(f"{where}, {CAMERA}", sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}")
-
-
-def _check_changes(trial: Trial) -> None:
-    """Check that no intervention changed more steps than there are."""
-    for spec, count in (*trial.changed.items(), ("all together", trial.changed_steps)):
-        if not 0 <= count <= len(trial.steps):
-            raise BadValue(f"trial record, steps changed by {spec}", count, f"0 to {len(trial.steps)}, its steps")
 
 
 def _check_ending(trial: Trial) -> None:

@@ -123,22 +123,17 @@ class TrialReader:
         if before is None or between is None or behind is None:
             return None
         repetition, number = cut.place
+        text, joints, labels = line[slice(*cut.steps)], between["joints"], between["labels"]
+        known = self._steps.setdefault((joints, labels), {})
+        parts = text[len(_FIRST_STEP) : -1].split(_NEXT_STEP) if text else []
         try:
-            steps = self._parsed(line[slice(*cut.steps)], between["joints"], between["labels"])
+            steps = tuple([known.get(part) or self._new_step(part, known, joints, labels) for part in parts])
             key = cut.key.decode()
             trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
             check_whole(trial)
         except (BadValue, ValidationError):  # parsed whole, the line says what is wrong with it
             return None
         return trial
-
-    def _parsed(self, text: bytes, joints: tuple[str, ...], labels: tuple[str, ...]) -> tuple[Step, ...]:
-        """The steps of a trial."""
-        if not text:
-            return ()
-        known = self._steps.setdefault((joints, labels), {})
-        parts = text[len(_FIRST_STEP) : -1].split(_NEXT_STEP)
-        return tuple([known.get(part) or self._new_step(part, known, joints, labels) for part in parts])
 
     def _new_step(
         self, part: bytes, known: dict[bytes, Step], joints: tuple[str, ...], labels: tuple[str, ...]

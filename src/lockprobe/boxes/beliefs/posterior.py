@@ -202,13 +202,8 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
     if found is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = _restart(belief, before & ~1)
+    again = _prior_at(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
     return _condition_on_report(again, report) or _restart_after(again, before & ~1, report)
-
-
-def _restart(belief: Belief, configuration: int) -> Belief:
-    """Restart from the prior at a configuration."""
-    return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
 def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
@@ -293,16 +288,12 @@ def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belie
     now = before ^ (report.moved << report.joint) & ~1
     fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    return _still_shut(fresh) or fresh if report.joint == 0 else fresh
-
-
-def _still_shut(belief: Belief) -> Belief | None:
-    """The belief, given that an attempt does not move the target; None if that is impossible."""
-    blocked = ~belief.interlocks.moves(belief.configuration, 0)
-    possible = belief.possible & blocked
-    weights = belief.weights * blocked
+    blocked = ~fresh.interlocks.moves(fresh.configuration, 0)
+    weights = fresh.weights * blocked
     total = float(weights.sum())
-    return replace(belief, possible=possible, weights=weights / total) if total else None
+    if report.joint or not total:
+        return fresh
+    return replace(fresh, possible=fresh.possible & blocked, weights=weights / total)
 
 
 def entropy(belief: Belief) -> float:

@@ -44,18 +44,14 @@ def connected(address: str) -> Iterator[Any]:
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         raise _unreachable(address, error, said[0]) from None
-    _silence()
+    from ray._private import worker
+
+    # no events of nodes on standard output, which carries the lines of --json
+    worker.print_to_stdstream = lambda *_, **__: None
     try:
         yield ray
     finally:
         ray.shutdown()
-
-
-def _silence() -> None:
-    """Keep Ray from printing events of nodes to standard output, which carries the lines of ``--json``."""
-    from ray._private import worker
-
-    worker.print_to_stdstream = lambda *_, **__: None
 
 
 def _check_reachable(address: str) -> None:

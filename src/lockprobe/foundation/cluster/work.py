@@ -229,7 +229,9 @@ class _Driver(Generic[_J, _R]):
             self._hire_actors()
             for reference in self._cluster.answered(list(self._calls), _LOOK):
                 yield from self._receive(reference)
-            for reference in self._dead_calls():
+            patience = max(_PATIENCE, 20 * self._longest)
+            late = [one for one, call in self._calls.items() if call.jobs and time.monotonic() - call.since > patience]
+            for reference in late:
                 yield from self._requeue_lost(reference, "it did not answer")
 
     def stop(self) -> None:
@@ -283,14 +285,6 @@ class _Driver(Generic[_J, _R]):
             if jobs[0].losses:
                 break
         return jobs
-
-    def _dead_calls(self) -> list[Any]:
-        patience = max(_PATIENCE, 20 * self._longest)
-        return [
-            reference
-            for reference, call in self._calls.items()
-            if call.jobs and time.monotonic() - call.since > patience
-        ]
 
     def _requeue_lost(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
         """Requeue the jobs of a lost actor at the end; yield those that were lost too often."""

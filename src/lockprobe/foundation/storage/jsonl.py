@@ -187,7 +187,11 @@ class _Rescue:
             return ""
         try:
             if self._path is None:
-                self._path = _free_name(self._of.path)
+                number, name = 1, self._of.path.with_name(f"{self._of.path.name}.rescued")
+                while name.exists():
+                    number += 1
+                    name = self._of.path.with_name(f"{self._of.path.name}.rescued-{number}")
+                self._path = name
                 with self._path.open("xb") as file:
                     for block in _blocks(self._of.fileno()) if whole else ():
                         file.write(block)
@@ -212,14 +216,6 @@ def _state(handle: int) -> State:
     found = os.fstat(handle)
     tail = os.pread(handle, _TAIL, max(0, found.st_size - _TAIL))
     return State(found.st_dev, found.st_ino, found.st_size, tail)
-
-
-def _free_name(path: Path) -> Path:
-    number, name = 1, path.with_name(f"{path.name}.rescued")
-    while name.exists():
-        number += 1
-        name = path.with_name(f"{path.name}.rescued-{number}")
-    return name
 
 
 def _blocks(handle: int) -> Iterator[bytes]:

@@ -158,15 +158,10 @@ class _Source:
         """One simulated study: whether each trial was solved, shape (trials, conditions)."""
         if self.pool is not None:
             return self.pool[rng.integers(len(self.pool), size=trials)]
-        return _by_success(self.success, self.shared, trials, rng)
-
-
-def _by_success(success: Sequence[float], shared: float, trials: int, rng: np.random.Generator) -> Flags:
-    """Trials of a stated success, with the arguments of :func:`condition_power`; shape (trials, conditions)."""
-    own, common = rng.random((trials, len(success))), rng.random((trials, 1))
-    alike = rng.random((trials, 1)) < shared
-    found: Flags = np.where(alike, common, own) < np.array(success)
-    return found
+        own, common = rng.random((trials, len(self.success))), rng.random((trials, 1))
+        alike = rng.random((trials, 1)) < self.shared
+        found: Flags = np.where(alike, common, own) < np.array(self.success)
+        return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -159,8 +159,10 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     p_value = found.p_value
     if any(map(len, broken)):
         ends = zip(completed(one, broken[0]), completed(two, broken[1]), strict=True)
-        bounds = [_estimate(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
-        p_value = _worst_case_p([found, *bounds])
+        three = [found, *(_estimate(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends)]
+        known = [one for one in three if one is not None]
+        alike = len(known) == len(three) and len({np.sign(one.value) for one in known}) == 1
+        p_value = max(one.p_value for one in known) if alike else 1.0
     return StudyDifference(
         condition=first.condition,
         family=first.family,
@@ -176,13 +178,6 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         p_value=p_value,
         broken=sum(map(len, broken)),
     )
-
-
-def _worst_case_p(found: Sequence[_PairEstimate | None]) -> float:
-    """The largest P value; 1 if directions differ or a bound cannot be tested."""
-    values = [one for one in found if one is not None]
-    alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
-    return max(one.p_value for one in values) if alike else 1.0
 
 
 def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _PairEstimate | None:

@@ -125,18 +125,14 @@ def _clustered_mean(
         spread += unit**2 * (widest**2 if spread < _TIE else widest)
     se, ends, fewest = math.sqrt(spread) / pairs, math.inf if most is None else most, min(blocks, people)
     if rare is None:
-        low, high, tested = _student(value, se, fewest, level)
+        half = half_width(se, fewest, level)
+        low, high = value - half, value + half
+        tested = float(student_tails(value / se, fewest - 1))
     else:
         share = widest / pairs
         low, high = rare.interval(value, se, fewest, share=share, level=level)
         tested = rare.p_value(value, se, fewest, share=share)
     return replace(none, low=max(-ends, low), high=min(ends, high), p_value=tested if fewest >= FEWEST else None)
-
-
-def _student(value: float, se: float, clusters: int, level: float) -> tuple[float, float, float]:
-    """Both ends of Student's interval, and its P value."""
-    half = half_width(se, clusters, level)
-    return value - half, value + half, float(student_tails(value / se, clusters - 1))
 
 
 def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, rare: RareBlock | None = None) -> BlockMean:

@@ -81,7 +81,11 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
-    made, order = [], _order(groups, lucks)
+    # by the largest plan of an agent
+    planned = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
+    made, order = [], np.empty(0, dtype=np.int64)
+    if planned is not None and lucks:
+        order = np.argsort(planned.rank(*zip(*lucks, strict=True)))
     for group in groups:
         place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
@@ -91,14 +95,6 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
             person[place] = group.player
         made.append(Sheet(solved=solved, steps=steps, person=person, order=order))
     return tuple(values.tolist()), made
-
-
-def _order(groups: Sequence[Outcomes], lucks: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
-    """The rows in the order in which blocks were planned, by the largest plan of an agent; none if nobody has one."""
-    order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
-    if order is None or not lucks:
-        return np.empty(0, dtype=np.int64)
-    return np.argsort(order.rank(*zip(*lucks, strict=True)))
 
 
 def _lucks(group: Outcomes) -> list[tuple[int, int]]:
@@ -132,7 +128,10 @@ def block_mean(
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
     low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, rare)
     if low is not None and high is not None and unit == 1.0 and pairs == n:
-        low, high = _held_by_few(sums, low, high, 1 - ALPHA / choices)
+        first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
+        if first + second <= FEW:  # few pairs differ: not narrower than Tango's
+            ends = score_interval(first, second, len(sums), 1 - ALPHA / choices)
+            low, high = min(low, ends[0]), max(high, ends[1])
     return BlockMean(
         value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
     )
@@ -157,15 +156,6 @@ def _interval(
         return max(-most, value - half), min(most, value + half)
     low, high = rare.interval(value, se, n, share=widest / total, level=level)
     return max(-most, low), min(most, high)
-
-
-def _held_by_few(sums: Array, low: float, high: float, level: float) -> tuple[float, float]:
-    """The interval of a paired difference of shares, not narrower than Tango's if few pairs differ."""
-    first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
-    if first + second > FEW:
-        return low, high
-    ends = score_interval(first, second, len(sums), level)
-    return min(low, ends[0]), max(high, ends[1])
 
 
 def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 1) -> BlockMean:

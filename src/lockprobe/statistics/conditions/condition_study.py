@@ -122,13 +122,15 @@ def summarise_conditions(
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
     series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle), orders=orders, known=conditions))
+    # the doses of every axis whose lowest level is the control, against it
+    by_axis = (flips, *(summary for one, summary in series if one in design.other_axes))
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
         effects=section(
             "Every condition against the control", lambda: _effects(acting, design, _names(idle), orders), tuple
         ),
-        on_axes=tuple(_on_axes(flips, series, design)),
+        on_axes=tuple(found for summary in by_axis for agent in summary.agents if (found := _axis_effects(agent))),
         on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders, each), tuple),
         against_none=section(
             "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders, each), tuple
@@ -269,12 +271,6 @@ def _effects(cells: _Cells, design: Design, idle: _Names, orders: Mapping[str, B
 
 def _of_agent(cells: _Cells, agent: str, of: Comparison) -> dict[str, Sequence[Trial]]:
     return {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
-
-
-def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]], design: Design) -> Iterator[Effects]:
-    """The doses of every axis whose lowest level is the control, against it."""
-    for summary in (flips, *(summary for one, summary in series if one in design.other_axes)):
-        yield from (one for agent in summary.agents if (one := _axis_effects(agent)))
 
 
 def _of_factors(

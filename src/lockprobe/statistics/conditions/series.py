@@ -146,17 +146,12 @@ def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
             axis=Axis(kind=AGENT, dose=option),
             doses=dict(sorted(doses.items(), key=lambda both: both[1])),
             modality=STATES,
-            agent=_together(list(doses), option),
+            # what they are called without the option, or all of them
+            agent=", ".join(dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in doses)),
         )
         for (_, option), doses in families.items()
         if len(doses) >= _FEWEST
     )
-
-
-def _together(agents: Sequence[str], option: str) -> str:
-    """What several agents that differ in one option are called: what they are called without it, or all of them."""
-    without = list(dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in agents))
-    return ", ".join(without)
 
 
 def _number(text: str) -> float | None:

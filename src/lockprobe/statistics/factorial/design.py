@@ -55,7 +55,7 @@ def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
     Every two factors have to be orthogonal: their four combinations occur equally often.
     """
     shown = [arm for arm in arms if arm.modality == modality]
-    said = {arm.label: _options(arm) for arm in shown}
+    said = {arm.label: dict(option for i in arm.acting for option in _of(arm.specs[i])) for arm in shown}
     values: dict[str, set[str]] = {}
     for options in said.values():
         for name, value in options.items():
@@ -70,11 +70,6 @@ def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
         return []
     levels = {name: ("", *values[name]) for name in factors}
     return [Factorial(modality=modality, factors=factors, levels=levels, runs=runs)]  # type: ignore[arg-type]
-
-
-def _options(arm: SeriesArm) -> dict[str, str]:
-    """Every option that acts, by intervention and name: ``plant.light``."""
-    return dict(option for i in arm.acting for option in _of(arm.specs[i]))
 
 
 def _of(spec: Spec) -> list[tuple[str, str]]:

@@ -99,18 +99,14 @@ def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) 
     found: list[FactorEffect] = []
     means = dict[str, float]()
     for measure in MEASURES:
-        values = _values(sheet, measure)
+        # shape (blocks, conditions); NaN where an agent said nothing
+        values = np.array([[_value(trial, measure) for trial in row] for row in sheet], dtype=np.float64)
         if np.isnan(values).all():
             continue
         means[measure] = float(np.nanmean(values))
         found += _of_measure(values, signs, design.factors, measure)
     first = sheet[0][0]
     return FactorialEffects(agent=first.group, design=design, blocks=len(blocks), means=means, effects=tuple(found))
-
-
-def _values(sheet: Sequence[Sequence[Trial]], measure: str) -> Array:
-    """The measure of every trial, shape (blocks, conditions); NaN where an agent said nothing."""
-    return np.array([[_value(trial, measure) for trial in row] for row in sheet], dtype=np.float64)
 
 
 def _value(trial: Trial, measure: str) -> float:
@@ -122,7 +118,9 @@ def _value(trial: Trial, measure: str) -> float:
 
 def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: str) -> list[FactorEffect]:
     """The effects of all factors on a measure."""
-    contrasts = np.stack([_contrast(values, column) for column in signs.T], axis=-1)
+    with np.errstate(invalid="ignore"):
+        means = [_mean(values[:, column > 0]) - _mean(values[:, column < 0]) for column in signs.T]
+    contrasts = np.stack(means, axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
     n = len(kept)
     if n < 2:
@@ -143,12 +141,6 @@ def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: st
         )
         for i, factor in enumerate(factors)
     ]
-
-
-def _contrast(values: Array, levels: Array) -> Array:
-    """The mean at the high level minus the mean at the low level, in every block."""
-    with np.errstate(invalid="ignore"):
-        return _mean(values[:, levels > 0]) - _mean(values[:, levels < 0])
 
 
 def _mean(values: Array) -> Array:

@@ -98,7 +98,7 @@ def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
         first=first,
         second=second,
         p_value=p_value,
-        direction=_concluded(p_value, opens_up=first.z < 0),
+        direction=None if p_value > ALPHA else "U" if first.z < 0 else "inverted U",
     )
 
 
@@ -131,12 +131,6 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
         for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
     )
     return _two_lines_test(float(levels[at]), first, second)
-
-
-def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
-    if p_value > ALPHA:
-        return None
-    return "U" if opens_up else "inverted U"
 
 
 def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:

@@ -99,7 +99,9 @@ def chance_level(
     if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
         return _exact(total - free, total)
     if actions**length <= ENUMERABLE:
-        sequences = _every(length, actions, null)
+        sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
+        if null == "no-repeat":
+            sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
         return _exact(int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum()), total)
     return _simulated(length, actions, null, min_length, overlap=overlap)
 
@@ -171,14 +173,6 @@ def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int |
             return None
         free += patterns * perm(actions, distinct)
     return free
-
-
-def _every(length: int, actions: int, null: Null) -> NDArray[np.int64]:
-    """All sequences that the blind agent can produce, shape (sequences, length)."""
-    sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
-    if null == "no-repeat":
-        sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
-    return sequences
 
 
 def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:

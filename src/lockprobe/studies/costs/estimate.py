@@ -166,7 +166,11 @@ class _AgentEstimator:
 
     def estimate(self) -> Estimate:
         """The estimate for the owed trials, by modality and by the step at which they resume."""
-        owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in self._owed())
+        if self._study.until is None:
+            keys = [key for key in self._shown if key not in self._done]
+        else:  # those that it owes at most
+            keys = [plan.key for plan in at_most(self._study, self._agent, self._trials.values())]
+        owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in keys)
         whole = self._usage(owed)
         return Estimate(
             agent=self._agent,
@@ -181,12 +185,6 @@ class _AgentEstimator:
             until=str(self._study.until or ""),
             outlook=tuple(self._expected(owed)) if owed else (),
         )
-
-    def _owed(self) -> Iterable[str]:
-        """The keys of the trials that it owes, or owes at most."""
-        if self._study.until is None:
-            return (key for key in self._shown if key not in self._done)
-        return (plan.key for plan in at_most(self._study, self._agent, self._trials.values()))
 
     def _expected(self, owed: Counter[_Stand]) -> Iterator[Expected]:
         """What is expected until the study is decided: of each condition the expected share of its owed trials."""
@@ -205,7 +203,11 @@ class _AgentEstimator:
     def _usage(self, owed: Mapping[_Stand, float]) -> _Usages:
         """The usage of trials by condition, replies on record, and steps reached."""
         found, coming_to = _Usages(), self._survival()
-        longer, output, repairs = self._habits()
+        longer, repairs = 1.0, 1.0  # the size of requests relative to the prediction, calls per decision
+        output: float | None = None  # tokens per reply
+        if self._taken:
+            longer, repairs = self._input / self._taken, self._counted / self._first
+            output = self._output / self._counted
         for (shown, begun, reached), trials in owed.items():
             prompt = self._prompts[shown]
             for step in range(begun + 1, self._study.max_steps + 1):
@@ -230,12 +232,6 @@ class _AgentEstimator:
             playing -= ended[step]
             shares.append(shares[-1] * seen)
         return shares
-
-    def _habits(self) -> tuple[float, float | None, float]:
-        """Observed habits: request size relative to the prediction, tokens per reply if known, calls per decision."""
-        if self._taken:
-            return self._input / self._taken, self._output / self._counted, self._counted / self._first
-        return 1.0, None, 1.0
 
 
 class _UsageSum:

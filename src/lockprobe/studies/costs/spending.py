@@ -133,8 +133,10 @@ class _AgentSpending:
     def __init__(self, agent: str, *, pictured: bool) -> None:
         price = price_of(agent)
         nothing = None if price is None else 0.0
+        # pictures are dropped from the middle of its conversations then, so that requests share no prefix
+        drops_pictures = Spec.parse(agent).options.get("images", "0") != "0"
         self._sum = Spending(
-            repeated_tokens=None if pictured and _drops_pictures(agent) else 0,
+            repeated_tokens=None if pictured and drops_pictures else 0,
             dollars=nothing,
             dollars_unknown=nothing,
             claimed_dollars=nothing,
@@ -177,11 +179,6 @@ class _AgentSpending:
         else:
             read[0] = count
         return repeated
-
-
-def _drops_pictures(agent: str) -> bool:
-    """Whether pictures are dropped from the middle of an agent's conversations, so that requests share no prefix."""
-    return Spec.parse(agent).options.get("images", "0") != "0"
 
 
 def dollars(amount: float) -> str:

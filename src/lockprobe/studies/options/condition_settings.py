@@ -46,7 +46,11 @@ class ConditionSettings(BaseModel):
             BadValue: If a spec holds several interventions, or a dose is no number.
         """
         for act in self.interventions:
-            _check(act)
+            if len(split_specs(act.spec)) != 1:
+                raise BadValue("intervention", act.spec, "one")
+            options = Spec.parse(act.spec, "intervention").options
+            for dose in act.doses:
+                _check_number(f"dose {dose} of {act.spec}", options.get(dose, ""))
         return Condition(
             interventions=tuple(Recorded(spec=act.spec, doses=_doses(act)) for act in self.interventions),
             modality=self.modality,
@@ -82,15 +86,6 @@ def _doses(act: _Intervention) -> tuple[str, ...]:
     """All doses of an intervention of Lockprobe, said or left out; of other packages' those on record."""
     own = shipped_as(Spec.parse(act.spec, "intervention"))
     return tuple(act.doses) if own is None or not act.doses else tuple(own.doses)
-
-
-def _check(act: _Intervention) -> None:
-    """Refuse several interventions in one spec, and a dose that is no number of it."""
-    if len(split_specs(act.spec)) != 1:
-        raise BadValue("intervention", act.spec, "one")
-    options = Spec.parse(act.spec, "intervention").options
-    for dose in act.doses:
-        _check_number(f"dose {dose} of {act.spec}", options.get(dose, ""))
 
 
 def _check_number(what: str, text: str) -> None:

@@ -132,7 +132,8 @@ def gather(
     names |= known.names if known else {}
     own = _agents(finished) or sources[0].study.agents
     first = known or replace(sources[0].study, agents=own, names=names)
-    first = replace(first, shard=None, earlier=_earlier(known, finished))
+    sizes = [one.earlier for one in (*([known] if known else ()), *(one.study for one in finished))]
+    first = replace(first, shard=None, earlier=max(sizes, key=len))  # of the study that was extended most often
     joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))), names=names)
     for source in finished:
         _refuse_another_study(source, joined, directory)
@@ -160,11 +161,6 @@ def gather(
         agents=joined.labels if known is None else joined.labels[len(first.agents) :],
         pictures_missing=missing,
     )
-
-
-def _earlier(known: Study | None, sources: Sequence[MergeSource]) -> tuple[EarlierSize, ...]:
-    """The sizes before the present one: those of the study that was extended most often."""
-    return max((one.earlier for one in (*([known] if known else ()), *(one.study for one in sources))), key=len)
 
 
 def _finished(source: MergeSource) -> MergeSource:

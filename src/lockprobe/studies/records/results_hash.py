@@ -82,7 +82,7 @@ def results_hash(study: Study, trials: Iterable[Trial]) -> str:
 
 def hash_of_digest(study: Study, digest: str) -> str:
     """:func:`results_hash` of the digest of the records."""
-    return _hash(f"{study.settings_hash} {digest}")
+    return hashlib.sha256(f"{study.settings_hash} {digest}".encode()).hexdigest()[:_DIGITS]
 
 
 def records_digest(trials: Iterable[Trial]) -> str:
@@ -91,7 +91,3 @@ def records_digest(trials: Iterable[Trial]) -> str:
     for i, trial in enumerate(sorted(trials, key=lambda trial: trial.key)):
         found.update((b"\n" if i else b"") + trial_to_json(trial))
     return found.hexdigest()
-
-
-def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

@@ -40,7 +40,11 @@ def run_trial(**options: Unpack[TrialOptions]) -> Trial:
     spec = agent if isinstance(agent, str) else type(agent).__name__
     study = trial_study(options, agent=spec)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
-    _check(plan, agent)
+    if isinstance(agent, str) and spec_kind(agent) in (PEOPLE, MCP):
+        raise BadValue("agent", agent, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
+    if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
+        refuse_blind(agent, plan.modality, "symbolic")
+    resolve_plant(plan.plant).check(plan.box)
     once = _alone(plan, agent, None if pictures is None else Path(pictures))
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread
         return elsewhere.submit(asyncio.run, once).result()
@@ -53,14 +57,6 @@ run_trial.__signature__ = inspect.Signature(  # type: ignore[attr-defined] # for
     ],
     return_annotation=Trial,
 )
-
-
-def _check(plan: Plan, agent: str | Agent) -> None:
-    if isinstance(agent, str) and spec_kind(agent) in (PEOPLE, MCP):
-        raise BadValue("agent", agent, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
-    if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
-        refuse_blind(agent, plan.modality, "symbolic")
-    resolve_plant(plan.plant).check(plan.box)
 
 
 async def _alone(plan: Plan, agent: str | Agent, pictures: Path | None) -> Trial:

@@ -54,8 +54,10 @@ def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: 
         Shape (height, width) for ``gray``, (height, width, 3) otherwise.
     """
     check_choice("depth", kind, get_args(DepthKind))
-    if kind == "packed":
-        return _packed(depth)
+    if kind == "packed":  # as SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel
+        millimetres = to_millimetres(depth)
+        channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
+        return np.stack(channels, axis=-1).astype(np.uint8)
     if kind == "height":
         return _painted(depth, np.take(turbo(), _level(camera.heights(depth), *HEIGHTS), axis=0))
     levels = _level(depth, window.far, window.near)
@@ -110,10 +112,3 @@ def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[n
 def _painted(depth: NDArray[np.float32], colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
     colours[depth <= 0] = 0
     return colours
-
-
-def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """The packing of SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel."""
-    millimetres = to_millimetres(depth)
-    channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
-    return np.stack(channels, axis=-1).astype(np.uint8)
