@@ -8,15 +8,11 @@ from functools import partial
 
 import pytest
 import strangers
-import typer
 from typed import in_process
-from typer.testing import CliRunner
 
-from lockprobe import load
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.boxes.solve import optimal_plans, optimum
-from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
 ask = partial(in_process, "box")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.cli.format_cost import about, estimate_facts, estimate_lines, money, say_unlimited, spent_in_words
+from lockprobe.cli.format_cost import about, estimate_lines, money, say_unlimited, spent_in_words
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.options.study_options import StudyOptions

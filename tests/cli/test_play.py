@@ -14,10 +14,7 @@ import pytest
 from typed import in_process
 from typer.testing import CliRunner
 
-from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import optimum
 from lockprobe.cli import build
-from lockprobe.cli.play import relabelled
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.trial_json import trial_from_json

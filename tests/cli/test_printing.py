@@ -7,7 +7,6 @@ import pytest
 
 from lockprobe.cli import power
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.simulation.power.conditions import ConditionPower
 from lockprobe.simulation.power.flip_rates import Needed
 from lockprobe.simulation.power.rates import Rate
 

@@ -2,16 +2,12 @@
 
 import json
 import os
-import subprocess
-import sys
 from collections import Counter
-from dataclasses import replace
 
 import pytest
 import typer
 from builders import call_of
 from provider_server import counted, failure, stubborn, truthful
-from taking_part import take_part
 from typed import typed
 
 from lockprobe import load
@@ -22,7 +18,6 @@ from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.settings import read_study

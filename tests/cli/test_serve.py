@@ -1,10 +1,8 @@
 """``lockprobe serve``, as typed."""
 
-import json
 import signal
 import socket
 import subprocess
-import sys
 import tomllib
 
 import forked
@@ -13,7 +11,7 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _reminders, _study_and_people, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people, _with_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words

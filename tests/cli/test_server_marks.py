@@ -2,7 +2,6 @@
 
 import json
 
-import pytest
 from provider_server import completion, truthful
 
 from lockprobe.cli.run import run

@@ -6,7 +6,6 @@ from subprocess import CompletedProcess
 
 import pytest
 from provider_server import ENDS, Manner, here, truthful
-from typed import typed
 
 from lockprobe import run_study, study
 from lockprobe.agents.model_access import Access

@@ -7,7 +7,6 @@ from builders import play_study, small_study, write_study
 
 from lockprobe.cli import report as command
 from lockprobe.cli.watch_report import PAUSE, owed_trials, watch_report
-from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.records.read_records import load

@@ -20,7 +20,7 @@ from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAtte
 from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.spec import with_options
-from lockprobe.trial.record import Decision, Fact, Outcome, Situation
+from lockprobe.trial.record import Decision, Fact, Situation
 
 _EVEN = 1e-9
 """Probabilities closer than this to one half count as even."""

@@ -21,7 +21,7 @@ from lockprobe.agents.reply_values import CLAIMS
 from lockprobe.foundation.errors import BadValue, Conflict, ModelFault, UnknownName
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.validation import check_choice
-from lockprobe.trial.record import Decision, Fact, Situation, Turn
+from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine

@@ -46,7 +46,8 @@ def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
             words = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
             return Fault(
                 kind="contradictory",
-                reason=f"contradictory: {{{words}}} of target {box.target} holds in no configuration that can be reached",
+                reason=f"contradictory: {{{words}}} of target {box.target} holds in no configuration that can be "
+                "reached",
             )
     if space.optimum < shortest:
         return Fault(kind="too short", reason=f"too short: solved in {space.optimum} of at least {shortest} steps")

@@ -15,7 +15,7 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.clustered import crossed_proportion
 from lockprobe.statistics.loops.incidence import Area, incidence
-from lockprobe.statistics.outcomes import Outcomes, ended, outcomes
+from lockprobe.statistics.outcomes import ended, outcomes
 from lockprobe.trial.record import Trial
 
 

@@ -18,7 +18,7 @@ from functools import cached_property
 from itertools import accumulate
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
-from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
+from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.sequential.contrasts import Decided, Numbers, at_every_look, decided_at_every_look
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, decided_at_every_look
 from lockprobe.statistics.why.mechanism import NEEDS
 from lockprobe.studies.until import LOOK_EVERY, Until
 

@@ -37,8 +37,8 @@ def extended(planned: Study, directory: Path) -> Study:
     there = read_study(directory)
     if planned.until and planned.repetitions == 1 < there.repetitions:
         planned = sized_as_there(planned, there, {"until", "most"})
-    before, now = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
-    if any(more < less for more, less in zip(now, before, strict=True)):
+    old, new = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
+    if any(more < less for more, less in zip(new, old, strict=True)):
         return planned
     planned = replace(planned, earlier=there.earlier)
     if _size(there) == _size(planned) or not is_begun(directory):

@@ -8,11 +8,12 @@ Nothing is drawn from a random stream.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, get_args
 
+from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.validation import check_choice
@@ -145,9 +146,7 @@ def camera_outcomes(trial: Trial) -> list[bool | None]:
     now = tuple(bit == "1" for bit in trial.steps[0].state)
     found = list[bool | None]()
     for reading, joint in zip(readings, ["", *trial.actions], strict=True):
-        said = str(reading or UNCLEAR * len(now))
-        # a joint that is unclear keeps its position
-        before, now = now, tuple(at if bit == UNCLEAR else bit == "1" for at, bit in zip(now, said, strict=True))
+        before, now = now, _held(now, str(reading or UNCLEAR * len(now)))
         if joint:
             place = trial.joints.index(joint)
             clear = reading is not None and str(reading)[place] != UNCLEAR
@@ -167,3 +166,8 @@ def wrong_source(trial: Trial) -> list[SourceKind | None]:
         return [None] * len(trial.steps)
     said = verdict_outcomes(trial) if source.of == "verdict" else camera_outcomes(trial)
     return [source.of if bool(moved) != step.moved else None for moved, step in zip(said, trial.steps, strict=True)]
+
+
+def _held(before: Configuration, reading: Sequence[str]) -> Configuration:
+    """The positions of a reading; an unclear joint keeps the one before."""
+    return tuple(at if read == UNCLEAR else read == "1" for at, read in zip(before, reading, strict=True))

@@ -1,17 +1,15 @@
 """Calls on disk: looked up instead of made again, accounted for whatever happens, and never beyond a budget."""
 
 import asyncio
-import json
 from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, call_of, make_trial, small_study
+from builders import call_of, small_study
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.studies.costs.call_log import Calls, read_calls, unanswered
 from lockprobe.studies.file_names import ASKED, CALLS
-from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 STUDY = small_study(["llm:a/b"], p=(0.0,))

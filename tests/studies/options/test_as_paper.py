@@ -10,7 +10,7 @@ from provider_server import here
 from lockprobe.agents.model_access import Access
 from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import locking_pairs, neighbours
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import Conflict
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study

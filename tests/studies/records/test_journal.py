@@ -22,7 +22,7 @@ from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, Timing, read_timings, rewritten, time_played, without
+from lockprobe.studies.records.journal import Journal, Timing, read_timings, rewritten
 from lockprobe.studies.records.read_records import LeftOut, left_out, load, read_records
 from lockprobe.studies.running.runner import run
 

@@ -6,7 +6,7 @@ import pytest
 from builders import call_of, make_trial, play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
-from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy
+from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.options.settings import read_study

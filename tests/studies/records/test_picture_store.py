@@ -5,7 +5,7 @@ import multiprocessing
 import pytest
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.records.picture_store import ALBUM, Album, read_picture
+from lockprobe.studies.records.picture_store import Album
 from lockprobe.trial.pictures.picture import Picture
 
 ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", shown=False)

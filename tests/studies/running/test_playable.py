@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
-from lockprobe.trial.condition import Condition, place_of
+from lockprobe.trial.condition import Condition
 
 EVERYBODY = [
     "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "force?at=4", "drop?p=0.2", "delay?lag=2",

@@ -5,7 +5,6 @@ import re
 import threading
 from collections import Counter
 from dataclasses import replace
-from types import SimpleNamespace
 
 import forked
 import pytest
@@ -17,7 +16,6 @@ from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import (
     AgentsGivenUp,
     BadFile,
-    BadValue,
     BudgetReached,
     Missing,
     SettingsChanged,
@@ -29,11 +27,10 @@ from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal, Timing
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running import runner
 from lockprobe.studies.running import trial_setup as play
-from lockprobe.studies.running.observer import Observer
-from lockprobe.studies.running.runner import Limits, _lanes, owe_anew, run
+from lockprobe.studies.running.runner import Limits, owe_anew, run
 
 
 def played(directory, **settings):

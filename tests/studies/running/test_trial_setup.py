@@ -11,7 +11,7 @@ from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue, Missing, PlantFault
+from lockprobe.foundation.errors import BadValue, PlantFault
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.symbolic import SymbolicPlant

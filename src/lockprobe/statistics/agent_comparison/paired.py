@@ -10,7 +10,6 @@ in many. So a conclusion also needs the interval of the mean, which does not ass
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -130,7 +130,7 @@ def summarise_conditions(
         effects=section(
             "Every condition against the control", lambda: _effects(acting, design, _names(idle), orders), tuple
         ),
-        on_axes=tuple(found for summary in by_axis for agent in summary.agents if (found := _axis_effects(agent))),
+        on_axes=tuple(one for summary in by_axis for agent in summary.agents if (one := _axis_effects(agent))),
         on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders, each), tuple),
         against_none=section(
             "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders, each), tuple

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.factors import Factor
-from lockprobe.statistics.conditions.series import SeriesArm
 
 NO_FEEDBACK = "no feedback"
 """The name of the factor."""

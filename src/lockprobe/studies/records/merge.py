@@ -28,7 +28,6 @@ from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
-from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Fact, Trial

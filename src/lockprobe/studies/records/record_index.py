@@ -110,10 +110,7 @@ class RecordIndex:
         else:
             kind = self._known.get((id(found.kind), found.identity))
         if kind is None:
-            trial, foreign = found.kind, self._filter.why_foreign(found.kind, found.identity)
-            asked = trial.fork is None and (trial.spec, trial.condition) in self._played
-            kind = _Kind(len(self._kinds), trial, self._trials[trial.spec] if asked else 0, foreign)
-            self._kinds.append(kind)
+            kind = self._new_kind(found)
             if found.length:
                 self._known[id(found.kind), found.identity] = kind
         if kind.foreign:
@@ -129,6 +126,14 @@ class RecordIndex:
         self._steps.append(found.steps)
         self._begin.append(begin)
         self._length.append(found.length)
+
+    def _new_kind(self, found: Outline) -> _Kind:
+        """A kind of records that was not met before."""
+        trial, foreign = found.kind, self._filter.why_foreign(found.kind, found.identity)
+        asked = trial.fork is None and (trial.spec, trial.condition) in self._played
+        kind = _Kind(len(self._kinds), trial, self._trials[trial.spec] if asked else 0, foreign)
+        self._kinds.append(kind)
+        return kind
 
     def _line_at(self, begin: int) -> bytes:
         with self._path.open("rb") as file:

@@ -119,11 +119,7 @@ def run(
     study.check_agents()
     sources = _run_here(sources)
     owed = {source.spec: owed_plans(of(source.spec), journal) for source in sources}
-    to_play = [source for source in sources if owed[source.spec]]
-    for source in to_play:
-        source.check()
-    for plant in dict.fromkeys(study.plant_of(one) for source in to_play for one in study.conditions_of(source.spec)):
-        resolve_plant(plant).check(study.box)
+    _check(study, [source for source in sources if owed[source.spec]])
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
     given_up: dict[str, UserMistake] = {}
@@ -147,6 +143,15 @@ def run(
         raise spent
     if given_up:
         raise AgentsGivenUp(given_up)
+
+
+def _check(study: Study, sources: Sequence[AgentSource]) -> None:
+    """Refuse agents that are not available, and a plant that is not, before the first trial."""
+    for source in sources:
+        source.check()
+    played = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
+    for plant in played:
+        resolve_plant(plant).check(study.box)
 
 
 def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:
