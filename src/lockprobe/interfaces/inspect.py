@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from lockprobe.studies.study import Study
     from lockprobe.trial.record import Decision, Fact, Situation
 
-_AGENT = "llm:inspect/model"
-"""Stands for the model of the eval, which is unknown while a task is made."""
+_AGENT = "llm:inspect/model"  # stands for the model of the eval, which is unknown while a task is made
 
 _RECORD = "trial"
 """The key of a trial's record in the store of its sample and in the metadata of its score."""
