@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_190,
-    "lines of code": 49_201,
-    "lines of tests": 64_025,
-    "words of docs": 37_581,
+    "lines of source": 78_944,
+    "lines of code": 49_102,
+    "lines of tests": 61_057,
+    "words of docs": 37_573,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 
