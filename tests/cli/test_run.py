@@ -196,6 +196,27 @@ def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider,
     assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 2
 
 
+def test_where_every_replay_breaks_again_the_last_line_says_that_the_same_command_cannot_help(
+    tmp_path, provider, capsys
+):
+    """A server that refuses long conversations; when it is mended, the same command ends the trials."""
+    _, answer = provider
+
+    def short(request):
+        return failure(400, "too long") if len(str(request["messages"])) > 3500 else stubborn(request)
+
+    answer(short)
+    for said in ("the same command plays them again", "every replay broke again at the same step or later"):
+        with pytest.raises(typer.Exit) as end:
+            play(tmp_path / "s", retries=0, trials=2)
+        assert end.value.exit_code == BROKE
+        assert capsys.readouterr().out.splitlines()[-1].endswith(said)
+    assert {trial.error.step > 5 for trial in load(tmp_path / "s")} == {True}
+    answer(truthful)
+    play(tmp_path / "s", retries=0, trials=2)
+    assert not any(trial.owed_again for trial in load(tmp_path / "s"))
+
+
 @pytest.mark.parametrize(("status", "machine"), [(402, False), (429, True)])
 def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_path, provider, capsys, machine, status):
     server, answer = provider

@@ -169,8 +169,8 @@ class JsonLines(Plain):
         """Print what is decided."""
         self.event("decided", message=lines[0], answers=list(facts))
 
-    def broke(self) -> None:
-        """Print how many trials of the run broke, and which agents were given up."""
+    def broke(self, *, in_vain: bool = False) -> None:
+        """Print how many trials of the run broke, whether replays were in vain, and which agents were given up."""
         tally = self.tally
         self.event(
             "broke",
@@ -178,6 +178,7 @@ class JsonLines(Plain):
             ended=tally.ended_in_all,
             agents=dict(tally.broken_of),
             first=tally.first_error,
+            replays_in_vain=in_vain,
             given_up={agent: {"owed": owed, "why": why} for agent, (why, owed) in tally.given_up.items()},
         )
 

@@ -330,16 +330,20 @@ class Plain(Observer):
         for line in lines:
             self.say(line)
 
-    def broke(self) -> None:
-        """Say how many trials of the run broke, which agents were given up, why, and how to go on."""
+    def broke(self, *, in_vain: bool = False) -> None:
+        """Say how many trials of the run broke, which agents were given up, why, and how to go on.
+
+        Args:
+            in_vain: Whether every trial that was replayed broke again, at the same step or later.
+        """
         self.close()
         if self.tally.broken_in_all:
-            self.say(self._broken())
+            self.say(self._broken(in_vain=in_vain))
         if given_up := self.tally.given_up.values():
             said = "; ".join(f"{why} ({count(owed, 'trial')} owed)" for why, owed in given_up)
             self.say(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")
 
-    def _broken(self) -> str:
+    def _broken(self, *, in_vain: bool) -> str:
         tally = self.tally
         broken, played = tally.broken_in_all, tally.broken_in_all + tally.ended_in_all
         if not tally.ended_in_all:
@@ -347,6 +351,9 @@ class Plain(Observer):
         else:
             whose = ", ".join(tally.broken_of)
             said = f"{broken} of {played} trials broke and are owed, of {whose}; the first at {tally.first_error}"
+        if in_vain:
+            why = "every replay broke again at the same step or later"
+            return f"{said}; the same command cannot help until the cause is mended: {why}"
         return f"{said}; the same command plays {'it' if broken == 1 else 'them'} again"
 
     def owed_anew(self, trials: int, boundary: str) -> None:

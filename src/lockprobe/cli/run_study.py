@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -25,6 +26,7 @@ from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.stopping import answers_by_agent
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 BROKE = 1
 """The exit status if faults outside the agents broke a trial of the run, or an agent was given up."""
@@ -71,6 +73,7 @@ def play_study(
             print(printable(foreign), file=sys.stderr)
         if budget is not None:
             journal.calls.limit(budget)
+        before = dict(journal.trials)
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(
@@ -91,7 +94,7 @@ def play_study(
         something = journal.trials or reached is None
         page = _report(directory, limits, left_out) if report and something else None
         observer.reported(page, left_out, None if page is None else read_result(directory))
-        status = _failure(planned, journal, observer)
+        status = _failure(planned, journal, observer, before)
         if reached is not None:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
@@ -131,8 +134,11 @@ def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
     observer.decided(decision_lines(planned, found, played), decision_facts(found))
 
 
-def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
-    """The exit status of a run, and its last lines: 0 if nothing broke and no condition has errors alone."""
+def _failure(planned: Study, journal: Journal, observer: Plain, before: Mapping[str, Trial]) -> int:
+    """The exit status of a run, and its last lines: 0 if nothing broke and no condition has errors alone.
+
+    ``before`` are the trials that were on record when it began.
+    """
     broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
     found = (
         invalid_conditions(planned, counted(planned.own_trials(journal.trials.values()))) if ended or not broken else []
@@ -140,7 +146,12 @@ def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
     if found:
         observer.invalid(found)
     if broken or observer.tally.given_up:
-        observer.broke()
+        replays = [
+            (was.error.step, now.error)
+            for key, now in journal.trials.items()
+            if (was := before.get(key)) is not None and was is not now and was.owed_again and was.error
+        ]
+        observer.broke(in_vain=bool(replays) and all(now and now.step >= step for step, now in replays))
     return BROKE if broken or observer.tally.given_up else NO_VALID_TRIAL if found else 0
 
 
