@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 78_944,
-    "lines of code": 49_102,
-    "lines of tests": 61_057,
-    "words of docs": 37_573,
+    "lines of source": 79_528,
+    "lines of code": 49_501,
+    "lines of tests": 61_339,
+    "words of docs": 37_630,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 

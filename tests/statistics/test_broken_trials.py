@@ -1,17 +1,30 @@
-"""Trials that broke: found where they select, and nothing concluded that hangs on what became of them."""
+"""Trials that broke: bounds of shares, curves and differences, and nothing concluded that hangs on what became of them."""
+
+import math
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial
+from builders import SOLUTION, make_trial, small_study
+from hypothesis import given
+from hypothesis import strategies as st
 from known_truth import simulated
+from page_parts import part
+from reported import found_in
 
 from lockprobe.foundation.seeds import generator
+from lockprobe.report.pages import page_of
 from lockprobe.report.prose.success import finding
+from lockprobe.report.sections.broken import BEFORE
 from lockprobe.simulation.power.worlds import Design
-from lockprobe.statistics.inference.broken_trials import broken_shares, completed, worst_case_difference
-from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.curves import success_curve
+from lockprobe.statistics.inference.before_breaks import differences_before_breaks, few_broke_until
+from lockprobe.statistics.inference.broken_shares import broken_shares
+from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.inference.infer import infer
-from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.proportions import paired, proportion
+from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
 
 AGENT = "llm:local"
@@ -29,9 +42,145 @@ def at(p, solved, failed, broken):
     ]
 
 
+def played(solved, broke, length=None):
+    """The trials of one condition that ended, and those that broke."""
+    n = len(solved)
+    columns = Outcomes(
+        dose=np.zeros(n),
+        repetition=np.ones(n, int),
+        trial=np.arange(1, n + 1),
+        length=np.full(n, 20) if length is None else length,
+        solved=np.asarray(solved, bool) & ~np.asarray(broke, bool),
+        onset=np.zeros(n, int),
+    )
+    return columns.at(~broke), columns.at(broke)
+
+
+def compared(groups):
+    """Success of the second group less that of the first, with its bounds."""
+    counted, broken = zip(*groups, strict=True)
+    ((_, found),) = each_difference(counted, generator(1), broken=broken)
+    return found
+
+
 def agent_of(*groups):
     (agent,) = summarise([trial for group in groups for trial in group]).agents
     return agent
+
+
+@pytest.mark.parametrize(
+    ("solved", "n", "broken"),
+    [(6, 6, 24), (0, 10, 5), (10, 10, 5), (7, 20, 10), (3, 29, 1), (0, 0, 8)],
+)
+def test_a_share_has_the_bounds_of_horowitz_and_manski_with_wilsons_ends(solved, n, broken):
+    found = share_of([1.0] * solved + [math.nan] * broken + [0.0] * (n - solved), (), ())
+    begun = n + broken
+    assert (found.count, found.n, found.broken) == (solved, n, broken)
+    assert found.bounds == (solved / begun, (solved + broken) / begun)
+    assert found.low == proportion(solved, begun).low
+    assert found.high == proportion(solved + broken, begun).high
+
+
+def test_a_curve_has_bounds_from_the_step_in_which_trials_broke():
+    """Of ten, four solve in step 4, three never, and three break in step 3."""
+    curve = success_curve(at(0.0, 4, 3, 3))
+    known = {2: (0, 0), 3: (0, 3), 4: (4, 7), 20: (4, 7)}
+    assert curve.n == 10
+    for step, (least, most) in known.items():
+        ends = proportion(least, 10).low, proportion(most, 10).high
+        assert curve.share[step] == pytest.approx((least + most) / 20)
+        assert (curve.low[step], curve.high[step]) == pytest.approx(ends)
+
+
+TRIALS = st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=25).filter(
+    lambda trials: not all(first or second for *_, first, second in trials)
+)
+
+
+@given(TRIALS)
+def test_whatever_became_of_them_lies_within_the_bounds(trials):
+    """Each trial with how it would have ended, and whether it broke before: the whole truth against what is known."""
+    table = np.array(trials)
+    solved, broke = table[:, :2], table[:, 2:]
+    for side in (0, 1):
+        known = share_of(np.where(broke[:, side], np.nan, solved[:, side]), (), ())
+        truth = proportion(int(solved[:, side].sum()), len(solved))
+        assert known.bounds[0] <= truth.value <= known.bounds[1]
+        assert known.low <= truth.low
+        assert truth.high <= known.high
+    found = compared([played(solved[:, side], broke[:, side]) for side in (0, 1)])
+    truth = paired(solved[:, 0], solved[:, 1])
+    least, most = found.bounds or (truth.value, truth.value)
+    assert least - 1e-12 <= truth.value <= most + 1e-12
+    assert found.low <= found.value <= found.high
+    if found.p_value < 0.05:
+        assert np.sign(found.value) == np.sign(truth.value)
+        assert max(truth.p_value, truth.interval_p) < 0.05
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=2, max_size=30))
+def test_opposed_ends_are_the_paired_differences_of_the_two_completed_studies(trials):
+    """Of the first group the even trials broke, of the second every third: computed once more by hand."""
+    solved = np.array(trials)
+    broke = np.arange(len(solved))[:, None] % [2, 3] == [1, 2]
+    groups = [played(solved[:, side], broke[:, side]) for side in (0, 1)]
+    low = paired(*np.where(broke, [True, False], solved).T)
+    high = paired(*np.where(broke, [False, True], solved).T)
+    found = compared(groups)
+    if broke.any():
+        assert found.bounds == (low.value, high.value)
+        assert (found.low, found.high) == (min(low.low, high.low, found.value), max(low.high, high.high, found.value))
+        signs = {np.sign(one) for one in (low.value, high.value, found.value)}
+        ends = [max(one.p_value, one.interval_p) for one in (low, high)]
+        assert found.p_value == (max(ends) if len(signs) == 1 else 1.0)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=2, max_size=30))
+def test_without_broken_trials_no_number_changes(trials):
+    solved = np.array(trials)
+    whole = [played(solved[:, side], np.zeros(len(solved), bool)) for side in (0, 1)]
+    found = compared(whole)
+    assert found.bounds is None
+    assert found == dict(each_difference([one for one, _ in whole], generator(1)))[1]
+    first = share_of(solved[:, 0].astype(float), (), ())
+    assert first == proportion(int(solved[:, 0].sum()), len(solved))
+    assert share_at_every_look(solved[:, 0]).broken == 0
+
+
+def test_without_broken_trials_no_test_changes():
+    trials = [*at(0.0, 9, 21, 0), *at(0.4, 20, 10, 0)]
+    counted = outcomes(trials)
+    plain, same = infer(counted, generator(1)), infer(counted, generator(1), broken=broken_off(trials))
+    assert plain == same
+    assert plain.broken is None
+
+
+WORLDS = {
+    "failures break": lambda solved: ~solved & [False, True],
+    "successes break": lambda solved: solved & [False, True],
+    "opposed": lambda solved: np.where([True, False], ~solved, solved),
+    "failures break everywhere": lambda solved: ~solved,
+}
+"""Which trials can break, by whether they would be solved under each of two conditions; a fifth of these does."""
+
+TRUTH = 0.5
+
+
+@pytest.mark.parametrize("studies", [150, 2000])
+@pytest.mark.parametrize("world", WORLDS)
+def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies):
+    rng, covered, effects = np.random.default_rng(7), [], []
+    for _ in range(studies):
+        own, alike = rng.random((30, 2)), rng.random(30) < 0.5
+        solved = np.where(alike[:, None], own[:, :1], own) < TRUTH
+        broke = WORLDS[world](solved) & (rng.random((30, 2)) < 0.2)
+        for side in (0, 1):
+            share = share_of(np.where(broke[:, side], np.nan, solved[:, side]), (), ())
+            covered.append(share.low <= TRUTH <= share.high)
+        effects.append(compared([played(solved[:, side], broke[:, side]) for side in (0, 1)]).p_value < 0.05)
+    error = 3 / math.sqrt(studies)
+    assert np.mean(covered) >= 0.94 - error * math.sqrt(0.94 * 0.06)
+    assert np.mean(effects) <= 0.05 + error * math.sqrt(0.05 * 0.95)
 
 
 def test_what_remains_of_a_condition_that_breaks_is_no_finding():
@@ -49,11 +198,8 @@ def test_what_remains_of_a_condition_that_breaks_is_no_finding():
 def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
     agent = agent_of(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4))
     assert agent.contrast.detectable
-    found = agent.contrast.difference
-    assert found.if_unsolved.value == pytest.approx(23 / 30)
-    assert found.if_solved.value == pytest.approx(27 / 30)
-    assert found.p_value == max(found.exchange, found.if_unsolved.p_value, found.if_solved.p_value, found.p_value)
-    assert "+77 points with broken trials counted as unsolved, +90" in finding(agent)
+    assert agent.contrast.difference.bounds == pytest.approx((23 / 30, 27 / 30))
+    assert "between +77 and +90 points whatever became of broken trials" in finding(agent)
 
 
 def test_breaks_that_are_as_frequent_everywhere_are_not_said_to_select():
@@ -71,41 +217,82 @@ def test_shares_are_of_the_trials_that_were_begun():
     assert broken_shares(outcomes(trials), broken_off([]), generator(1)) is None
 
 
-def test_completed_studies_hold_every_trial_once():
-    trials = [*at(0.0, 5, 15, 0), *at(0.4, 5, 5, 10)]
-    unsolved, solved = completed(outcomes(trials), broken_off(trials))
-    assert len(unsolved) == len(solved) == 40
-    assert (unsolved.solved.sum(), solved.solved.sum()) == (10, 20)
-    assert (unsolved.length <= solved.length).all()
-
-
-def test_without_broken_trials_nothing_changes():
-    trials = [*at(0.0, 9, 21, 0), *at(0.4, 20, 10, 0)]
-    counted = outcomes(trials)
-    plain, same = infer(counted, generator(1)), infer(counted, generator(1), broken=broken_off(trials))
-    assert plain == same
-    assert plain.broken is None
-
-
 def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     """Ninety trials a p, 8 % of calls fail at one: what remains differs in a quarter of studies, and nothing is said."""
     alone, bounded = [], []
     for seed in range(30):
         counted, broken = simulated("broken-trials", generator(seed), Design(trials=30))
-        one, *ends = (any_difference(part, generator(seed), 199) for part in (counted, *completed(counted, broken)))
-        alone.append(one.p_value < 0.05)
-        bounded.append(worst_case_difference(one, *ends).p_value < 0.05)
+        alone.append(any_difference(counted, generator(seed), 199).p_value < 0.05)
+        bounded.append(infer(counted, generator(seed), broken=broken).difference.p_value < 0.05)
     assert np.mean(alone) > 0.1
     assert np.mean(bounded) <= 0.05
 
 
-def test_every_test_holds_over_both_ends():
+def test_no_test_finds_what_breaks_make():
     rejected = []
     for seed in range(6):
         counted, broken = simulated("broken-trials", generator(seed), breaks=0.08)
-        without, bounded = (infer(counted, generator(seed), broken=part) for part in (None, broken))
-        for first, second in zip(without.tests, bounded.tests, strict=True):
-            if second.p_value is not None:
-                assert second.p_value >= first.p_value
-        rejected.append([test.rejects for test in bounded.tests])
+        rejected.append([test.rejects for test in infer(counted, generator(seed), broken=broken).tests])
     assert np.mean(rejected, axis=0).max() <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 6)
+
+
+@pytest.mark.parametrize(
+    ("broke_in", "n", "step"),
+    [([], 20, 20), ([9], 20, 20), ([9, 12], 20, 11), ([3, 4, 4, 12], 60, 11), ([1, 1], 20, 0), ([5], 10, 4)],
+)
+def test_the_last_step_with_few_breaks(broke_in, n, step):
+    broke = np.arange(n) < len(broke_in)
+    length = np.array([one - 1 for one in broke_in] + [20] * (n - len(broke_in)))
+    counted, broken = zip(*[played(np.zeros(n), broke, length), played(np.zeros(n), np.zeros(n, bool))], strict=True)
+    assert few_broke_until(counted, broken, 20) == step
+
+
+def test_by_an_early_step_an_effect_is_found_that_later_breaks_hide():
+    """Forty trials: by step 10 the second has solved 30 and the first 8; then all that go on break, at step 15."""
+    solved, last = np.array([np.arange(40) < 8, np.arange(40) < 30]), np.array([[5], [9]])
+    groups = [played(own, ~own, np.where(own, end, 14)) for own, end in zip(solved, last, strict=True)]
+    counted, broken = zip(*groups, strict=True)
+    late = compared(groups)
+    assert late.bounds == (-10 / 40, 32 / 40)
+    assert late.p_value == 1.0
+    step = few_broke_until(counted, broken, 20)
+    assert step == 14
+    ((_, early),) = differences_before_breaks(counted, broken, step, generator(1))
+    truth = paired(*solved)
+    assert (early.value, early.low, early.high) == (truth.value, truth.low, truth.high)
+    assert early.p_value < 0.001
+
+
+def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth(tmp_path):
+    """Eighteen trials of an agent that solves 39.3 %; every one that comes to step 19 breaks there, and is owed."""
+    ends = [SOLUTION, (0,) * 18, (0,) * 18] * 6
+    trials = [
+        make_trial(joints, agent="llm:a", trial=i, broken=None if joints is SOLUTION else "model")
+        for i, joints in enumerate(ends, 1)
+    ]
+    found = found_in(tmp_path, small_study(["llm:a"], (0.0,), 1, 18), trials)
+    share = found.one("success", agent="llm:a", of="")
+    assert (share.count, share.n) == (6, 6)
+    assert share.low <= 6 / 18 <= 0.393 <= share.high
+    assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
+    said = part(page_of("report", found), "broken")
+    assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
+    assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
+
+
+def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):
+    """Twenty trials each: 4 are solved with true reports and 16 with false ones; all others break in step 19."""
+    trials = [
+        make_trial(SOLUTION, agent="llm:a", p=p, trial=i)
+        if i <= solved
+        else make_trial((0,) * 18, agent="llm:a", p=p, trial=i, broken="reply")
+        for p, solved in ((0.0, 4), (0.4, 16))
+        for i in range(1, 21)
+    ]
+    found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 20), trials)
+    assert found.one("few_broke_until", agent="llm:a").value == 18
+    late, early = (found.one("success_difference", agent="llm:a", of=of) for of in ("", BEFORE))
+    assert (late.p_value, late.detected) == (1.0, False)
+    assert (early.value, early.n, early.detected) == (0.6, 20, True)
+    said = part(page_of("report", found), "broken")
+    assert "By then 80 % were solved at a flip rate of 0.4 and 20 % when told the truth (+60 points, " in said

@@ -38,3 +38,13 @@ def test_without_trials_there_is_no_comparison():
     none = pace(of([make_trial([0] * 20)]), of([make_trial([0] * 20, agent="other")]))
     assert none.hazard_ratio is None
     assert none.independent is None
+
+
+def test_where_trials_broke_the_slower_agent_may_have_been_the_faster():
+    """Of one agent all trials but ten break in step 2: it is called slower only if they could not have been solved."""
+    quick = [make_trial(SOLUTION, trial=i) for i in range(30)]
+    slow = [make_trial([0] * 20, agent="other", trial=i) for i in range(30)]
+    broke = [make_trial([0], agent="other", trial=i, broken="model") for i in range(20)]
+    whole, bounded = pace(of(quick), of(slow)), pace(of(quick), of([*broke, *slow[20:]]))
+    assert whole.p_value < 0.001
+    assert (bounded.p_value, bounded.independent, bounded.gehan) == (1.0, None, None)

@@ -107,3 +107,16 @@ def test_a_study_of_controls_stops_when_a_mechanism_is_named():
     assert found["total"][0] == "effect"
     assert {verdict for verdict, at in found.values() if at == last} >= {"not needed"}
     assert max(course.bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 20
+
+
+def test_what_breaks_could_have_made_decides_nothing():
+    """Nothing is different; failures break under the one condition and successes under the other, a third of each."""
+    rng, blocks = np.random.default_rng(3), 400
+    solved = rng.random((2, blocks)) < 0.5
+    broke = np.stack([~solved[0], solved[1]]) & (rng.random(solved.shape) < 1 / 3)
+    asked = [Family((Question("a", (("a", "t"),)),), 1)]
+    known = {label: (np.where(broke[i], np.nan, solved[i]), broke[i]) for i, label in enumerate("ta")}
+    ended = {label: (values, np.zeros(blocks, bool)) for label, (values, _) in known.items()}
+    ((without,), (found,)) = (decisions(asked, one, DECIDED) for one in (ended, known))
+    assert without.verdict == "effect"
+    assert found.verdict is None

@@ -82,6 +82,11 @@ class PlayedCell:
         }
 
 
+BOUNDS = ("at least", "at most")
+"""Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
+these."""
+
+
 def share_rows(quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
     """The row of a share with its interval; none if it is a share of nothing."""
     if not found.n:

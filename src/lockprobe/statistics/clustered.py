@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics.distributions import student_quantile, student_tails
-from lockprobe.statistics.proportions import LEVEL, Proportion, proportion, wilson
+from lockprobe.statistics.proportions import LEVEL, Proportion, between, proportion, wilson
 
 RESAMPLES = 2000
 
@@ -187,14 +187,19 @@ def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proport
     """A share of the trials of one condition with Wilson's interval, clustered by player where there are players.
 
     Args:
-        happened: Whether the event happened, shape (trials,).
+        happened: Whether the event happened, shape (trials,); NaN where that is not known, as of success where the
+            trial broke. The interval is then from the low end with none of these to the high end with all.
         player: The player of each trial, of the same shape; empty where trials of one condition are independent.
         luck: The block of luck of each trial, of the same shape.
     """
-    events = np.asarray(happened, dtype=np.float64)
-    if not len(np.asarray(player)):
+    events, people, lucks = np.asarray(happened, dtype=np.float64), np.asarray(player), np.asarray(luck)
+    if (unknown := np.isnan(events)).any():
+        none, every = (share_of(np.where(unknown, end, events), people, lucks) for end in (0.0, 1.0))
+        known = share_of(events[~unknown], *((one[~unknown] if len(people) else one) for one in (people, lucks)))
+        return between(known, none, every)
+    if not len(people):
         return proportion(int(events.sum()), len(events))
-    found = crossed_proportion(events, np.ones(len(events)), player, luck)
+    found = crossed_proportion(events, np.ones(len(events)), people, lucks)
     return Proportion(count=found.count, n=found.n, value=found.value, low=found.low, high=found.high)
 
 

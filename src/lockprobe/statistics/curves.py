@@ -1,21 +1,23 @@
 """Cumulative success by step (one minus Kaplan-Meier), against chance and the optimum (paper, Fig. 3).
 
-A trial that runs out of budget is *censored*. With equal budgets the curve is the plain share solved. Trials that ended
-as ``error`` are counted apart.
+A trial that runs out of budget is *censored*. With equal budgets the curve is the plain share solved. A trial that
+broke in a step was not solved before it, and may have been solved in it or never: the curve has bounds and is their
+middle. One minus Kaplan-Meier would be no estimate there, because long trials break.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.clustered import crossed_proportion
-from lockprobe.statistics.loops.incidence import Area, incidence
-from lockprobe.statistics.outcomes import ended, outcomes
+from lockprobe.statistics.loops.incidence import Area, Incidence, incidence
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.trial.record import Trial
 
 
@@ -24,16 +26,15 @@ class SuccessCurve:
     """Cumulative success by step (paper, Fig. 3).
 
     Attributes:
-        n: Trials that ended as solved or out of budget.
-        errors: Trials that ended as error; no share counts them.
+        n: Trials: all that were begun, or none if none ended.
         solved_at: Steps of the solved trials, ascending.
-        share: Share solved by step 0, 1, ... up to the largest budget, [0, 1].
-        low, high: Ends of the pointwise 95 % band of :class:`Incidence`.
+        share: Share solved by step 0, 1, ... up to the largest budget, [0, 1]; the middle of the bounds where trials
+            broke.
+        low, high: Ends of the pointwise 95 % band of :class:`Incidence`, which holds whatever became of broken trials.
         area: Mean share solved over steps 1 to the largest budget; None without a trial.
     """
 
     n: int
-    errors: int
     solved_at: tuple[int, ...]
     share: tuple[float, ...]
     low: tuple[float, ...]
@@ -97,24 +98,29 @@ class Relative:
 
 def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
     """Cumulative success by step over the trials of one condition, with a band clustered by player."""
-    counted = ended(trials)
+    counted, broken = outcomes(trials), broken_off(trials)
     budget = max((trial.budget for trial in trials), default=0)
-    steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
-    solved = np.array([trial.solved for trial in counted], dtype=np.bool_)
-    columns, design_effect = outcomes(counted), 1.0
+    if len(counted) and len(broken):
+        ends = [_incidence(completed(counted, broken, soon, budget), budget) for soon in (False, True)]
+    else:
+        ends = [_incidence(counted, budget)]
+    share, area = (np.array([one.share for one in ends]).mean(axis=0), [one.area for one in ends if one.area])
+    return SuccessCurve(
+        n=len(counted) and len(trials),
+        solved_at=tuple(sorted(counted.length[counted.solved].tolist())),
+        share=tuple(share.tolist()),
+        low=ends[0].low,
+        high=ends[-1].high,
+        area=replace(area[0], value=sum(one.value for one in area) / len(area), high=area[-1].high) if area else None,
+    )
+
+
+def _incidence(columns: Outcomes, budget: int) -> Incidence:
+    effect = 1.0
     if columns.crossed:  # else all trials are independent
         ones = np.ones(len(columns))
-        design_effect = crossed_proportion(columns.solved, ones, columns.player, columns.luck).design_effect
-    found = incidence(steps, solved, budget, design_effect)
-    return SuccessCurve(
-        n=len(counted),
-        errors=len(trials) - len(counted),
-        solved_at=tuple(sorted(steps[solved].tolist())),
-        share=found.share,
-        low=found.low,
-        high=found.high,
-        area=found.area,
-    )
+        effect = crossed_proportion(columns.solved, ones, columns.player, columns.luck).design_effect
+    return incidence(columns.length, columns.solved, budget, effect)
 
 
 def _first(values: Sequence[float], share: float) -> int | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from statistics import NormalDist
 from typing import Literal
@@ -30,9 +30,10 @@ class Proportion:
 
     Attributes:
         count: Successes.
-        n: Trials.
+        n: Trials whose outcome is known.
         value: ``count / n``, [0, 1]; NaN if ``n`` is 0.
-        low, high: Ends of the interval; 0 and 1 if ``n`` is 0.
+        low, high: Ends of the interval; 0 and 1 if ``n`` is 0. With broken trials it holds whatever became of them.
+        broken: Trials that were begun beside these and broke.
     """
 
     count: int
@@ -40,6 +41,13 @@ class Proportion:
     value: float
     low: float
     high: float
+    broken: int = 0
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The share of all begun trials if those that broke were all failures, and if they were all successes."""
+        begun = self.n + self.broken
+        return self.count / begun, (self.count + self.broken) / begun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,6 +136,18 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     return Proportion(count=count, n=n, value=count / n, low=low, high=high)
 
 
+def between(known: Proportion, none: Proportion, every: Proportion) -> Proportion:
+    """A share of known outcomes, with an interval that holds them and whatever the others are.
+
+    Args:
+        known: The share of the known ones.
+        none: The share of all trials, with the others as failures.
+        every: The same with them as successes.
+    """
+    low, high = min(none.low, known.value), max(every.high, known.value)
+    return replace(known, low=low, high=high, broken=every.n - known.n)
+
+
 def wilson(share: float, n: float, z: float = Z, *, design_effect: float = 1.0) -> tuple[float, float]:
     """The ends of Wilson's interval (1927), exactly 0 at a share of 0 and 1 at a share of 1.
 
@@ -149,10 +169,20 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     """The second proportion minus the first, taken as independent; None if one of them has no trials.
 
     Conditions of one study share their luck (common random numbers). If that luck acts alike in both, interval and test
-    are conservative.
+    are conservative. With broken trials the interval and the P value hold whatever became of them: those of the one and
+    of the other end, at which one proportion is as large and the other as small as it can be.
     """
     if first.n == 0 or second.n == 0:
         return None
+    if first.broken or second.broken:
+        ends = [_with_broken(first, 1), _with_broken(second, 0)], [_with_broken(first, 0), _with_broken(second, 1)]
+        low, high = (found for end in ends if (found := difference(*end)))
+        return Difference(
+            value=second.value - first.value,
+            low=low.low,
+            high=high.high,
+            p_value=max(low.p_value, high.p_value) if low.value * high.value > 0 else 1.0,
+        )
     value = second.value - first.value
     first, second = proportion(first.count, first.n), proportion(second.count, second.n)
     down = math.hypot(second.value - second.low, first.high - first.value)
@@ -164,6 +194,11 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
         high=min(1.0, value + up),
         p_value=fisher_exact(table),
     )
+
+
+def _with_broken(share: Proportion, solved: int) -> Proportion:
+    """The share of all begun trials if those that broke were all solved (1), or none (0)."""
+    return proportion(share.count + solved * share.broken, share.n + share.broken)
 
 
 def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"] = "score") -> Ratio | None:

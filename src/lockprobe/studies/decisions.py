@@ -104,8 +104,8 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
 
     Args:
         families: What is asked.
-        outcomes: The outcomes in the order of the blocks. Broken trials count as unsolved and as solved, and a
-            statement must hold either way.
+        outcomes: The outcomes in the order of the blocks. A statement must hold without the broken trials and at both
+            ends of what these can have become.
         until: When the study stops.
     """
     found = [(family, [*_decided(family, outcomes, until)]) for family in families]
@@ -149,7 +149,7 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
         yield from _narrow(family, outcomes, until)
         return
     cases = [
-        decided_at_every_look(numbers_of(family, case), agents=family.choices, margin=until.margin)
+        decided_at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin)
         for case in _cases(outcomes)
     ]
     for i, question in enumerate(family.questions):
@@ -164,21 +164,29 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
 
 def _narrow(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decision]:
     solved = {label: one for label, (one, _) in outcomes.items()}
-    courses = at_every_look(numbers_of(family, solved), agents=family.choices, margin=until.margin)
+    courses = at_every_look(numbers_of(family, solved, solved), agents=family.choices, margin=until.margin)
     for question, course in zip(family.questions, courses, strict=True):
         scale = 2 if question.of_share else 1  # a share is asked for on a scale from -1 to 1
         at = course.narrow_at(scale * until.points)
         yield Decision(question, None if at is None else "narrow", at)
 
 
-def _cases(outcomes: Outcomes) -> list[Mapping[str, Array]]:
-    """The outcomes without broken trials; if there are any, also with them as unsolved, and as solved."""
-    found: list[Mapping[str, Array]] = [{label: solved for label, (solved, _) in outcomes.items()}]
-    if any(broken.any() for _, broken in outcomes.values()):
-        found += [
-            {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
-        ]
-    return found
+_Solved = Mapping[str, Array]
+"""Condition -> 1 where a block was solved, 0 where it was not, NaN where that is not known."""
+
+
+def _cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
+    """The outcomes of what counts for a difference and of what counts against it: those of trials that ended.
+
+    If trials broke, also with them unsolved in the one and solved in the other, and the reverse.
+    """
+    ended = {label: solved for label, (solved, _) in outcomes.items()}
+    if not any(broken.any() for _, broken in outcomes.values()):
+        return [(ended, ended)]
+    failed, opened = (
+        {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
+    )
+    return [(ended, ended), (failed, opened), (opened, failed)]
 
 
 def _last(blocks: Sequence[int | None]) -> int | None:
@@ -186,16 +194,15 @@ def _last(blocks: Sequence[int | None]) -> int | None:
     return max(block for block in blocks if block) if all(blocks) else None
 
 
-def numbers_of(family: Family, solved: Mapping[str, Array]) -> list[Numbers]:
-    """The differences that each question asks for, by block."""
-    return [_numbers(one, solved) for one in family.questions]
-
-
-def _numbers(question: Question, solved: Mapping[str, Array]) -> Numbers:
-    terms = [solved[more] - solved[less] if less else 2 * solved[more] - 1 for more, less in question.terms]
-    values = np.mean(terms, axis=0)
-    there = np.flatnonzero(~np.isnan(values))
-    return Numbers(values=values[there], block=there)
+def numbers_of(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
+    """The differences that each question asks for, by block: what is subtracted is of ``down``, all else of ``up``."""
+    found = []
+    for question in family.questions:
+        terms = [up[more] - down[less] if less else 2 * up[more] - 1 for more, less in question.terms]
+        values = np.mean(terms, axis=0)
+        there = np.flatnonzero(~np.isnan(values))
+        found.append(Numbers(values=values[there], block=there))
+    return found
 
 
 def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:

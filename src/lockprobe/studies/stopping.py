@@ -139,8 +139,7 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
     Args:
         study: The study.
         agent: Spec of the agent.
-        trials: Trials on record, of other agents too; broken ones count as unsolved and as solved, and a statement must
-            hold either way.
+        trials: Trials on record, of other agents too; a statement must hold whatever became of broken ones.
     """
     assert study.until is not None
     asked, seen = families(study, agent), outcomes_of(study, agent, trials)
@@ -148,7 +147,9 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
     courses = (
         course
         for family in asked
-        for course in at_every_look(numbers_of(family, solved), agents=family.choices, margin=study.until.margin)
+        for course in at_every_look(
+            numbers_of(family, solved, solved), agents=family.choices, margin=study.until.margin
+        )
     )
     return tuple(
         Answer(question=one.question, verdict=one.verdict, at=one.at, course=course)

@@ -31,7 +31,7 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     assert "They were tidied, and count as all others do." in details
     assert "a code fence 1, text around the object 1" in details
     assert "refused: I cannot help." in page
-    assert "1 trials; excluded from all other numbers." in page
+    assert "1 trial; shares and differences hold whatever became of it." in page
 
 
 def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tmp_path):
@@ -48,7 +48,7 @@ def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tm
     assert rows == [("llm:a", "model", 1), ("llm:a", "reply", 2), ("llm:b", "model", 1)]
     assert found.facts_about("llm:a, broken at reply") == {"first message": "<i>1</i>", "will be replayed": "yes"}
     page = page_of("report", found)
-    assert "4 trials; excluded from all other numbers." in page
+    assert "4 trials; shares and differences hold whatever became of them." in page
     assert '<td>reply</td><td>2</td><td class="long">&lt;i&gt;1&lt;/i&gt;</td><td>yes</td>' in page
 
 

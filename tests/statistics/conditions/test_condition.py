@@ -23,10 +23,11 @@ def held(*groups):
     return contrast([condition_summary(group, None) for group in groups], tested)
 
 
-def test_trials_that_broke_are_in_no_number_but_the_errors():
+def test_trials_that_broke_are_counted_apart_and_widen_the_interval_of_success():
     broken = [make_trial([0], trial=9, broken=boundary) for boundary in ("plant", "model", "plant")]
     found = condition_summary([*trials_at(0.0, [True, False, True]), *broken], None)
-    assert (found.success.count, found.success.n) == (2, 3)
+    assert (found.success.count, found.success.n, found.success.broken) == (2, 3, 3)
+    assert found.success.bounds == (2 / 6, 5 / 6)
     assert found.errors == {"model": 1, "plant": 2}
     assert found.relative is None
 

@@ -32,6 +32,12 @@ def drawn(grid, chances, n=40, seed=1):
     return {name: trials(rng.random(n) < chances[place]) for place, name in grid.conditions.items()}
 
 
+def summary(grid, found, broken=None, **more):
+    """The results on a grid; without broken trials unless given."""
+    none = {name: one.at(np.zeros(len(one), dtype=bool)) for name, one in found.items()}
+    return grid_summary(grid, found, broken or none, **more)
+
+
 def test_a_crossed_sweep_is_a_grid_with_the_truth_in_its_corner():
     (grid,) = grids(arms("flip?p=0,0.2,0.4 + tremble?p=0,0.1"))
     assert (grid.row_doses, grid.column_doses, grid.complete) == ((0, 0.2, 0.4), (0, 0.1), True)
@@ -43,7 +49,7 @@ def test_a_crossed_sweep_is_a_grid_with_the_truth_in_its_corner():
 def test_a_combination_that_is_missing_leaves_the_interaction_untold():
     (grid,) = grids(arms("truth", "flip?p=0.4", "flip?p=0.4 + tremble?p=0.1", "flip?p=0.2 + tremble?p=0.1"))
     assert not grid.complete
-    found = grid_summary(grid, drawn(grid, dict.fromkeys(grid.conditions, 0.5)))
+    found = summary(grid, drawn(grid, dict.fromkeys(grid.conditions, 0.5)))
     assert found.interaction is None
     assert len(found.cells) == len(grid.conditions)
 
@@ -89,7 +95,7 @@ def test_the_contrast_is_the_slope_over_both_doses_by_least_squares(rows, column
 def test_what_adds_up_is_no_interaction_and_correction_only_widens():
     (grid,) = grids(arms("flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.2"))
     found = drawn(grid, {(row, column): 0.2 + row + column for row, column in grid.conditions}, n=60)
-    one, ten = grid_summary(grid, found), grid_summary(grid, found, choices=10)
+    one, ten = summary(grid, found), summary(grid, found, choices=10)
     assert not one.detectable
     assert ten.interaction.low < one.interaction.low <= one.interaction.value == ten.interaction.value
     assert ten.interaction.p_value == min(1, 10 * one.interaction.p_value)
@@ -101,7 +107,7 @@ def test_under_no_interaction_the_test_keeps_its_level():
     shown, rng = 0, np.random.default_rng(3)
     for _ in range(400):
         played = {name: replace(template, solved=rng.random(20) < 0.5) for name in grid.conditions.values()}
-        shown += grid_summary(grid, played).detectable
+        shown += summary(grid, played).detectable
     assert shown / 400 < 0.07
 
 
@@ -109,5 +115,31 @@ def test_only_blocks_with_a_trial_in_every_cell_count():
     (grid,) = grids(arms("flip?p=0,0.4 + tremble?p=0,0.1"))
     found = drawn(grid, dict.fromkeys(grid.conditions, 0.5))
     found["truth"] = found["truth"].at(np.arange(40) < 7)
-    assert grid_summary(grid, found).interaction.pairs == 7
-    assert grid_summary(grid, {**found, "truth": found["truth"].at(np.zeros(7, dtype=bool))}).interaction is None
+    assert summary(grid, found).interaction.pairs == 7
+    assert summary(grid, {**found, "truth": found["truth"].at(np.zeros(7, dtype=bool))}).interaction is None
+
+
+def test_broken_trials_count_for_an_interaction_at_one_end_and_against_it_at_the_other():
+    """Five trials of each cell broke: as the four cells with these solved or not, by the sign of their weight."""
+    (grid,) = grids(arms("flip?p=0,0.4 + tremble?p=0,0.1"))
+    whole, broke = drawn(grid, dict.fromkeys(grid.conditions, 0.5)), np.arange(40) < 5
+    ended, broken = ({name: one.at(of) for name, one in whole.items()} for of in (~broke, broke))
+    weights, _ = contrast(grid.row_doses, grid.column_doses)
+    ends = [
+        summary(
+            grid,
+            {
+                name: replace(whole[name], solved=np.where(broke, (weight > 0) == high, whole[name].solved))
+                for name, weight in zip(grid.conditions.values(), weights, strict=True)
+            },
+        )
+        for high in (False, True)
+    ]
+    low, high = (one.interaction for one in ends)
+    made = summary(grid, ended, broken)
+    assert made.interaction.low == min(low.low, high.low)
+    assert made.interaction.high == max(low.high, high.high)
+    assert made.interaction.p_value == 1.0
+    assert not made.detectable
+    for cell in made.cells:
+        assert (cell.success.n, cell.success.broken) == (35, 5)

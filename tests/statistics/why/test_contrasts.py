@@ -57,6 +57,24 @@ def test_errors_leave_their_blocks_out(perseverant):
     assert (found.decision.total.blocks, contrasts["false last after true"].blocks) == (BLOCKS - 1, BLOCKS)
 
 
+def test_intervals_hold_whatever_became_of_broken_trials(perseverant):
+    """Of false reports every fourth trial broke: the ends are those of all of these unsolved, and all solved."""
+    solved = {arm: np.array([trial.solved for trial in trials], float) for arm, trials in perseverant.items()}
+    broke = np.arange(BLOCKS) % 4 == 1
+    broken = dict(perseverant) | {
+        "lie": [
+            replace(trial, ending="error") if one else trial
+            for trial, one in zip(perseverant["lie"], broke, strict=True)
+        ]
+    }
+    found = why(broken, as_arms()).decision
+    failed, opened = (decide(solved | {"lie": np.where(broke, end, solved["lie"])}) for end in (0.0, 1.0))
+    assert found.total.low == min(failed.total.low, opened.total.low)
+    assert found.total.high == max(failed.total.high, opened.total.high)
+    assert found.equivalence == max(failed.equivalence, opened.equivalence)
+    assert found.total.value == (solved["lie"] - solved["truth"])[~broke].mean()
+
+
 @pytest.mark.parametrize("missing", PLANNED)
 def test_where_a_planned_arm_has_no_trial_there_is_no_answer(perseverant, missing):
     assert why(perseverant | {missing: []}, as_arms()) is None

@@ -106,14 +106,14 @@ def study_table(comparison: Comparison) -> TextTable:
 
 def success_table(comparison: Comparison) -> TextTable:
     """Success by condition, study and agent; broken trials where there are any."""
-    broken = any(one.broken for one in comparison.success)
+    broken = any(one.success.broken for one in comparison.success)
     rows = [["condition", "study", "agent", "solved", "success", *["broken"] * broken]]
     for one in comparison.success:
         share = one.success
         study = comparison.studies[one.side.study].name
         agent = one.side.agent + (f" with {one.side.prompt}" if one.side.prompt else "")
         solved = f"{share.count}/{share.n}"
-        rows.append([one.condition, study, agent, solved, share_cell(share), *[str(one.broken)] * broken])
+        rows.append([one.condition, study, agent, solved, share_cell(share), *[str(share.broken)] * broken])
     return rows
 
 

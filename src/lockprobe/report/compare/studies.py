@@ -16,8 +16,9 @@ from lockprobe.report.prose.study_comparison import comparison_of_studies_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import rule_breaks, together
 from lockprobe.studies.comparable import check_comparable, families, shared_names
@@ -67,14 +68,13 @@ class SuccessRow:
     Attributes:
         side: Who played.
         condition: Name of the condition.
-        success: Trials solved with Wilson's 95 % interval, of those that ended as solved or out of budget.
-        broken: Trials that ended as error.
+        success: Trials solved with Wilson's 95 % interval, of those that ended as solved or out of budget; it holds
+            whatever became of those that broke.
     """
 
     side: Side
     condition: str
     success: Proportion
-    broken: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +117,9 @@ class Comparison:
             "said": self.said,
             "studies": studies,
             "success": [
-                self._named("", row.side) | {"condition": row.condition, "broken": row.broken} | _share("", row.success)
+                self._named("", row.side)
+                | {"condition": row.condition, "broken": row.success.broken}
+                | _share("", row.success)
                 for row in self.success
             ],
             "differences": [self._difference(one) for one in self.differences],
@@ -253,13 +255,8 @@ def _subject(side: Side, studies: Sequence[ComparedStudy]) -> Subject:
 
 
 def _success(one: Sample) -> SuccessRow:
-    counted = outcomes(one.trials)
-    return SuccessRow(
-        side=one.side,
-        condition=one.condition,
-        success=share_of(counted.solved, counted.player, counted.luck),
-        broken=sum(trial.ending == "error" for trial in one.trials),
-    )
+    every, solved = begun(outcomes(one.trials), broken_off(one.trials))
+    return SuccessRow(side=one.side, condition=one.condition, success=share_of(solved, every.player, every.luck))
 
 
 def _share(role: str, found: Proportion) -> dict[str, Any]:

@@ -82,7 +82,7 @@ def _curves(axes: Axes, shown: _Shown) -> None:
 
 
 def _curves_corrected(axes: Axes, found: Results) -> None:
-    """One minus Kaplan-Meier with bands, exact blind agents, shortest plan; references have no band."""
+    """Curves with bands, exact blind agents, shortest plan; references have no band."""
     shown = _at_the_lowest_p(found)
     said, budget = _staircases(axes, shown), _budget(shown)
     for _, style, _, curve in shown:
@@ -90,7 +90,9 @@ def _curves_corrected(axes: Axes, found: Results) -> None:
             band(axes, curve.low, curve.high, style)
     _exact_curves(axes, found, budget)
     step_axis(axes, budget, "solved by this step")
-    title(axes, said, "1 \N{MINUS SIGN} Kaplan-Meier; shade: pointwise 95 % band")
+    broke = any(cell.value("broken") for _, _, cell, _ in shown)
+    curves = "trials broke: middle of the bounds" if broke else "1 \N{MINUS SIGN} Kaplan-Meier"
+    title(axes, said, f"{curves}; shade: pointwise 95 % band")
 
 
 def _staircases(axes: Axes, shown: _Shown) -> str:

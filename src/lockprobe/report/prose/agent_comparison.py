@@ -15,7 +15,7 @@ def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     """One pair: differences in success, in the effect of false reports and in the number of steps."""
     names, pairs = subjects_by_name(summary), sum(other.family == one.family for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
-    broken = "; the largest P value over the treatments of broken trials" if one.bounded else ""
+    broken = "; interval and P value hold whatever became of broken trials" if one.bounded else ""
     shares = (
         f"{percent(one.second_share)} against {percent(one.first_share)} of the {one.success.pairs} trials that both "
         f"played ({_change(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"

@@ -89,7 +89,7 @@ def unit_of_effect(name: str) -> str:
 
 def limits_said(test: TestResult, axis: Axis = FLIPS) -> str:
     """Why a test is missing, or what broken trials do to its P value; empty in all other cases."""
-    broke = " Trials broke: the P value is the largest without them, with all unsolved, and with all solved."
+    broke = " Trials broke: interval and P value hold whatever became of them."
     return f"{why_missing(test.note, axis)}{broke * test.broken}".strip()
 
 

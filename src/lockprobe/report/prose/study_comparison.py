@@ -66,7 +66,7 @@ def _size(one: StudyDifference, many: int, families: int) -> str:
     )
     beside = f" of its family and for {families} families of conditions" if families > 1 else ""
     corrected = f", corrected for {many} difference{'s' * (many > 1)}{beside}" if many > 1 or families > 1 else ""
-    broken = ", the largest over the treatments of broken trials" if one.broken else ""
+    broken = ", whatever became of broken trials" if one.broken else ""
     return (
         f"{percent(second.value)} against {percent(first.value)} ({change(one.value, one.low, one.high)}; "
         f"{p_value(min(1.0, families * one.p_adjusted))}{corrected}{broken}; {sample})"

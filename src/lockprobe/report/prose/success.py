@@ -21,6 +21,23 @@ def of_trials(share: Proportion) -> str:
     return f"{share.count} of {share.n} trials ({percent(share.value)})"
 
 
+def broke_said(share: Proportion) -> str:
+    """What is known of the success of trials some of which broke; empty if none did.
+
+    >>> broke_said(Proportion(count=6, n=6, value=1.0, low=0.095, high=1.0, broken=24))
+    '24 of 30 trials broke, 6 of the other 6 opened the box: between 20 % and 100 % [10 %, 100 %] would have.'
+    """
+    if not share.broken:
+        return ""
+    if not share.n:
+        return f"All {share.broken} trials broke."
+    least, most, low, high = (percent(one) for one in (*share.bounds, share.low, share.high))
+    return (
+        f"{share.broken} of {share.n + share.broken} trials broke, {share.count} of the other {share.n} opened the "
+        f"box: between {least} and {most} [{low}, {high}] would have."
+    )
+
+
 def finding(agent: AgentSummary) -> str:
     """The effect of false reports on one agent's success, after a warning where broken trials select."""
     counted = [condition for condition in agent.conditions if condition.success.n]
@@ -58,7 +75,8 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     if len(counted) == 1:
         single = agent.axis.name if agent.shown else "condition"
         why = f"With a single {single} there is no difference to test."
-    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval(share.low, share.high)}. {why}"
+    said = f"{subject_of(agent).first} solved {of_trials(share)}, {interval(share.low, share.high)}."
+    return " ".join(filter(None, (said, broke_said(share), why)))
 
 
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
@@ -96,12 +114,10 @@ def _interval(contrast: Contrast) -> str:
     chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
     test = "e-process" if found.course else "permutation test"
     said = f"{change(found.value, found.low, found.high)}; {test}, {p_value(found.p_value)}{chosen}"
-    if found.if_unsolved is None or found.if_solved is None:
+    if found.bounds is None:
         return said
-    return (
-        f"{said}; {points(found.if_unsolved.value)} points with broken trials counted as unsolved, "
-        f"{points(found.if_solved.value)} with them counted as solved, and the P value is the largest of the three"
-    )
+    least, most = map(points, found.bounds)
+    return f"{said}; between {least} and {most} points whatever became of broken trials"
 
 
 def _broken_said(agent: AgentSummary) -> str:
@@ -113,5 +129,5 @@ def _broken_said(agent: AgentSummary) -> str:
     return (
         f"Trials of {subject_of(agent).name} broke more often under some conditions than under others ({shares}; "
         f"permutation test, {p_value(broken.p_value)}), so the remaining trials are a selected sample. A difference "
-        "counts as detected only if it holds with all broken trials counted as unsolved and with all counted as solved."
+        "counts as detected only if it holds whatever became of the broken trials."
     )

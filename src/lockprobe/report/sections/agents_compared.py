@@ -28,7 +28,7 @@ FAMILIES = {"subjects": _SUBJECTS, "reference": _BASELINES}
 
 
 _ALIKE = "the same at every flip rate"
-_WORST = "largest P value over the endings of broken trials"
+_WORST = "holds whatever became of broken trials"
 _BY_PERSON = "t, clustered by person and block"
 
 _Cells = Mapping[tuple[str, str, float], PlayedCell]

@@ -11,7 +11,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
 
 _AGAINST = "against the rules"
@@ -26,6 +26,9 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     found = cell.summary
     yield cell.estimate("trials", found.success.n, unit="trials")
     yield from cell.share("success", found.success, note="never acted" if found.never_acted else "")
+    if (share := found.success).broken and share.n:
+        for end, bound in zip(BOUNDS, share.bounds, strict=True):
+            yield cell.estimate("success", bound, of=end, n=share.n + share.broken)
     for point in found.points:
         of = f"rep={point.repetition}"
         yield cell.estimate("success", point.success, n=point.n, of=of)

@@ -12,7 +12,7 @@ from typing import Any
 
 from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
 from lockprobe.report.rows import Curve, Estimate, Fact, Row
-from lockprobe.report.study_numbers import share_rows
+from lockprobe.report.study_numbers import BOUNDS, share_rows
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import AGENT
 from lockprobe.statistics.inference.difference import DifferenceAt
@@ -199,7 +199,7 @@ def _difference(course: AgentCourse, quantity: str, one: DifferenceAt, of: dict[
 
 
 def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) -> Iterator[Estimate]:
-    """The shares that are compared, the pairs that differ, and the difference if broken trials had ended alike."""
+    """The shares that are compared, the pairs that differ, and the bounds of the difference if trials broke."""
 
     def test(of: str, p_value: float, test: str, **more: Any) -> Estimate:
         columns = course.against_lowest(one.dose, of) | more
@@ -215,15 +215,9 @@ def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) 
         for where, count in (((), pairs.only_second), ((CONTROL,), pairs.only_first)):
             of = course.against_lowest(one.dose, *where)
             yield course.estimate("solved_at_one_only", count, n=pairs.n, count=count, unit="trials", **of)
-    for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
-        if bound is not None:
-            yield test(
-                f"broken trials {end}",
-                bound.p_value,
-                E_PROCESS if one.course else PERMUTED,
-                value=bound.value,
-                **corrected,
-            )
+    for end, bound in zip(BOUNDS, one.bounds or (), strict=False):
+        columns = course.against_lowest(one.dose, end)
+        yield course.estimate("success_difference", bound, unit="points", **columns)
 
 
 def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Iterator[Row]:

@@ -229,7 +229,15 @@ def _ended(found: Results) -> bool:
     return any(course.played for course in found.courses())
 
 
-_KAPLAN = "Curves are one minus the Kaplan-Meier estimate, with pointwise 95 % bands."
+def _curves_said(found: Results) -> str:
+    """What the curves and their bands are."""
+    if any(cell.value("broken") for cell in found.cells):
+        return (
+            "Trials broke: a curve is the middle between all that broke by a step unsolved and all solved. Its "
+            "pointwise 95 % band holds whatever became of them."
+        )
+    return "Curves are one minus the Kaplan-Meier estimate, with pointwise 95 % bands."
+
 
 _FIG3 = Figure(
     "fig3",
@@ -241,11 +249,11 @@ _FIG3 = Figure(
 _FIG3_CORRECTED = Figure(
     "fig3-corrected",
     "Success by step, with chance and the optimum",
-    Caption(
+    lambda found: Caption(
         "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan; "
         "beside or below, the area under each curve, from random (0) to the shortest plan (1). Baselines are "
         "thin, with hollow markers and no band.",
-        _KAPLAN,
+        _curves_said(found),
     ),
     draw="lockprobe.report.figures.success_by_step:success_curves_corrected",
     applies=_ended,
@@ -253,10 +261,10 @@ _FIG3_CORRECTED = Figure(
 _FIG3_BY_P = Figure(
     "fig3-by-p",
     "Success by step, one line per flip rate",
-    Caption(
+    lambda found: Caption(
         "Share of trials solved by each step, one line per flip rate. Bands are drawn for the lowest flip rate and "
         "for the one whose final success differs most from it.",
-        _KAPLAN,
+        _curves_said(found),
         "Of more than eleven flip rates, only the two with bands and the highest are labelled.",
     ),
     draw="lockprobe.report.figures.success_by_step:success_curves_by_p",

@@ -28,7 +28,7 @@ from lockprobe.report.section import (
     Template,
 )
 from lockprobe.report.sections.course_rows import CONTROL, AgentCourse, at, course_rows
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
@@ -131,7 +131,7 @@ def _fit_said(course: Course) -> str:
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
-    """The cells of the clearest difference of each agent, and what it is if broken trials had ended alike."""
+    """The cells of the clearest difference of each agent, and its bounds if trials broke."""
     for course in found.courses():
         if (row := course.get("clearest_success_difference")) is None:
             continue
@@ -174,14 +174,13 @@ def _compared(course: Course, row: Estimate, dose: float) -> str:
 
 
 def _if_broken(course: Course, dose: float) -> str:
-    """The difference if all broken trials had ended unsolved, and if all had been solved; empty if none broke."""
-    ends = [_at_dose(course, "success_difference", dose, f"broken trials {end}") for end in ("unsolved", "solved")]
-    said = [f"{points(one.value or 0.0)} points, P = {one.p_value:.2g}" for one in ends if one]
-    if len(said) < len(ends):
+    """What the difference is at least and at most, whatever became of the broken trials; empty if none broke."""
+    said = [points(one.value or 0.0) for end in BOUNDS if (one := _at_dose(course, "success_difference", dose, end))]
+    if len(said) < len(BOUNDS):
         return ""
     return minus(
-        f"Broken trials counted as unsolved: {said[0]}; counted as solved: {said[1]}. The corrected P value above is "
-        "the largest, and 1 if the signs differ."
+        f"Trials broke: in all begun pairs the difference is between {said[0]} and {said[1]} points, whatever became "
+        "of them. Interval and corrected P value hold at both ends; P is 1 if the signs differ."
     )
 
 

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from lockprobe.statistics.agent_comparison.crossed_clusters import people_of
 from lockprobe.statistics.agent_comparison.pair import paired_difference
 from lockprobe.statistics.agent_comparison.paired import sheets
+from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference
-from lockprobe.statistics.inference.broken_trials import completed
 from lockprobe.statistics.inference.logrank import holm_by_family
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
-from lockprobe.statistics.proportions import ALPHA, Proportion, difference, proportion
+from lockprobe.statistics.proportions import ALPHA, Proportion, between, difference, proportion
 from lockprobe.trial.record import Trial
 
 Kind = Literal["between", "between-baselines", "within", "within-baselines"]
@@ -80,10 +80,11 @@ class StudyDifference:
         second_success: Share of the compared trials that the second side solved.
         value: Second share minus first share, [-1, 1].
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
-            samples, clustered by person where people are on one side.
+            samples, clustered by person where people are on one side. Where trials broke, it holds whatever became of
+            them.
         p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
-            Where trials broke, the largest of three: without them, all unsolved, all solved.
-        broken: Trials of either side that ended as error; no share counts them.
+            Where trials broke, the larger of both ends, and 1 if the signs differ.
+        broken: Trials of either side that ended as error.
         family: Family of the condition.
         p_adjusted: The P value corrected for the differences of its kind and family (Holm).
     """
@@ -112,7 +113,8 @@ class StudyDifference:
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
 
 
-class _PairEstimate(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _PairEstimate:
     first: Proportion
     second: Proportion
     value: float
@@ -156,13 +158,20 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     if found is None:
         return None
     broken = broken_off(first.trials), broken_off(second.trials)
-    p_value = found.p_value
     if any(map(len, broken)):
-        ends = zip(completed(one, broken[0]), completed(two, broken[1]), strict=True)
-        three = [found, *(_estimate(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends)]
-        known = [one for one in three if one is not None]
-        alike = len(known) == len(three) and len({np.sign(one.value) for one in known}) == 1
-        p_value = max(one.p_value for one in known) if alike else 1.0
+        low, high = opposed(
+            lambda both: _estimate(*both, shared=shared, same_luck=first.luck == second.luck),
+            (one, two),
+            broken,
+            (False, True),
+        )
+        assert low is not None
+        assert high is not None
+        found = replace(
+            bounded(found, low, high),
+            first=between(found.first, high.first, low.first),
+            second=between(found.second, low.second, high.second),
+        )
     return StudyDifference(
         condition=first.condition,
         family=first.family,
@@ -175,7 +184,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         value=found.value,
         low=found.low,
         high=found.high,
-        p_value=p_value,
+        p_value=found.p_value,
         broken=sum(map(len, broken)),
     )
 

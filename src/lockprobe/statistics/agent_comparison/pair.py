@@ -57,7 +57,7 @@ class AgentComparison:
         copies: Whether both play each block identically at every p, so that all entries of ``at`` are equal.
         people: Whether one side is people, whose trials are clustered by person too.
         every_look: Whether intervals and P values hold at every look.
-        bounded: Whether trials broke, so that P values are the largest over the possible endings (Manski bounds).
+        bounded: Whether trials broke, so that intervals and P values hold whatever became of these.
         alone: Trials that only one of the two finished; no other number counts them.
         interaction: Whether false reports change both alike; None for a baseline, with a single p, or where what is
             said must hold at every look.
@@ -112,6 +112,7 @@ def compare(
     rng: np.random.Generator,
     *,
     budget: int,
+    lowest: tuple[Sheet, Sheet] | None = None,
 ) -> AgentComparison | None:
     """Compare two agents over the trials that both finished; None if there are none.
 
@@ -122,6 +123,7 @@ def compare(
         among: Kind of pair.
         rng: The stream of the flips.
         budget: Steps of a trial.
+        lowest: The sheets of both for the lowest p in their interaction, where trials broke; else ``laid``.
     """
     first, second = laid
     solved, steps = second.solved - first.solved, second.steps - first.steps
@@ -155,12 +157,20 @@ def compare(
         ),
         alone=int(np.sum(played & ~both)),
         copies=len(values) > 1 and all(_same_at_every_p(one) for one in laid),
-        interaction=interaction(values, first, second, rng)
+        interaction=interaction(values, *_with_lowest(laid, lowest or laid), rng)
         if among == "subjects" and len(values) > 1 and not len(order)
         else None,
         people=person is not None,
         every_look=bool(len(order)),
     )
+
+
+def _with_lowest(laid: tuple[Sheet, Sheet], lowest: tuple[Sheet, Sheet]) -> tuple[Sheet, Sheet]:
+    first, second = (
+        replace(one, solved=np.column_stack([other.solved[:, :1], one.solved[:, 1:]]))
+        for one, other in zip(laid, lowest, strict=True)
+    )
+    return first, second
 
 
 def _at_every_look(p: float, laid: tuple[Sheet, Sheet], column: int, budget: float) -> ComparisonAt:

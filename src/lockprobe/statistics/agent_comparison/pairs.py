@@ -1,23 +1,24 @@
 """Pairwise comparisons of agents, and bounds for broken trials.
 
 A trial that broke for one agent is dropped together with its pair. If an agent's long trials break, the remaining ones
-overstate its success. So such comparisons are made three times: without the broken trials, with all of them unsolved,
-and with all of them solved at the next step (between conditions: :mod:`lockprobe.statistics.inference.broken_trials`).
+overstate its success. So such comparisons hold at both ends: with the broken trials of the one agent solved in the step
+in which they broke and those of the other unsolved, and the reverse (:mod:`lockprobe.statistics.broken_trials`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, product
 
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.interaction import Interaction
-from lockprobe.statistics.agent_comparison.pair import AgentComparison, Among, ComparisonAt, compare, corrected
-from lockprobe.statistics.agent_comparison.paired import BlockMean, Sheet, sheets
-from lockprobe.statistics.inference.broken_trials import completed
+from lockprobe.statistics.agent_comparison.pair import AgentComparison, Among, compare, corrected
+from lockprobe.statistics.agent_comparison.paired import Sheet, sheets
+from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.outcomes import Outcomes
 
 BASELINES = ("human-inspired", "random")
@@ -80,86 +81,92 @@ def comparisons(entrants: Sequence[Entrant], seed: int, of: Sequence[str] = ()) 
 def _uncorrected(
     pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int, of: Sequence[str]
 ) -> list[AgentComparison]:
-    """All pairs without correction for their number; pairs with broken trials get worst-case P values."""
-    ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
-    three = [
-        _sheets_by_name(entrants, groups)
-        for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
-    ]
+    """All pairs without correction for their number."""
+    ended = _sheets_by_name(entrants, [one.counted for one in entrants])
+    broken = [one.broken.at(np.isin(one.broken.dose, ended[0])) for one in entrants]
+    failed, solved = (
+        _sheets_by_name(
+            entrants,
+            [completed(one.counted, own, soon, one.budget) for one, own in zip(entrants, broken, strict=True)],
+        )
+        for soon in (False, True)
+    )
     found = []
     for first, second, among in pairs:
-        bounded = len(first.broken) or len(second.broken)
-        made = [
-            compare(
-                (first.name, second.name),
-                values,
-                (sheet[first.name], sheet[second.name]),
-                among,
-                generator(seed, "analysis", *_stream(first), *_stream(second), "comparison", *of),
-                budget=max(first.budget, second.budget),
-            )
-            for values, sheet in (three if bounded else three[:1])
-        ]
-        if (one := made[0]) is None:
+        of_pair = partial(_compared, first, second, among, seed, of)
+        if (one := of_pair(ended, ended)) is None:
             continue
-        found.append(worst_case(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
+        if len(first.broken) or len(second.broken):
+            one = _bounded(one, of_pair(solved, failed), of_pair(failed, solved))
+        found.append(one)
     return found
+
+
+_Sheets = tuple[tuple[float, ...], dict[tuple[str, str], Sheet]]
+"""The values of p, and the sheet of each agent by its name."""
+
+
+def _compared(
+    first: Entrant, second: Entrant, among: Among, seed: int, of: Sequence[str], ones: _Sheets, others: _Sheets
+) -> AgentComparison | None:
+    """Two agents, the first with its sheet of ``ones``, the second with that of ``others``.
+
+    In their interaction, the lowest p has the sheets the other way round: there success of the first agent counts for
+    the change, and that of the second against it.
+    """
+    rng = generator(seed, "analysis", *_stream(first), *_stream(second), "comparison", *of)
+    (values, _), laid = ones, (ones[1][first.name], others[1][second.name])
+    lowest = others[1][first.name], ones[1][second.name]
+    names, budget = (first.name, second.name), max(first.budget, second.budget)
+    return compare(names, values, laid, among, rng, budget=budget, lowest=lowest)
 
 
 def _stream(one: Entrant) -> tuple[str, str]:
     return one.spec, one.modality
 
 
-def _sheets_by_name(
-    entrants: Sequence[Entrant], groups: list[Outcomes]
-) -> tuple[tuple[float, ...], dict[tuple[str, str], Sheet]]:
+def _sheets_by_name(entrants: Sequence[Entrant], groups: list[Outcomes]) -> _Sheets:
     values, laid = sheets(groups)
     return values, {one.name: found for one, found in zip(entrants, laid, strict=True)}
 
 
-def both_ends(counted: Outcomes, broken: Outcomes, budget: int) -> tuple[Outcomes, Outcomes]:
-    """All trials of an agent, twice: broken ones as unsolved with the whole budget, and as solved one step later."""
-    unsolved, solved = completed(counted, broken)
-    beyond = np.arange(len(unsolved)) >= len(counted)
-    return replace(unsolved, length=np.where(beyond, budget, unsolved.length)), solved
-
-
-def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentComparison]) -> AgentComparison:
-    """The comparison without the broken trials, with the largest P value of all three cases (Manski bounds).
-
-    Args:
-        found: The comparison over the trials that both agents finished.
-        ends: The same with all broken trials unsolved, and with all solved.
-    """
+def _bounded(found: AgentComparison, low: AgentComparison | None, high: AgentComparison | None) -> AgentComparison:
+    """The comparison over the trials that both finished, with what holds at both ends."""
+    assert low is not None
+    assert high is not None
+    at = [{one.dose: one for one in end.at} for end in (low, high)]
     return replace(
         found,
-        success=_worst_case_mean(found.success, *(end.success for end in ends)),
-        steps=_worst_case_mean(found.steps, *(end.steps for end in ends)),
-        at=tuple(_worst_case_at(one, [{at.dose: at for at in end.at}[one.dose] for end in ends]) for one in found.at),
-        interaction=_worst_case_interaction(found.interaction, *(end.interaction for end in ends)),
+        success=bounded(found.success, low.success, high.success),
+        steps=bounded(found.steps, low.steps, high.steps),
+        at=tuple(
+            replace(
+                one,
+                success=bounded(one.success, *(end[one.dose].success for end in at)),
+                steps=bounded(one.steps, *(end[one.dose].steps for end in at)),
+            )
+            for one in found.at
+        ),
+        interaction=_bounded_interaction(found.interaction, low.interaction, high.interaction),
         bounded=True,
     )
 
 
-def _worst_case_mean(*three: BlockMean) -> BlockMean:
-    """The first mean with the largest P value; 1 if signs differ, or an interval holds 0 where the first does not."""
-    values = [one.p_value for one in three if one.p_value is not None]
-    if len(values) < len(three):
-        return replace(three[0], p_value=None)
-    holds = len({np.sign(one.value) for one in three}) == 1 and all(one.clear >= three[0].clear for one in three)
-    return replace(three[0], p_value=max(values) if holds else 1.0)
-
-
-def _worst_case_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
-    three = [found, *ends]
-    alike = len({np.sign(one.success.value) for one in three}) == 1
-    success = replace(found.success, p_value=max(one.success.p_value for one in three) if alike else 1.0)
-    return replace(found, success=success, steps=_worst_case_mean(*(one.steps for one in three)))
-
-
-def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
-    if found is None:
+def _bounded_interaction(
+    found: Interaction | None, low: Interaction | None, high: Interaction | None
+) -> Interaction | None:
+    if found is None or low is None or high is None:
         return None
-    three = [found, *(end for end in ends if end is not None)]
-    signs = {np.sign(at.change.value) for one in three for at in one.at if at.dose == found.clearest.dose}
-    return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
+    ends = [{one.dose: one for one in end.at} for end in (low, high)]
+    at = tuple(
+        replace(
+            one,
+            change=bounded(one.change, *(end[one.dose].change for end in ends)),
+            p_adjusted=max(end[one.dose].p_adjusted for end in ends)
+            if len({np.sign(other.change.value) for other in (one, *(end[one.dose] for end in ends))}) == 1
+            else 1.0,
+        )
+        for one in found.at
+    )
+    mean = bounded(found.mean, low.mean, high.mean)
+    return replace(found, at=at, mean=mean, p_value=min(one.p_adjusted for one in at))

@@ -7,17 +7,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.left_out import section
 from lockprobe.statistics.behaviour import Behaviour, behaviour
+from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
 from lockprobe.statistics.curves import Relative, SuccessCurve, relative, success_curve
 from lockprobe.statistics.idle import StepsChanged, steps_changed
 from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.statistics.outcomes import Outcomes, Point, ended, outcomes, points
+from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
 from lockprobe.statistics.rationality import OptimalActions, optimal_actions
 from lockprobe.statistics.reference import Reference
@@ -37,8 +39,9 @@ class ConditionSummary:
         agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         dose: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
-        success: Share solved of the trials that ended as solved or out of budget; players are clusters.
-        errors: Trials that ended as error, by boundary; no other number counts them.
+        success: Share solved of the trials that ended as solved or out of budget, with an interval that holds whatever
+            became of those that broke; players are clusters.
+        errors: Trials that ended as error, by boundary.
         curve: Success by step.
         relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         behaviour: Loops, redundancy, entropy.
@@ -132,7 +135,7 @@ def condition_summary(
         agent=agent,
         modality=modality,
         dose=dose,
-        success=_success(found),
+        success=_success(*begun(found, broken_off(trials, order=order))),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
         relative=section(
@@ -152,10 +155,10 @@ def condition_summary(
     )
 
 
-def _success(found: Outcomes) -> Proportion:
-    if found.order is None or found.crossed:
-        return share_of(found.solved, found.player, found.luck)
-    return share_at_every_look(found.solved[np.argsort(found.order.rank(found.repetition, found.trial))])
+def _success(every: Outcomes, solved: NDArray[np.float64]) -> Proportion:
+    if every.order is None or every.crossed:
+        return share_of(solved, every.player, every.luck)
+    return share_at_every_look(solved[np.argsort(every.order.rank(every.repetition, every.trial))])
 
 
 def condition_at(

@@ -17,10 +17,12 @@ from itertools import combinations, product
 import numpy as np
 
 from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
+from lockprobe.statistics.broken_trials import begun, bounded, opposed
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
+from lockprobe.statistics.proportions import ALPHA, Proportion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,24 +176,46 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
     return [one // common for one in whole], factor
 
 
-def grid_summary(grid: Grid, trials: Mapping[str, Outcomes], choices: int = 1) -> GridSummary:
-    """The results of one agent, from condition -> its ended trials; ``choices`` interactions are judged together."""
+def grid_summary(
+    grid: Grid, trials: Mapping[str, Outcomes], broken: Mapping[str, Outcomes], choices: int = 1
+) -> GridSummary:
+    """The results of one agent.
+
+    Args:
+        grid: The grid.
+        trials: Condition -> its ended trials.
+        broken: Condition -> those that broke.
+        choices: Interactions that are judged together.
+    """
     cells = tuple(
-        GridCell(row=row, column=column, condition=name, success=proportion(int(one.solved.sum()), len(one)))
+        GridCell(row=row, column=column, condition=name, success=share_of(solved, (), every.luck))
         for (row, column), name in grid.conditions.items()
         if (one := trials.get(name)) is not None and len(one)
+        for every, solved in [begun(one, broken[name])]
     )
-    return GridSummary(grid=grid, cells=cells, interaction=_interaction(grid, trials, choices), choices=choices)
+    interaction = _interaction(grid, trials, broken, choices)
+    return GridSummary(grid=grid, cells=cells, interaction=interaction, choices=choices)
 
 
-def _interaction(grid: Grid, trials: Mapping[str, Outcomes], choices: int) -> BlockMean | None:
+def _interaction(
+    grid: Grid, trials: Mapping[str, Outcomes], broken: Mapping[str, Outcomes], choices: int
+) -> BlockMean | None:
     if not grid.complete or not all(len(trials.get(name, ())) for name in grid.conditions.values()):
         return None
-    own = [trials[name] for name in grid.conditions.values()]
-    _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in own])
     weights, factor = contrast(grid.row_doses, grid.column_doses)
-    sums = sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True))
-    sums = np.asarray(sums)[~np.isnan(sums)]
-    most = float(factor) * sum(weight for weight in weights if weight > 0)
-    found = block_mean(float(factor) * sums[:, None], unit=most, choices=choices)
-    return replace(found, p_value=min(1.0, choices * sign_flip(sums))) if found.pairs else None
+
+    def change(groups: Sequence[Outcomes]) -> BlockMean:
+        _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in groups])
+        sums = sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True))
+        sums = np.asarray(sums)[~np.isnan(sums)]
+        most = float(factor) * sum(weight for weight in weights if weight > 0)
+        mean = block_mean(float(factor) * sums[:, None], unit=most, choices=choices)
+        return replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
+
+    own, broke = ([of[name] for name in grid.conditions.values()] for of in (trials, broken))
+    found = change(own)
+    if not found.pairs:
+        return None
+    if any(map(len, broke)):
+        found = bounded(found, *opposed(change, own, broke, [weight > 0 for weight in weights]))
+    return found

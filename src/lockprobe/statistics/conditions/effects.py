@@ -14,10 +14,11 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets
+from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.conditions.dose_grid import Grid, GridSummary, grid_summary
 from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import Outcomes, outcomes
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
@@ -121,15 +122,18 @@ def effects(
         None if no other condition shares a trial with the control, and none are crossed.
     """
     found = {name: outcomes(members, order=order) for name, members in trials.items()}
+    broken = {name: broken_off(members, order=order) for name, members in trials.items()}
     first = next((one for one in trials.get(control, ())), None)
     if first is None:
         return None
     others = [name for name in found if name != control and name not in axis]
     names = [control, *others]
     rng = generator(first.seed, "analysis", first.spec, first.modality, "conditions")
-    tested = each_difference([found[name] for name in names], rng, agents=agents)
+    tested = each_difference(
+        [found[name] for name in names], rng, broken=[broken[name] for name in names], agents=agents
+    )
     acting = {name: one for name, one in found.items() if name not in idle}
-    interplays, summaries = interactions(crossed, gridded, acting, agents) if order is None else ((), ())
+    interplays, summaries = interactions(crossed, gridded, acting, broken, agents) if order is None else ((), ())
     if not (tested or interplays or summaries):
         return None
     seen = [Effect(condition=names[place], difference=one) for place, one in tested]
@@ -146,28 +150,42 @@ def effects(
 
 
 def interactions(
-    crossed: Sequence[Crossing], gridded: Sequence[Grid], found: Mapping[str, Outcomes], agents: int
+    crossed: Sequence[Crossing],
+    gridded: Sequence[Grid],
+    found: Mapping[str, Outcomes],
+    broken: Mapping[str, Outcomes],
+    agents: int,
 ) -> tuple[tuple[Interplay, ...], tuple[GridSummary, ...]]:
     """Every interaction once, in a grid where there is one; corrected for their number and the agents (Bonferroni)."""
-    summaries = [one for grid in gridded if (one := grid_summary(grid, found)).cells]
+    summaries = [one for grid in gridded if (one := grid_summary(grid, found, broken)).cells]
     tested = [one for one in summaries if one.interaction is not None]
     in_grid = {name for one in tested for name in one.grid.conditions.values()}
-    alone = [one for one in crossed if one.both not in in_grid and _interaction(one, found) is not None]
+    alone = [one for one in crossed if one.both not in in_grid and _interaction(one, found, broken) is not None]
     choices = agents * max(1, len(alone) + len(tested))
     return (
-        tuple(made for crossing in alone if (made := _interaction(crossing, found, choices))),
-        tuple(grid_summary(one.grid, found, choices) for one in summaries),
+        tuple(made for crossing in alone if (made := _interaction(crossing, found, broken, choices))),
+        tuple(grid_summary(one.grid, found, broken, choices) for one in summaries),
     )
 
 
-def _interaction(crossing: Crossing, found: Mapping[str, Outcomes], choices: int = 1) -> Interplay | None:
+def _interaction(
+    crossing: Crossing, found: Mapping[str, Outcomes], broken: Mapping[str, Outcomes], choices: int = 1
+) -> Interplay | None:
     names = (crossing.neither, crossing.first, crossing.second, crossing.both)
     if not all(name in found and len(found[name]) for name in names):
         return None
-    _, made = sheets([replace(found[name], dose=np.zeros(len(found[name]))) for name in names])
-    neither, first, second, both = (one.solved[:, :1] for one in made)
-    change = block_mean((both - first) - (second - neither), unit=2.0, choices=choices)
-    if not change.pairs:
+
+    def change(groups: Sequence[Outcomes]) -> BlockMean:
+        _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in groups])
+        neither, first, second, both = (one.solved[:, :1] for one in made)
+        mean = block_mean((both - first) - (second - neither), unit=2.0, choices=choices)
+        return replace(mean, p_value=None if mean.p_value is None else min(1.0, choices * mean.p_value))
+
+    own = [found[name] for name in names]
+    seen = change(own)
+    if not seen.pairs:
         return None
-    p_value = None if change.p_value is None else min(1.0, choices * change.p_value)
-    return Interplay(crossing=crossing, change=replace(change, p_value=p_value), choices=choices)
+    if any(len(broken[name]) for name in names):
+        gains = (True, False, False, True)
+        seen = bounded(seen, *opposed(change, own, [broken[name] for name in names], gains))
+    return Interplay(crossing=crossing, change=seen, choices=choices)

@@ -19,7 +19,7 @@ from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.effects import Effect, Effects
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.difference import each_difference
-from lockprobe.statistics.outcomes import Outcomes, outcomes
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
@@ -115,7 +115,9 @@ def factor_effects(
             _of_agent,
             agent,
             first.modality,
-            {name: outcomes(cells[agent, name], order=orders.get(agent)) for name in names},
+            names,
+            [outcomes(cells[agent, name], order=orders.get(agent)) for name in names],
+            [broken_off(cells[agent, name], order=orders.get(agent)) for name in names],
             generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs),
             factor.name,
             sizes[baseline[agent]] * len(factor.groups),
@@ -123,11 +125,17 @@ def factor_effects(
 
 
 def _of_agent(
-    agent: str, modality: str, compared: Mapping[str, Outcomes], rng: np.random.Generator, factor: str, many: int
+    agent: str,
+    modality: str,
+    names: Sequence[str],
+    compared: Sequence[Outcomes],
+    broken: Sequence[Outcomes],
+    rng: np.random.Generator,
+    factor: str,
+    many: int,
 ) -> Effects | None:
     """What the levels of a factor did to one agent; None without a common trial."""
-    names = list(compared)
-    tested = each_difference(list(compared.values()), rng, agents=many)
+    tested = each_difference(compared, rng, broken=broken, agents=many)
     if not tested:
         return None
     seen = tuple(Effect(condition=names[place], difference=one) for place, one in tested)

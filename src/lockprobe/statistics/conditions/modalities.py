@@ -17,9 +17,10 @@ from itertools import combinations
 import numpy as np
 
 from lockprobe.foundation.spec import Spec
+from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.inference.excess import excess, grid
-from lockprobe.statistics.inference.logrank import holm, solution_logrank
-from lockprobe.statistics.outcomes import Outcomes, joined, outcomes, solved_in_pairs
+from lockprobe.statistics.inference.logrank import bounded_speed, holm, solution_logrank
+from lockprobe.statistics.outcomes import Outcomes, broken_off, joined, outcomes, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 from lockprobe.trial.record import Trial
 
@@ -36,9 +37,13 @@ _SOURCES: Mapping[str | None, str] = {"verdict": "verdicts of the arm", "camera"
 """Sources of reports in words that are not the truth; the paper has none of them."""
 
 
+_Played = tuple[str, Outcomes, Outcomes]
+"""A modality, with the trials that ended and those that broke."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModalityPair:
-    """The comparison of two modalities for one agent.
+    """The comparison of two modalities for one agent; intervals and P values hold whatever became of broken trials.
 
     Attributes:
         first: The modality of lower fidelity.
@@ -69,7 +74,8 @@ class ModalityEffect:
         p_value: Log-rank test of a trend over fidelity in equal steps, two-sided, clustered by luck. Variants of a
             modality (``rgbd?depth=gray``) have equal fidelity. None with fewer than two fidelities, or with six
             clusters or fewer, which could never be significant.
-        p_all: Log-rank test of any difference; None with too few clusters.
+        p_all: Log-rank test of any difference; None with too few clusters. Where trials broke, the smallest P value of
+            ``pairs``.
         pairs: All pairwise comparisons.
         agents: Number of agents that are judged together; P values are corrected for it (Bonferroni).
     """
@@ -135,19 +141,25 @@ def modality_effect(groups: Sequence[Sequence[Trial]], agents: int = 1) -> Modal
         agents: Number of agents that are judged together.
     """
     ordered = sorted((group for group in groups if group), key=lambda group: by_fidelity(group[0].modality))
-    found = [(group[0].modality, counted) for group in ordered if len(counted := outcomes(group))]
+    played = [(group[0].modality, counted, broken_off(group)) for group in ordered if len(counted := outcomes(group))]
+    found = [(modality, counted) for modality, counted, _ in played]
     if len(found) < 2:
         return None
-    first = ordered[0][0]
-    direction, p_value = _trend(found)
-    pairs = [_pair(one, two) for one, two in combinations(found, 2)]
+    first, budget = ordered[0][0], max(trial.budget for group in ordered for trial in group)
+    direction, p_value = _bounded_trend(played, budget)
+    pairs = [_pair(one, two, budget) for one, two in combinations(played, 2)]
     return ModalityEffect(
         agent=first.group,
         p=first.p or 0.0,
         modalities=tuple(modality for modality, _ in found),
         direction=direction,
         p_value=_corrected(p_value, agents),
-        p_all=_corrected(solution_logrank(joined([counted for _, counted in found])).p_all, agents),
+        p_all=_corrected(
+            min(holm([pair.p_value for pair in pairs]), key=lambda one: 1.0 if one is None else one)
+            if any(len(broken) for *_, broken in played)
+            else solution_logrank(joined([counted for _, counted in found])).p_all,
+            agents,
+        ),
         pairs=tuple(
             replace(pair, p_adjusted=_corrected(adjusted, agents))
             for pair, adjusted in zip(pairs, holm([pair.p_value for pair in pairs]), strict=True)
@@ -172,14 +184,35 @@ def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
     return compared.direction, compared.p_value_t
 
 
-def _pair(first: tuple[str, Outcomes], second: tuple[str, Outcomes]) -> ModalityPair:
-    compared = solution_logrank(joined([first[1], second[1]])).primary
-    solved = solved_in_pairs(first[1], second[1])
+def _bounded_trend(played: Sequence[_Played], budget: int) -> tuple[int, float | None]:
+    """The trend, and its larger P value at both ends: trials that broke at the lowest fidelity against all others."""
+    counted, broken = [one for _, one, _ in played], [one for *_, one in played]
+    names = [modality for modality, *_ in played]
+    direction, p_value = _trend(list(zip(names, counted, strict=True)))
+    if p_value is None or not any(map(len, broken)):
+        return direction, p_value
+    ranks = [_fidelity(name) for name in names]
+    gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
+    ends = opposed(lambda of: _trend(list(zip(names, of, strict=True))), counted, broken, gains, budget)
+    values = [value for way, value in ends if way == direction and value is not None]
+    return direction, max(values) if len(values) == len(ends) else 1.0
+
+
+def _pair(first: _Played, second: _Played, budget: int) -> ModalityPair:
+    both, broken = (first[1], second[1]), (first[2], second[2])
+
+    def final(groups: Sequence[Outcomes]) -> Paired:
+        solved = solved_in_pairs(*groups)
+        return paired(solved[:, 0], solved[:, 1])
+
+    compared, pairs = bounded_speed(*both, *broken, budget), final(both)
+    if any(map(len, broken)):
+        pairs = bounded(pairs, *opposed(final, both, broken, (False, True)))
     return ModalityPair(
         first=first[0],
         second=second[0],
         hazard_ratio=compared.hazard_ratio if compared else None,
         p_value=compared.p_value if compared else None,
         p_adjusted=None,
-        final=paired(solved[:, 0], solved[:, 1]),
+        final=pairs,
     )

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.factorial.design import Factorial
 from lockprobe.statistics.inference.logrank import holm
@@ -37,6 +38,7 @@ class FactorEffect:
         measure: Of :data:`MEASURES`.
         value: High level minus low level, [-1, 1].
         low, high: Ends of the interval, corrected for the number of factors (Bonferroni); None if all blocks are alike.
+            Those of success, and its P value, hold whatever became of broken trials.
         p_value: That there is no effect, Student's test over blocks, corrected for the factors (Holm); None if no
             block differs from another.
     """
@@ -90,12 +92,14 @@ def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) 
         None unless two blocks have a trial in every condition.
     """
     labels = list(design.runs)
-    played = {label: {(one.repetition, one.trial): one for one in ended(trials.get(label, ()))} for label in labels}
-    blocks = sorted(set.intersection(*(set(own) for own in played.values())))
-    if len(blocks) < 2:
+    begun = {label: {(one.repetition, one.trial): one for one in trials.get(label, ())} for label in labels}
+    every = [[begun[label][block] for label in labels] for block in sorted(set.intersection(*map(set, begun.values())))]
+    sheet = [row for row in every if len(ended(row)) == len(row)]
+    if len(sheet) < 2:
         return None
     signs = np.array([design.runs[label] for label in labels], dtype=np.float64)
-    sheet = [[played[label][block] for label in labels] for block in blocks]
+    broke = np.array([[trial.ending == "error" for trial in row] for row in every])
+    solved = np.array([[trial.solved for trial in row] for row in every])
     found: list[FactorEffect] = []
     means = dict[str, float]()
     for measure in MEASURES:
@@ -104,9 +108,11 @@ def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) 
         if np.isnan(values).all():
             continue
         means[measure] = float(np.nanmean(values))
-        found += _of_measure(values, signs, design.factors, measure)
+        ends = [np.where(broke, (signs.T[:, None] > 0) == soon, solved).astype(np.float64) for soon in (False, True)]
+        bounds = ends if measure == "success" and broke.any() else []
+        found += _of_measure(values, signs, design.factors, measure, bounds)
     first = sheet[0][0]
-    return FactorialEffects(agent=first.group, design=design, blocks=len(blocks), means=means, effects=tuple(found))
+    return FactorialEffects(agent=first.group, design=design, blocks=len(sheet), means=means, effects=tuple(found))
 
 
 def _value(trial: Trial, measure: str) -> float:
@@ -116,8 +122,23 @@ def _value(trial: Trial, measure: str) -> float:
     return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
 
 
-def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: str) -> list[FactorEffect]:
-    """The effects of all factors on a measure."""
+def _of_measure(
+    values: Array, signs: Array, factors: Sequence[str], measure: str, ends: Sequence[Array] = ()
+) -> list[FactorEffect]:
+    """The effects of all factors on a measure.
+
+    ``ends`` are the values at the low and the high end of every factor if trials broke, shape (factors, blocks,
+    conditions).
+    """
+    found = _uncorrected(values, signs, factors, measure)
+    if ends:
+        at_ends = [[_uncorrected(end[i], signs, factors, measure)[i] for end in ends] for i in range(len(found))]
+        found = [bounded(one, *both) for one, both in zip(found, at_ends, strict=True)]
+    corrected = holm([one.p_value for one in found])
+    return [replace(one, p_value=p_value) for one, p_value in zip(found, corrected, strict=True)]
+
+
+def _uncorrected(values: Array, signs: Array, factors: Sequence[str], measure: str) -> list[FactorEffect]:
     with np.errstate(invalid="ignore"):
         means = [_mean(values[:, column > 0]) - _mean(values[:, column < 0]) for column in signs.T]
     contrasts = np.stack(means, axis=-1)
@@ -128,8 +149,7 @@ def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: st
     mean, error = kept.mean(axis=0), kept.std(axis=0, ddof=1) / math.sqrt(n)
     half = student_quantile(1 - ALPHA / len(factors) / 2, n - 1) * error
     known = np.divide(np.abs(mean), error, out=np.full_like(mean, np.nan), where=error > 0)
-    raw = [None if math.isnan(one) else student_tails(one, n - 1) for one in known]
-    corrected = iter(holm([one for one in raw if one is not None]))
+    raw = [None if math.isnan(one) else float(student_tails(one, n - 1)) for one in known]
     return [
         FactorEffect(
             factor=factor,
@@ -137,7 +157,7 @@ def _of_measure(values: Array, signs: Array, factors: Sequence[str], measure: st
             value=round(float(mean[i]), _DIGITS),
             low=None if raw[i] is None else max(-1.0, float(mean[i] - half[i])),
             high=None if raw[i] is None else min(1.0, float(mean[i] + half[i])),
-            p_value=None if raw[i] is None else next(corrected),
+            p_value=raw[i],
         )
         for i, factor in enumerate(factors)
     ]

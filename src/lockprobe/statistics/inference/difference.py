@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference
 from lockprobe.statistics.inference.every_look import Change, changes_at_every_look
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
-from lockprobe.statistics.proportions import Paired, Proportion, paired, proportion
+from lockprobe.statistics.proportions import Paired, Proportion, between, paired, proportion
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 
 PERMUTATIONS = 2000
@@ -31,19 +32,6 @@ _TIE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bound:
-    """The difference if all broken trials had ended alike: all unsolved, or all solved.
-
-    Attributes:
-        value: Success at the higher p minus success at the lowest, [-1, 1].
-        p_value: As :attr:`DifferenceAt.p_value`.
-    """
-
-    value: float
-    p_value: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DifferenceAt:
     """The difference in success between one p and the lowest p, in one sample of trials.
 
@@ -51,16 +39,15 @@ class DifferenceAt:
         dose: Flip probability, [0, 1].
         first: Share of the compared trials solved at the lowest p.
         second: Share of the compared trials solved at this p.
-        value: Success at this p minus success at the lowest p, [-1, 1].
+        value: Success at this p minus success at the lowest p, [-1, 1], in trials that ended.
         low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest
-            times agents judged together).
+            times agents judged together). If trials broke, it holds whatever became of them.
         pairs: The paired comparison of the trials that both p have; None for people.
         exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum of differences in
             standard errors) and for the agents.
         p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
-            the interval excludes 0. If trials broke, the largest over their possible endings.
-        if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
-        if_solved: The difference if every broken trial had been solved.
+            the interval excludes 0. If trials broke, the larger of both ends, and 1 if the signs differ.
+        bounds: The least and the largest that the difference in all begun trials can be; None if no trial broke.
         course: The estimate after each block, if interval and P value hold at every look; None if at one alone.
     """
 
@@ -73,8 +60,7 @@ class DifferenceAt:
     pairs: Paired | None
     exchange: float
     p_value: float
-    if_unsolved: Bound | None = None
-    if_solved: Bound | None = None
+    bounds: tuple[float, float] | None = None
     course: AtEveryLook | None = None
 
 
@@ -166,8 +152,27 @@ def any_difference(
     )
 
 
+def bounded_differences(found: AnyDifference, low: AnyDifference, high: AnyDifference) -> AnyDifference:
+    """The differences without the broken trials, with what holds at both ends of what these can have become."""
+    ends = [{one.dose: one for one in end.at} for end in (low, high)]
+    at = tuple(_bounded(one, *(end[one.dose] for end in ends)) for one in found.at)
+    return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
+
+
+def _bounded(found: DifferenceAt, low: DifferenceAt, high: DifferenceAt) -> DifferenceAt:
+    made = bounded(found, low, high)
+    return replace(
+        made,
+        first=between(found.first, high.first, low.first),
+        second=between(found.second, low.second, high.second),
+        pairs=found.pairs and low.pairs and high.pairs and bounded(found.pairs, low.pairs, high.pairs),
+        exchange=1.0 if made.p_value == 1 else max(low.exchange, high.exchange),
+        bounds=(low.value, high.value),
+    )
+
+
 def each_difference(
-    groups: Sequence[Outcomes], rng: np.random.Generator, *, agents: int = 1
+    groups: Sequence[Outcomes], rng: np.random.Generator, *, broken: Sequence[Outcomes] = (), agents: int = 1
 ) -> tuple[tuple[int, DifferenceAt], ...]:
     """Each group of trials against the first one, in the pairs of trials that the two share.
 
@@ -178,11 +183,25 @@ def each_difference(
     Args:
         groups: The ended trials of one agent by condition, the control first.
         rng: The stream of the permutations, which only people need.
+        broken: The trials of each that broke; none if not given.
         agents: Number of agents that are judged together.
 
     Returns:
         The place of each group that shares a trial with the first one, and the difference; its dose is that place.
     """
+    found = _each_difference(groups, rng, agents)
+    if not any(map(len, broken)):
+        return found
+    # a condition without an ended trial is in no comparison
+    begun = [one if len(group) else one.at(np.zeros(len(one), bool)) for one, group in zip(broken, groups, strict=True)]
+    gains = [i > 0 for i in range(len(groups))]
+    ends = [dict(end) for end in opposed(lambda of: _each_difference(of, rng, agents), groups, begun, gains)]
+    return tuple((i, _bounded(one, *(end[i] for end in ends))) for i, one in found)
+
+
+def _each_difference(
+    groups: Sequence[Outcomes], rng: np.random.Generator, agents: int
+) -> tuple[tuple[int, DifferenceAt], ...]:
     pairs = {i: joined([groups[0], one]) for i, one in enumerate(groups) if i and len(one) and len(groups[0])}
     if any(together.crossed for together in pairs.values()):
         found = {i: any_difference(together, rng, agents=agents * len(pairs)) for i, together in pairs.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -11,15 +11,9 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import section
-from lockprobe.statistics.inference.broken_trials import (
-    BrokenShares,
-    broken_shares,
-    completed,
-    worst_case_difference,
-    worst_case_lines,
-    worst_case_tests,
-)
-from lockprobe.statistics.inference.difference import AnyDifference, any_difference
+from lockprobe.statistics.broken_trials import completed
+from lockprobe.statistics.inference.broken_shares import BrokenShares, broken_shares
+from lockprobe.statistics.inference.difference import AnyDifference, any_difference, bounded_differences
 from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
 from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
@@ -71,8 +65,10 @@ def infer(
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
-    If trials broke, the tests conclude only what holds in three cases: without the broken trials, with all of them
-    unsolved, and with all of them solved (:mod:`lockprobe.statistics.inference.broken_trials`).
+    If trials broke, the tests conclude only what holds at both ends of what these can have become: those at the lowest
+    p solved (and looping) in the step in which they broke and those at every other p never, and the reverse. A shape
+    must hold in two more cases, in which those at the lowest and the highest p are set against all others
+    (:mod:`lockprobe.statistics.broken_trials`).
 
     Args:
         outcomes: The ended trials of one agent.
@@ -92,16 +88,56 @@ def infer(
     if broken is None or not len(broken):
         return found
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng, most, agents) for whole in completed(outcomes, broken)]
-    difference = worst_case_difference(found.difference, *(end.difference for end in ends))
-    lines = worst_case_lines(found.lines, *(end.lines for end in ends))
+    broken = broken.at(np.isin(broken.dose, outcomes.dose))
+    lowest = broken.dose == outcomes.dose.min(initial=np.inf)
+    outer = lowest | (broken.dose == outcomes.dose.max(initial=-np.inf))
+    ends = [
+        _tested(completed(outcomes, broken, soon, most), rng, most, agents)
+        for side in (lowest, outer)
+        for soon in (side, ~side)
+    ]
+    difference = bounded_differences(found.difference, *(end.difference for end in ends[:2]))
+    success, *others = found.tests
     return replace(
         found,
         difference=difference,
-        lines=lines,
-        onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
+        lines=_worst_lines(found.lines, *(end.lines for end in ends)),
+        onset_lines=_worst_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         broken=shares,
-        tests=worst_case_tests(found.tests, *(end.tests for end in ends)),
+        tests=(
+            replace(success_test(difference), name=success.name, broken=difference.p_value is not None),
+            *(
+                _worst_test(test, [end.tests[i] for end in ends[: 4 if "two lines" in test.name else 2]])
+                for i, test in enumerate(others, 1)
+            ),
+        ),
+    )
+
+
+def _worst_lines(found: TwoLines, *ends: TwoLines) -> TwoLines:
+    """The two lines without the broken trials, with a shape only if all ends show it."""
+    values = [one.p_value for one in ends if one.p_value is not None]
+    if found.p_value is None or len(values) < len(ends):
+        return replace(found, p_value=None, direction=None)
+    same = len({one.direction for one in (found, *ends)}) == 1
+    return replace(found, p_value=max(values) if same else 1.0, direction=found.direction if same else None)
+
+
+def _worst_test(found: TestResult, ends: Sequence[TestResult]) -> TestResult:
+    """The test with the largest P value of the ends, or 1 if directions differ."""
+    if found.p_value is None:
+        return found
+    values = [test.p_value for test in ends if test.p_value is not None]
+    if len(values) < len(ends):
+        return replace(found, p_value=None, note="too few remain")
+    lows, highs = ([getattr(test, end) for test in ends] for end in ("low", "high"))
+    same = len({test.direction for test in (found, *ends)}) == 1
+    return replace(
+        found,
+        p_value=max(values) if same else 1.0,
+        low=None if None in lows else min(lows),
+        high=None if None in highs else max(highs),
+        broken=True,
     )
 
 

@@ -13,10 +13,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.broken_trials import opposed
 from lockprobe.statistics.distributions import chi_squared_tail
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.loops.incidence import Incidence, incidence
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.outcomes import Outcomes, joined
 
 Steps = NDArray[np.int64]
 
@@ -94,6 +95,34 @@ def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
 def solution_logrank(outcomes: Outcomes) -> LogRanks:
     """Log-rank tests of the step that solves the box; an unsolved trial is censored at its end."""
     return _over_p(outcomes, outcomes.length, outcomes.solved)
+
+
+def bounded_speed(
+    first: Outcomes, second: Outcomes, first_broken: Outcomes, second_broken: Outcomes, budget: int
+) -> EventComparison | None:
+    """Two groups of trials by the step that solves the box, second against first; None without a comparison.
+
+    If trials broke, the P value is the larger of both ends (those of one group solved in the step in which they broke
+    and those of the other never, and the reverse), and 1 if the directions differ.
+
+    Args:
+        first: The ended trials of the first group.
+        second: Those of the second.
+        first_broken: The trials of the first group that broke.
+        second_broken: Those of the second.
+        budget: Steps of a trial.
+    """
+
+    def compared(groups: Sequence[Outcomes]) -> EventComparison | None:
+        return solution_logrank(joined(groups)).primary
+
+    found, broken = compared((first, second)), (first_broken, second_broken)
+    if found is None or not any(map(len, broken)):
+        return found
+    ends = opposed(compared, (first, second), broken, (False, True), budget)
+    values = [one.p_value for one in ends if one and one.direction == found.direction and one.p_value is not None]
+    missing = found.p_value is None or any(one is None or one.p_value is None for one in ends)
+    return replace(found, p_value=None if missing else max(values) if len(values) == len(ends) else 1.0)
 
 
 def independent_logrank(

@@ -39,7 +39,7 @@ class TestResult:
         low, high: Ends of its 95 % interval, if there is one.
         direction: 1 if the effect is more or sooner, -1 if less, 0 if neither or it has none.
         note: Why there is no P value, as a short code; empty if there is one.
-        broken: Whether the P value is the largest over the possible endings of broken trials.
+        broken: Whether trials broke, so that interval and P value hold whatever became of them.
     """
 
     __test__ = False  # no test of this package, whatever its name begins with

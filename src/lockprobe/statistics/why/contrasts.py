@@ -10,17 +10,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, sheets
+from lockprobe.statistics.broken_trials import completed
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.distributions import normal_quantile
 from lockprobe.statistics.inference.logrank import holm
-from lockprobe.statistics.outcomes import Outcomes, outcomes
-from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.why.arms import PLANNED, arms_of
-from lockprobe.statistics.why.mechanism import MARGIN, Decision, decide, mean_over_blocks
+from lockprobe.statistics.why.mechanism import MARGIN, Decision, bounded_contrast, decide
 from lockprobe.trial.record import Trial
 
 _POWER = 0.8
@@ -108,21 +111,25 @@ def why(
     if (found := arms_of(conditions)) is None:
         return None
     p, names = found
-    counted = {arm: outcomes(trials.get(name, ()), order=order) for arm, name in names.items()}
-    counted = {arm: one for arm, one in counted.items() if len(one)}
-    if not counted.keys() >= set(PLANNED):
+    played = {
+        arm: (ended, broken_off(members, order=order))
+        for arm, name in names.items()
+        for members in [trials.get(name, ())]
+        if len(ended := outcomes(members, order=order))
+    }
+    if not played.keys() >= set(PLANNED):
         return None
-    solved = _by_block(counted)
+    solved, broke = _by_block(played)
     if int((~np.isnan(np.sum([solved[arm] for arm in PLANNED], axis=0))).sum()) < 2:
         return None
     first = trials[names["truth"]][0]
     every = order is not None
-    decision = decide(solved, margin=margin, agents=agents, every_look=every)
+    decision = decide(solved, broke=broke, margin=margin, agents=agents, every_look=every)
     return Why(
         agent=first.group,
         modality=first.modality,
         p=p,
-        arms=_arms(names, counted, solved, agents, all_arms=bool(decision.contrasts), every_look=every),
+        arms=_arms(names, solved, broke, agents, all_arms=bool(decision.contrasts), every_look=every),
         decision=decision,
         margin=margin,
         needed=_needed(solved["lie"] - solved["truth"], margin, agents),
@@ -131,20 +138,28 @@ def why(
     )
 
 
-def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
-    """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended.
+def _by_block(
+    played: Mapping[str, tuple[Outcomes, Outcomes]],
+) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]]]:
+    """Arm -> 1 if solved, 0 if not, one row per block, NaN where no trial has ended; and whether its trial broke.
 
     Rows are in the order in which blocks were planned, if what is said must hold at every look.
     """
-    _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in counted.values()])
-    rows = made[0].order if len(made[0].order) else slice(None)
-    return {arm: sheet.solved[rows, 0] for arm, sheet in zip(counted, made, strict=True)}
+    every = [[completed(*one, soon) for one in played.values()] for soon in (False, True)]
+    failed, opened = (sheets([replace(one, dose=np.zeros(len(one))) for one in groups])[1] for groups in every)
+    rows = failed[0].order if len(failed[0].order) else slice(None)
+    broke = {
+        arm: one.solved[rows, 0] < other.solved[rows, 0] for arm, one, other in zip(played, failed, opened, strict=True)
+    }
+    return {
+        arm: np.where(broke[arm], np.nan, one.solved[rows, 0]) for arm, one in zip(played, failed, strict=True)
+    }, broke
 
 
 def _arms(
     names: Mapping[str, str],
-    counted: Mapping[str, Outcomes],
     solved: Mapping[str, Array],
+    broke: Mapping[str, NDArray[np.bool_]],
     agents: int,
     *,
     all_arms: bool,
@@ -153,19 +168,19 @@ def _arms(
     """Success in every arm; its difference from true reports where it may be looked at."""
     compared = [arm for arm in solved if arm != "truth"] if all_arms else []
     changes = {
-        arm: mean_over_blocks(solved[arm] - solved["truth"], agents=agents, every_look=every_look) for arm in compared
+        arm: bounded_contrast(solved, broke, ((arm, "truth"),), agents=agents, every_look=every_look)
+        for arm in compared
     }
     corrected = dict(zip(changes, holm([one.p_value for one in changes.values()]), strict=True))
     return tuple(
         ArmEffect(
             arm=arm,
             condition=names[arm],
-            success=share_at_every_look(solved[arm][~np.isnan(solved[arm])])
-            if every_look
-            else proportion(int(one.solved.sum()), len(one)),
+            success=share_at_every_look(begun) if every_look else share_of(begun, (), ()),
             change=replace(changes[arm], p_value=corrected[arm]) if arm in changes else None,
         )
-        for arm, one in counted.items()
+        for arm, own in solved.items()
+        for begun in [own[broke[arm] | ~np.isnan(own)]]
     )
 
 

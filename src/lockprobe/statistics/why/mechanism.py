@@ -14,14 +14,17 @@ The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean, mean_at_every_look, numbers_of
+from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.paired_proportions import equivalence
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import at_every_look
@@ -57,6 +60,9 @@ CONTRASTS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "remark": (("remark", "truth"),),
 }
 """Contrast -> pairs of arms, whose mean difference it is. The interaction is half of FT + TF - TT - FF."""
+
+TOTAL = (("lie", "truth"),)
+"""The pair of arms of the total effect."""
 
 NEEDS: Mapping[Claim, tuple[str, ...]] = {
     "last": ("false last after true", "false last after false"),
@@ -109,30 +115,67 @@ class Decision:
 
 
 def decide(
-    solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int = 1, every_look: bool = False
+    solved: Mapping[str, Array],
+    *,
+    broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
+    margin: float = MARGIN,
+    agents: int = 1,
+    every_look: bool = False,
 ) -> Decision:
     """The decision from the outcomes of the arms.
 
     Args:
         solved: Arm -> 1 where the block was solved, 0 where not, NaN where no trial has ended, shape (blocks,); the
             arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
+        broke: Arm -> whether its trial broke, of the same shape; all intervals and P values then hold whatever became
+            of these.
         margin: Equivalence margin: smaller changes count as none, (0, 1).
         agents: Number of agents that are judged together (Bonferroni).
         every_look: Whether the decision must hold at every look; blocks are then in the order in which they were
             planned.
     """
-    change = solved["lie"] - solved["truth"]
-    mean = partial(mean_over_blocks, agents=agents, every_look=every_look)
-    total = mean(change)
-    small = _equivalence(change, margin, agents, every_look=every_look)
+    mean = partial(bounded_contrast, solved, broke, agents=agents, every_look=every_look)
+    total = mean(TOTAL)
+    small = max(
+        _equivalence(change, margin, agents, every_look=every_look)
+        for (change,) in differences_at_ends(solved, broke, TOTAL)
+    )
     contrasts = {}
     if _detected(total):
         contrasts = {
-            name: mean(*(solved[more] - solved[less] for more, less in pairs))
+            name: mean(pairs)
             for name, pairs in CONTRASTS.items()
             if all(arm in solved for pair in pairs for arm in pair)
         }
     return decision_of(total, contrasts, small)
+
+
+def differences_at_ends(
+    solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool_]], pairs: Sequence[tuple[str, str]]
+) -> list[list[Array]]:
+    """The differences of each pair of arms by block, in the trials that ended; with broken ones also at both ends."""
+    found = [[solved[more] - solved[less] for more, less in pairs]]
+    if any(broke[arm].any() for pair in pairs for arm in pair if arm in broke):
+        ends = [{arm: np.where(broke[arm], end, own) for arm, own in solved.items()} for end in (0.0, 1.0)]
+        for up, down in (ends, ends[::-1]):
+            found.append([up[more] - down[less] for more, less in pairs])
+    return found
+
+
+def bounded_contrast(
+    solved: Mapping[str, Array],
+    broke: Mapping[str, NDArray[np.bool_]],
+    pairs: Sequence[tuple[str, str]],
+    *,
+    agents: int,
+    every_look: bool,
+) -> BlockMean:
+    """The mean difference of pairs of arms over blocks, with what holds whatever became of broken trials."""
+    found, *ends = (
+        mean_over_blocks(*differences, agents=agents, every_look=every_look)
+        for differences in differences_at_ends(solved, broke, pairs)
+    )
+    return bounded(found, *ends) if ends else found
 
 
 def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
