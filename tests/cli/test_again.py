@@ -27,7 +27,7 @@ def play(tmp_path, provider):
 
     def played(answers, **more):
         answer(answers)
-        run("flips", agent=[SPEC], p="0,0.2", trials=2, repetitions=1, out=tmp_path / "s", **more)
+        run("flips", agent=[SPEC], p=["0,0.2"], trials=2, repetitions=1, out=tmp_path / "s", **more)
 
     return played
 

@@ -26,7 +26,7 @@ def play(tmp_path, provider, prices):
             return status, content | {"usage": usage}
 
         answer(claiming)
-        run("flips", agent=[SPEC], p="0", trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
+        run("flips", agent=[SPEC], p=["0"], trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
 
     return played
 

@@ -1,13 +1,15 @@
-"""The options of all commands: how many there are, and that one spelling has one explanation."""
+"""The options of all commands: how many there are, that one spelling has one explanation, and that one value is one."""
 
 import re
 from collections import defaultdict
 
 import pytest
 import typer
+from typer.exceptions import TyperException
 
 from lockprobe.cli import build, every_command
 from lockprobe.cli.headings import AS_RUN, Headed
+from lockprobe.foundation.errors import UserMistake
 
 MOST = 200
 """So many options a person can look through."""
@@ -48,3 +50,37 @@ def test_an_explanation_belongs_to_one_spelling(everything):
     for _, option, _ in declared(everything):
         spelled[option.help].add("/".join(option.opts))
     assert {text: names for text, names in spelled.items() if len(names) > 1} == {}
+
+
+def test_an_option_of_one_value_that_is_given_again_is_refused_by_every_command(everything):
+    for path, option, _ in declared(everything):
+        if not path:
+            continue  # of the shell, such as --install-completion
+        command, value = everything, [] if option.is_flag else ["1"]
+        for name in path.split():
+            command = command.commands[name]
+        words = [option.opts[0], *value, [*option.opts, *option.secondary_opts][-1], *value]
+        said = ""
+        try:
+            command.make_context(path, words)
+        except TyperException as mistake:
+            said = mistake.format_message()
+        except UserMistake as mistake:
+            said = str(mistake)
+        assert said.startswith(f"Option '{option.opts[0]}' is given 2 times") != option.multiple, path
+
+
+@pytest.mark.parametrize("again", [["--box", "chain-4", "--box", "fork"], ["--seed", "1", "--seed=2"], ["--json"] * 2])
+def test_what_is_given_again_is_refused_in_one_line(lockprobe, again):
+    said = f"lockprobe: Option '{again[0]}' is given 2 times; it can be given only once.\n"
+    assert lockprobe("run", "flips", *again) == (2, "", said)
+    assert lockprobe("run", "flips", *again, "--help")[0] == 0
+
+
+def test_flip_rates_are_all_played_however_they_are_given(lockprobe):
+    one, each = (
+        lockprobe("run", "flips", "--agent", "random", *rates, "--estimate")
+        for rates in (["--p", "0,0.4"], ["--p", "0", "--p", "0.4"])
+    )
+    assert one == each
+    assert one[0] == 0

@@ -25,9 +25,9 @@ BLUNT = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
 CLAIMS = {"moved": "m", "blocked": "n", None: ""}
 
 
-def play(*words, lines="", claims=True):
+def play(*words, lines="", claims=True, seed=SEED):
     words = ("--assessment", *words) if claims else words
-    return in_process("play", "--seed", SEED, *words, stdin=lines).stdout
+    return in_process("play", "--seed", seed, *words, stdin=lines).stdout
 
 
 def said(trial):
@@ -63,17 +63,17 @@ def test_it_is_the_trial_that_any_agent_plays(flip, view, tmp_path):
     ],
 )
 def test_it_says_no_outcome_that_the_report_does_not_give(flip, rule, report):
-    asked = ("--p", 0, "--seed", 1, "--flip", flip)
-    panel = play(*asked, lines="A\nm\nq\n")
+    asked = ("--p", 0, "--flip", flip)
+    panel = play(*asked, lines="A\nm\nq\n", seed=1)
     assert report in panel.splitlines()
     assert "A did not move." not in panel
-    text = play(*asked, "--view", "text", lines="A\nm\nq\n")
+    text = play(*asked, "--view", "text", lines="A\nm\nq\n", seed=1)
     assert rule in text.splitlines()
     assert any(line.startswith(report) for line in text.splitlines())
 
 
 def test_the_panel_says_what_changed_on_it_and_asks_in_its_own_order():
-    shown = play("--p", 0.4, "--seed", 8, lines="\n".join("ABCDACQ"), claims=False).splitlines()
+    shown = play("--p", 0.4, lines="\n".join("ABCDACQ"), claims=False, seed=8).splitlines()
     changed = [line for line in shown if line.startswith("Changed on the panel: ")]
     assert [line.split(": ")[1] for line in changed] == [
         "nothing.",
@@ -84,7 +84,7 @@ def test_the_panel_says_what_changed_on_it_and_asks_in_its_own_order():
         "A.",
     ]  # D in a lie
     assert {line[:22] for line in shown if line.startswith("Which joint?")} == {"Which joint? D* A B C:"}
-    told = play("--p", 0.4, "--seed", 8, "--flip", "outcome-only", lines="A\nQ\n", claims=False)
+    told = play("--p", 0.4, "--flip", "outcome-only", lines="A\nQ\n", claims=False, seed=8)
     assert "Changed" not in told
 
 

@@ -82,7 +82,7 @@ class Chatty:
 
 
 def play(out, **more):
-    run("flips", **({"agent": [SPEC], "p": "0", "trials": 4, "repetitions": 1, "out": out} | more))
+    run("flips", **({"agent": [SPEC], "p": ["0"], "trials": 4, "repetitions": 1, "out": out} | more))
 
 
 def events(capsys):

@@ -38,7 +38,7 @@ def leaking(request):
 def test_a_run_says_so_in_one_line_and_status_counts(tmp_path, provider, capsys):
     provider[1](leaking)
     out = tmp_path / "s"
-    run("flips", agent=[SPEC], p="0,0.2", trials=1, repetitions=1, out=out)
+    run("flips", agent=[SPEC], p=["0,0.2"], trials=1, repetitions=1, out=out)
     lines = [line for line in capsys.readouterr().out.splitlines() if "should have removed" in line]
     assert len(lines) == 1
     assert "'</think>'" in lines[0]

@@ -75,12 +75,14 @@ def build(names: Iterable[str]) -> Typer:
     """
     from typer import Typer
 
+    from lockprobe.cli.given_once import as_ours
     from lockprobe.cli.headings import Headed
 
     app = _without_subcommands()
     for name in names:
         found, text = _subcommand(name)
         if isinstance(found, Typer):
+            as_ours(found)
             app.add_typer(found, name=name, help=text)
         else:
             app.command(name, cls=Headed, help=(getdoc(found) or text).replace("``", ""), short_help=text)(found)

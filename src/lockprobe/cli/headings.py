@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from typer.core import TyperCommand
+from lockprobe.cli.given_once import GivenOnce
 
 AS_RUN = "The same as for lockprobe run, whose --help explains them"
 """The heading of the options that a command accepts and does not explain."""
@@ -30,7 +30,7 @@ def under_headings(headings: Mapping[str, str]) -> Callable[[Command], Command]:
     return give
 
 
-class Headed(TyperCommand):
+class Headed(GivenOnce):
     """A command whose help has headings."""
 
     def by_heading(self, context: Any) -> dict[str, list[Any]]:

@@ -61,8 +61,8 @@ def with_study_options(
         def run(*what: Any, **given: Any) -> None:
             given |= dict(zip((parameter.name for parameter in own), what, strict=False))
             asked = {name: given.pop(name, None) for name in names}
-            if asked.get("p") is not None:
-                asked["p"] = parse_p(asked["p"])
+            if asked.get("p"):
+                asked["p"] = parse_p(",".join(asked["p"]))
             command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
 
         run.__name__, run.__doc__ = command.__name__, command.__doc__
@@ -73,7 +73,7 @@ def with_study_options(
 
 
 def _option(name: str) -> Any:
-    """An option of a study as one of a command line: lists are repeated, flip rates have commas between."""
+    """An option of a study as one of a command line: lists are repeated, flip rates may also have commas between."""
     field = StudyOptions.model_fields[name]
     kind, words = _kind(field.annotation), field.description
     if kind is bool:
@@ -87,7 +87,7 @@ def _kind(annotation: Any) -> Any:
     (kind,) = {part for part in get_args(annotation) if part is not NoneType} or {annotation}
     kind = _bare(kind)
     if get_origin(kind) is list:
-        return str if _bare(get_args(kind)[0]) is float else list[str]
+        return list[str]
     if get_origin(kind) is Union:
         return str  # a box, by its name or path
     if get_origin(kind) is Literal:
