@@ -122,6 +122,12 @@ def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
     assert len(list((tmp_path / "lockprobe-runs").iterdir())) == 1
 
 
+def test_a_date_of_builds_that_is_no_number_ends_no_command():
+    command = [sys.executable, "-m", "lockprobe", "power", "why", "--trials", "5", "--studies", "1"]
+    done = subprocess.run(command, env=os.environ | {"SOURCE_DATE_EPOCH": "abc"}, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_closed_pipe_is_no_error(directory):
     done = subprocess.run(
         f"{sys.executable} -m lockprobe export {directory} | head -n 1", shell=True, capture_output=True, text=True,

@@ -156,6 +156,7 @@ def _print_version(asked: bool) -> None:
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
+    os.environ.pop("SOURCE_DATE_EPOCH", None)  # scipy and PDF files read it, and no file of ours holds a date
     try:
         with safe_path():  # also what libraries start: glfw asks an interpreter of its own for its version
             status = _run_command()
