@@ -48,10 +48,10 @@ def test_without_a_film_it_is_told_in_words(directory, made):
 def test_a_claim_stands_in_the_row_in_which_the_export_has_it():
     trial = make_trial([3, 2, 1, 0], claims=[None, "moved", "blocked", "moved"])
     lines = _story(trial, json=False)[1:]
-    assert lines[0].endswith("told                   said of the previous step")
-    said = [line[lines[0].index("said of") :].strip() for line in lines[1:]]
-    assert said == ["", "moved", "did not move", "moved"]
-    assert [row["claimed"] for row in tidy_rows([trial])] == ["", "moved", "blocked", "moved"]
+    assert lines[0].endswith("told                   then said of it")
+    said = [line[lines[0].index("then said") :].strip() for line in lines[1:]]
+    assert said == ["moved", "did not move", "moved", ""]
+    assert [row["claimed"] for row in tidy_rows([trial])] == [1, 0, 1, ""]
 
 
 def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report():

@@ -185,8 +185,7 @@ def _story(screen: Screen, trial: Trial) -> None:
     asked = trial.assessment and len(trial.steps) > 1
     screen.say(f"step  joint  {'truth':14}{'told':23}{'you then said' if asked else ''}".rstrip(), "bold")
     label = dict(zip(trial.joints, trial.labels, strict=True))
-    said = [step.decision.claimed for step in trial.steps[1:]] + [None]
-    for step, claimed in zip(trial.steps, said, strict=True):
+    for step, claimed in zip(trial.steps, trial.said, strict=True):
         false = step.told_falsely
         told = f"{in_words(step.told_moved):12} {'<- false' * false}"
         line = f"{step.step:4}  {label[step.joint]:5}  {in_words(step.moved):14}{told:23}{in_words(claimed, '')}"
@@ -194,7 +193,7 @@ def _story(screen: Screen, trial: Trial) -> None:
     lies = sum(step.told_falsely for step in trial.steps)
     screen.say(f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g}).")
     if asked:
-        pairs = list(zip(trial.steps, said, strict=True))[:-1]
+        pairs = list(zip(trial.steps, trial.said, strict=True))[:-1]
         right = sum((claimed == "moved") == step.moved for step, claimed in pairs)
         screen.say(f"Your statements about your actions were true {right} of {len(pairs)} times.")
 

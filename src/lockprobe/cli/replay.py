@@ -107,22 +107,24 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
                     "told_moved": s.told_moved,
                     "told_state": s.told_state,
                     "told": s.told,
-                    "claimed": s.decision.claimed,
+                    "claimed": said,
                     "hypothesis": s.decision.hypothesis,
                     **{name: s.sensed[name] for name in (VERDICT, CAMERA) if name in s.sensed},
                 }
             )
-            for s in trial.steps
+            for s, said in zip(trial.steps, trial.said, strict=True)
         ]
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
     lines = [
         f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
-        "step  state  joint             truth         told                   said of the previous step",
+        "step  state  joint             truth         told                   then said of it",
     ]
     lines += [
         f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {_told(s):21}  "
-        f"{in_words(s.decision.claimed, ''):12}{_remark(s, wrong, sensed)}".rstrip()
-        for s, wrong, sensed in zip(trial.steps, wrong_source(trial), _sensed_otherwise(trial), strict=True)
+        f"{in_words(said, ''):12}{_remark(s, wrong, sensed)}".rstrip()
+        for s, said, wrong, sensed in zip(
+            trial.steps, trial.said, wrong_source(trial), _sensed_otherwise(trial), strict=True
+        )
     ]
     if trial.error:
         lines.append(f"error at {trial.error.boundary}: {trial.error.message}")

@@ -181,12 +181,12 @@ def claims(trial: Trial) -> list[Claim]:
     return [
         Claim(
             step=step.step,
-            claimed=after.decision.claimed,
+            claimed=said,
             told=_outcome(moved=step.told_moved),
             truth=_outcome(moved=step.moved),
         )
-        for step, after in zip(trial.steps, trial.steps[1:], strict=False)
-        if after.decision.claimed is not None and step.told_moved is not None
+        for step, said in zip(trial.steps, trial.said, strict=True)
+        if said is not None and step.told_moved is not None
     ]
 
 

@@ -388,6 +388,11 @@ class Trial:
         return tuple(step.joint for step in self.steps)
 
     @property
+    def said(self) -> tuple[Outcome | None, ...]:
+        """What the agent said of each step, in the decision after it; None where nothing, as of the last step."""
+        return (*(step.decision.claimed for step in self.steps[1:]), None)[: len(self.steps)]
+
+    @property
     def picture_names(self) -> frozenset[str]:
         """File names of all pictures that were taken."""
         return frozenset(self.opening_pictures.values()).union(*(step.pictures.values() for step in self.steps))

@@ -1,5 +1,7 @@
 """What people did stands in the tables once, and what was left is no failure."""
 
+import csv
+import io
 import json
 from dataclasses import replace
 
@@ -8,7 +10,7 @@ from builders import play_study, small_study, with_right_checksums, write_study
 from taking_part import START, take_part
 
 from lockprobe.interfaces.export import tidy_rows, trial_rows
-from lockprobe.interfaces.export.table_files import write_table
+from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, people_table, table_of
 from lockprobe.people.diary import Diary, Did, Released, read_diaries, write_diaries
 from lockprobe.people.experiment import Experiment
@@ -39,8 +41,8 @@ def test_steps_are_the_tidy_steps_with_what_only_people_have(directory):
     ours = [row for row in steps.rows if row["participant"] == ANN]
     assert [row["position"] for row in ours] == sorted(row["position"] for row in ours)
     assert {row["view"] for row in ours} == {"panel"}
-    assert all(row["rt_ms"] == 1000.5 + row["step"] and row["told"] for row in ours)
-    assert [row.get("claimed_rt_ms") for row in ours] == [300.25 if row["claimed"] else "" for row in ours]
+    assert all(row["rt_ms"] == 1000.5 + row["step"] and row["report"] for row in ours)
+    assert [row["claimed_rt_ms"] for row in ours] == ["" if row["claimed"] == "" else 300.25 for row in ours]
     others = [row for row in steps.rows if row["agent"] == "random"]
     assert others
     assert all(row["participant"] == row["rt_ms"] == "" and row["position"] == "" for row in others)
@@ -179,9 +181,11 @@ def test_a_box_that_broke_is_neither_finished_nor_left(directory):
 )
 def test_no_answer_is_a_formula(directory, said, written):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1)], answers={"why": said}, platform={"PID": said})
-    found = tables(directory)
-    assert found["answers"].rows[0]["answer"] == written
-    assert found["participants"].rows[0]["platform_PID"] == written
+    for name, cell in (("answers", "answer"), ("participants", "platform_PID")):
+        table, file = tables(directory)[name], io.StringIO()
+        write_rows(table, file, "csv")
+        (row,) = csv.DictReader(io.StringIO(file.getvalue()))
+        assert (table.rows[0][cell], row[cell]) == (said, written)
 
 
 def test_participants_have_how_long_they_took_for_all_and_for_each_box(directory):

@@ -21,7 +21,8 @@ def written(trials, kind):
 
 
 PROMISED = (
-    "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
+    "key, agent, box, modality, p, repetition, trial, step, joint, label, moved, told, claimed, misread, state, target, "
+    "ending, reply"
 )
 
 
@@ -31,13 +32,21 @@ def test_columns_are_those_promised():
 
 
 def test_rows_by_hand():
-    trial = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "blocked", "moved"])
+    trial = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "moved", "blocked"])
+    first, *later = trial.steps
+    replied = replace(first, decision=replace(first.decision, replies=("?", '=1+1 {"joint": "D"}')))
+    trial = replace(trial, steps=(replied, *later))
     rows = list(tidy_rows([trial]))
     assert [row["step"] for row in rows] == [1, 2, 3, 4]
     assert [row["joint"] for row in rows] == ["revolute-right", "slider-2", "slider-1", "revolute-left"]
     assert [row["moved"] for row in rows] == [1, 1, 1, 1]
-    assert [row["told_moved"] for row in rows] == [1, 0, 1, 1]
-    assert [row["claimed"] for row in rows] == ["", "moved", "blocked", "moved"]
+    assert [row["label"] for row in rows] == ["D", "C", "B", "A"]
+    assert [row["told"] for row in rows] == [1, 0, 1, 1]
+    assert [row["claimed"] for row in rows] == [1, 1, 0, ""]
+    assert [row["misread"] for row in rows] == [0, 1, 1, ""]
+    assert sum(row["misread"] or 0 for row in rows) == next(trial_rows([trial]))["misinterpretations"] == 2
+    assert [row["reply"] for row in rows] == ['=1+1 {"joint": "D"}', "", "", ""]
+    assert "\"'=1+1 {" in written([trial], "csv")
     assert [row["state"] for row in rows] == ["0000", "0001", "0011", "0111"]
     assert [row["target"] for row in rows] == [0, 0, 0, 1]
     assert {row["ending"] for row in rows} == {"solved"}
@@ -91,7 +100,9 @@ def test_parquet_keeps_types_and_leading_zeros(tmp_path):
     trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
     write_table(rows_of("steps", trials), tmp_path / "x.parquet", "parquet")
     table = parquet.read_table(tmp_path / "x.parquet")
-    assert table.to_pylist() == list(tidy_rows(trials))
+    missing = {"told", "claimed", "misread"}  # of an integer, which an empty text is not
+    rows = [{k: None if k in missing and cell == "" else cell for k, cell in row.items()} for row in tidy_rows(trials)]
+    assert table.to_pylist() == rows
     kinds = {field.name: str(field.type) for field in table.schema}
     assert (kinds["state"], kinds["p"], kinds["step"], kinds["moved"]) == ("string", "double", "int64", "int64")
 

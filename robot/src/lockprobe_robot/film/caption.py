@@ -66,7 +66,7 @@ def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
     silent = step.told_moved is None or (step.pictures and not step.told_falsely)
     told = "" if silent else f", told {_word(bool(step.told_moved))}"
     false = step.told_falsely or (bool(robot) and verdict != truth)
-    later = trial.steps[at + 1].decision.claimed if at + 1 < len(trial.steps) else None
+    later = trial.said[at]
     last = "solved" if step.moved and step.joint == trial.target else ""
     said = f"the agent then says {later}" if later in ("moved", "blocked") else last
     return (

@@ -62,13 +62,20 @@ COLUMN: Mapping[str, Column] = {
     ),
     "step": _count("Step within the trial, from 1: one attempt to move one joint."),
     "joint": Column("The attempted joint, by its name in the box."),
+    "label": Column("The attempted joint, by the letter that the agent knew it by."),
     "moved": _mark("whether the joint really moved."),
-    "told_moved": _mark(
-        "whether the report after the step said that it moved; with pictures, whether the picture shows that."
+    "told": _mark(
+        "whether the report after the step said that it moved; with pictures, whether the picture shows that. Empty if "
+        "nothing was reported."
     ),
-    "claimed": Column(
-        "The agent's claim about the *previous* step, made before the choice of this step: moved or blocked. Compare "
-        "it with moved and told_moved of the previous row. Empty in the first step and if it was not asked."
+    "claimed": _mark(
+        "whether the agent then said that it moved, when it chose the next joint. Empty for the last step, and if it "
+        "was not asked."
+    ),
+    "misread": _mark("whether it said the opposite of the report: claimed differs from told. Empty if one of them is."),
+    "reply": Column(
+        "The reply of a model that chose the joint, word for word. Replies before it that could not be read stand in "
+        "trials.jsonl. Empty for all other agents."
     ),
     "state": Column(
         "True configuration before the step: 0 or 1 for each joint, in panel order. CSV files have b in front (b0110), "
@@ -93,7 +100,7 @@ COLUMN: Mapping[str, Column] = {
         0,
     ),
     "view": Column("How the page showed the box: text, panel (drawn) or pictures."),
-    "told": Column("The report after the step, word for word. Empty with pictures."),
+    "report": Column("The report after the step, word for word. Empty with pictures."),
     "rt_ms": Column(
         f"Response time, from painting the scene to the choice of the joint or answer, by {PAGE}; for a joint without "
         "the time for the claim.",
@@ -102,6 +109,15 @@ COLUMN: Mapping[str, Column] = {
         kind="number",
     ),
     "claimed_rt_ms": Column(
+        f"Response time of what stands in claimed, from painting the scene to the claim, by {PAGE}. Empty without it.",
+        "ms",
+        0,
+        kind="number",
+    ),
+    "claim": Column(
+        "What the participant said, with this act, of the step before: moved or blocked. Empty if it was not asked."
+    ),
+    "claim_rt_ms": Column(
         f"Response time, from painting the scene to the claim, by {PAGE}. Empty if it was not asked.",
         "ms",
         0,
@@ -114,7 +130,6 @@ COLUMN: Mapping[str, Column] = {
     "scene": Column(
         "Kind of the answered scene: page, box, over, check or ask; broken if a box could not be continued."
     ),
-    "label": Column("The joint's label for the participant."),
     "recorded": _mark("whether the step belongs to a finished trial, which is in the file of steps."),
     "pointer": Column("Device of the choice: mouse, touch, pen or keyboard. Empty if the study does not store it."),
     "window_width": Column(

@@ -18,6 +18,9 @@ from lockprobe.trial.record import Trial
 
 FileKind = Literal["csv", "jsonl", "parquet"]
 
+_FORMULA = ("=", "+", "-", "@", "\t", "\n")
+"""Beginnings of cells that a spreadsheet reads as formulas."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rows:
@@ -63,16 +66,30 @@ def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
 def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
     """Write a table as CSV or as one JSON object per line, into a file that is open for text.
 
-    CSV has a header line, and configurations with ``b`` in front (``b0110``).
+    CSV has a header line, configurations with ``b`` in front (``b0110``), and no cell that a spreadsheet takes for a
+    formula.
     """
     if kind == "jsonl":
         file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)
         return
-    bits = [name for name in table.columns if column(name).kind == "bits"]
-    rows = ({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
+    cells = {"text": _no_formula, "bits": as_bits}
+    texts = {name: cells[of] for name in table.columns if (of := column(name).kind) in cells}
+    rows = ({**row, **{name: cell(str(row[name])) for name, cell in texts.items()}} for row in table.rows)
     writer = csv.DictWriter(file, table.columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
+
+
+def _no_formula(text: str) -> str:
+    """A text with one kind of line end, and an apostrophe in front of what looks like a formula and is no number."""
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if not text.startswith(_FORMULA):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text
 
 
 def _write_parquet(table: Rows, draft: Path) -> None:

@@ -39,9 +39,6 @@ TABLES: Mapping[TableName, str] = {
 }
 """The tables by name, with the meaning of a row."""
 
-_FORMULA = ("=", "+", "-", "@", "\t", "\n")
-"""Beginnings of cells that a spreadsheet reads as formulas."""
-
 
 @dataclass(frozen=True, slots=True)
 class PeopleRecords:
@@ -127,7 +124,7 @@ def people_table(records: PeopleRecords, name: TableName) -> Rows:
     return Rows(
         _about(name),
         columns,
-        [{one: _plain(cell) if isinstance(cell, str) else cell for one, cell in row.items()} for row in whole],
+        [{one: readable(cell) if isinstance(cell, str) else cell for one, cell in row.items()} for row in whole],
     )
 
 
@@ -166,10 +163,10 @@ _ACT = (
     "key",
     "step",
     "label",
-    "claimed",
-    "told",
+    "claim",
+    "report",
     "rt_ms",
-    "claimed_rt_ms",
+    "claim_rt_ms",
     "at",
     "ended",
     "recorded",
@@ -197,20 +194,21 @@ def _calls(directory: Path) -> Iterator[dict[str, TidyCell]]:
 
 def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
     more = tidy_columns(records.trials)[len(COLUMNS) :]
-    return ("participant", *COLUMNS, *more, "position", "view", "told", "rt_ms", "claimed_rt_ms", "at")
+    return ("participant", *COLUMNS, *more, "position", "view", "report", "rt_ms", "claimed_rt_ms", "at")
 
 
 def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     rows = tidy_rows(records.trials)
     for trial in records.trials:
         for step in trial.steps:
-            did = acts.get((trial.key, step.step))
+            did, after = (acts.get((trial.key, number)) for number in (step.step, step.step + 1))
             yield {
                 "participant": _identity(trial),
                 **next(rows),
                 "position": _fact(trial, "position"),
                 "view": _fact(trial, "view"),
-                "told": step.told,
+                "report": step.told,
+                "claimed_rt_ms": _claim_time(after),
                 **({} if did is None else _times(did)),
             }
 
@@ -235,9 +233,13 @@ def _times(did: Did) -> dict[str, TidyCell]:
     times: dict[str, TidyCell] = {"at": did.at}
     if isinstance(act, Attempt | Answer | Answers):
         times["rt_ms"] = act.rt
-    if isinstance(act, Attempt) and act.claimed_rt is not None:
-        times["claimed_rt_ms"] = act.claimed_rt
     return times
+
+
+def _claim_time(did: Did | None) -> TidyCell:
+    """The response time of the claim of an act; empty without one."""
+    said = did.act.claimed_rt if did is not None and isinstance(did.act, Attempt) else None
+    return "" if said is None else said
 
 
 def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCell]:
@@ -313,10 +315,11 @@ def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterat
                 continue
             row |= {"scene": line.scene, **_times(line)}
             if isinstance(line.act, Attempt):
-                row |= {"label": line.act.joint, "claimed": line.act.claimed or "", "step": line.step or ""}
+                row |= {"label": line.act.joint, "claim": line.act.claimed or "", "step": line.step or ""}
+                row |= {"claim_rt_ms": _claim_time(line)}
                 width, height = line.act.viewport or ("", "")
                 row |= {"pointer": line.act.pointer or "", "window_width": width, "window_height": height}
-                row |= {"told": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
+                row |= {"report": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
             yield row
 
 
@@ -350,18 +353,3 @@ def _answers(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
                     "answer": did.act.answer,
                     **_times(did),
                 }
-
-
-def _plain(text: str) -> str:
-    """A text without control characters, with an apostrophe in front of anything that looks like a formula.
-
-    Numbers get no apostrophe.
-    """
-    text = readable(text).replace("\r\n", "\n").replace("\r", "\n")
-    if not text.startswith(_FORMULA):
-        return text
-    try:
-        float(text)
-    except ValueError:
-        return f"'{text}"
-    return text

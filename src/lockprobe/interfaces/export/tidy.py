@@ -20,12 +20,15 @@ COLUMNS = (
     *_WHICH,
     "step",
     "joint",
+    "label",
     "moved",
-    "told_moved",
+    "told",
     "claimed",
+    "misread",
     "state",
     "target",
     "ending",
+    "reply",
 )
 """Names of the columns of steps, in order."""
 
@@ -54,11 +57,11 @@ NO_SECONDS: Mapping[str, float] = MappingProxyType({})
 def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     """One row per step.
 
-    ``agent`` is its name if it has one, else its spec. ``moved`` (the truth) and ``told_moved`` (what the report
-    implied) are 0 or 1. ``claimed`` is what the agent said in *this* row's decision about its previous action: moved,
-    blocked, or empty. ``state`` is the true configuration before the step, a bit string in panel order. ``target`` is 1
-    on the row that moved the target. A trial that broke before its first step has no row. In a modality with pictures
-    ``told_moved`` is what the picture shows: the truth.
+    ``agent`` is its name if it has one, else its spec. ``moved`` (the truth), ``told`` (what the report implied),
+    ``claimed`` (what the agent said of this step in its next decision) and ``misread`` (whether that contradicts the
+    report) are 0, 1 or empty. ``state`` is the true configuration before the step, a bit string in panel order.
+    ``target`` is 1 on the row that moved the target. ``reply`` is the model's reply that chose the joint. A trial that
+    broke before its first step has no row. In a modality with pictures ``told`` is what the picture shows: the truth.
 
     Columns that come last, and only where they say something: ``condition``, its name, where others than
     flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
@@ -70,7 +73,9 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     trials = list(trials)
     more = tidy_columns(trials)[len(COLUMNS) :]
     for trial in trials:
-        for step in trial.steps:
+        label = dict(zip(trial.joints, trial.labels, strict=True))
+        for step, said in zip(trial.steps, trial.said, strict=True):
+            told, claimed = _mark(step.told_moved), _mark(None if said is None else said == "moved")
             last: dict[str, TidyCell] = {
                 "condition": trial.condition,
                 "chosen": step.chosen or "",
@@ -82,15 +87,22 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
                 **_which(trial),
                 "step": step.step,
                 "joint": step.joint,
+                "label": label[step.joint],
                 "moved": int(step.moved),
-                "told_moved": "" if step.told_moved is None else int(step.told_moved),
-                "claimed": step.decision.claimed or "",
+                "told": told,
+                "claimed": claimed,
+                "misread": "" if "" in (told, claimed) else int(told != claimed),
                 "state": step.state,
                 "target": int(step.moved and step.joint == trial.target),
                 "ending": trial.ending,
+                "reply": step.decision.replies[-1] if step.decision.replies else "",
                 **{name: last[name] for name in more},
             }
             yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
+
+
+def _mark(value: bool | None) -> TidyCell:
+    return "" if value is None else int(value)
 
 
 def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
