@@ -28,6 +28,7 @@ from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.participant import check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
@@ -50,7 +51,7 @@ _VIEWED = "human-inspired:target-first"
 def _described(kind: type[Any]) -> str:
     """The first line of a class's docstring, and its fields as options."""
     options = f" Options: {', '.join(field.name for field in fields(kind))}." if fields(kind) else ""
-    return f"{(kind.__doc__ or '').splitlines()[0]}{options}"
+    return f"{first_line(kind)}{options}"
 
 
 _OTHERS = {
@@ -94,7 +95,7 @@ class AgentSource:
 
 def known_specs() -> dict[str, str]:
     """The forms of all specs of Lockprobe's own agents, with descriptions."""
-    return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
+    return {name: first_line(make) for name, make in _STRATEGIES.items()} | _OTHERS
 
 
 def description(spec: str) -> str:

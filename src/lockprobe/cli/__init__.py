@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
-from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +76,7 @@ def build(names: Iterable[str]) -> Typer:
 
     from lockprobe.cli.given_once import as_ours
     from lockprobe.cli.headings import Headed
+    from lockprobe.foundation.docstrings import docstring
 
     app = _without_subcommands()
     for name in names:
@@ -85,7 +85,7 @@ def build(names: Iterable[str]) -> Typer:
             as_ours(found)
             app.add_typer(found, name=name, help=text)
         else:
-            app.command(name, cls=Headed, help=(getdoc(found) or text).replace("``", ""), short_help=text)(found)
+            app.command(name, cls=Headed, help=(docstring(found) or text).replace("``", ""), short_help=text)(found)
     return app
 
 
@@ -96,6 +96,7 @@ def _subcommand(name: str) -> tuple[Any, str]:
         return getattr(import_module(f"lockprobe.cli.{module}"), attribute), text
     from typer import Typer
 
+    from lockprobe.foundation.docstrings import docstring
     from lockprobe.foundation.errors import BadValue, UnknownName
     from lockprobe.foundation.plugins import find_plugin, robot_plugin
 
@@ -106,7 +107,7 @@ def _subcommand(name: str) -> tuple[Any, str]:
     found = plugin.load()
     if not isinstance(found, Typer) and not callable(found):
         raise BadValue("command", name, "a function or a Typer application")
-    said = found.info.help if isinstance(found, Typer) else getdoc(found)
+    said = found.info.help if isinstance(found, Typer) else docstring(found)
     return found, (said or "").partition("\n")[0].replace("``", "")
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand
 
+from lockprobe.foundation.docstrings import docstring
+
 if TYPE_CHECKING:
     from typer import Typer
 
@@ -26,8 +28,9 @@ class GivenOnce(TyperCommand):
 
 
 def as_ours(group: Typer) -> None:
-    """Make :class:`GivenOnce` of all commands of a group that have no class of their own."""
+    """Make :class:`GivenOnce` of all commands of a group that have no class of their own, and find their help."""
     for command in group.registered_commands:
+        command.help = command.help or docstring(command.callback)
         if command.cls is TyperCommand:
             command.cls = GivenOnce
     for part in group.registered_groups:

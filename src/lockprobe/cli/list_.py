@@ -15,6 +15,7 @@ from rich.markup import escape
 
 from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import Kind, listed_plugins
 from lockprobe.foundation.spec import options_of
@@ -56,7 +57,7 @@ def interventions(json: options.AsJson = False) -> None:
     for name, kind, package, why in found:
         doses = list(InterventionTraits.of(kind).doses)
         options = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)] if kind else []
-        first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0].replace("``", "")
+        first = first_line(kind).replace("``", "")
         what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
         place = place_of(kind) if kind else None
         rows.append({"place": place, "spec": name, "doses": doses, "what": what} | _of(package))

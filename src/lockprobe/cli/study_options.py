@@ -12,6 +12,7 @@ import typer
 
 from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
+from lockprobe.foundation.docstrings import docstring
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.study_options import StudyOptions, parse_p
 
@@ -65,7 +66,7 @@ def with_study_options(
                 asked["p"] = parse_p(",".join(asked["p"]))
             command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
 
-        run.__name__, run.__doc__ = command.__name__, command.__doc__
+        run.__name__, run.__doc__ = command.__name__, docstring(command)
         run.__signature__ = inspect.Signature([*own, *options])  # type: ignore[attr-defined]
         return run if explained else under_headings({AS_RUN: " ".join(names)})(run)
 

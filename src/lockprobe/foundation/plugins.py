@@ -22,6 +22,7 @@ from pathlib import Path
 from types import BuiltinFunctionType, FunctionType
 from typing import TYPE_CHECKING, Any, Literal
 
+from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import (
     BadFile,
     BadValue,
@@ -307,8 +308,7 @@ def listed_plugins(
         except UserMistake as mistake:
             rows.append(Listed(name=name, package=package, what=f"Cannot be used. {mistake}"))
             continue
-        said = (getattr(found, "__doc__", None) or "").strip().partition("\n")[0]
-        rows.append(Listed(name=name, package=package, what=said, found=found))
+        rows.append(Listed(name=name, package=package, what=first_line(found), found=found))
     return rows
 
 

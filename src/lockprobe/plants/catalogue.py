@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from inspect import getdoc, signature
+from inspect import signature
 from typing import Any
 
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.docstrings import docstring
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.foundation.plugins import (
     Plugin,
@@ -117,7 +118,7 @@ def known_plants() -> dict[str, str]:
 
 def _described(name: str) -> str:
     try:
-        return " ".join((getdoc(_of_robot(name).load()) or "").split())
+        return " ".join(docstring(_of_robot(name).load()).split())
     except Missing as missing:
         return str(missing)
 

@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
@@ -159,13 +160,13 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
         return measure
     if not isinstance(measure, str):
         name = getattr(measure, "__name__", type(measure).__name__)
-        return NamedMeasure(name=name, what=_first_line(measure), of=measure)
+        return NamedMeasure(name=name, what=first_line(measure), of=measure)
     spec = Spec.parse(measure, "measure")
     name, options = spec.full_name, spec.options
     if name in MEASURES:
         if options:
             raise BadValue("measure", measure, f"{name} without options")
-        return NamedMeasure(name=name, what=_first_line(MEASURES[name]), of=MEASURES[name])
+        return NamedMeasure(name=name, what=first_line(MEASURES[name]), of=MEASURES[name])
     allow(measure)
     if (plugin := find_plugin("measure", measure)) is None:
         raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
@@ -176,7 +177,7 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
         made = found if not options else partial(found, **_bound(plugin, found, options))
     else:
         raise BadValue("measure", measure, expected)
-    return NamedMeasure(name=measure, what=_first_line(found), of=made, plugin=plugin)
+    return NamedMeasure(name=measure, what=first_line(found), of=made, plugin=plugin)
 
 
 def _is_class_of_measures(found: object) -> bool:
@@ -261,7 +262,3 @@ def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[
     error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
     half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
     return mean, mean - half, mean + half
-
-
-def _first_line(thing: object) -> str:
-    return (getattr(thing, "__doc__", None) or "").strip().partition("\n")[0]
