@@ -62,6 +62,16 @@ def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     assert {name: ended[name] for name in facts} == facts
 
 
+def test_a_study_of_why_ends_with_the_answer_of_every_agent(tmp_path):
+    agents = ("human-inspired", "cognitive:perseverant")
+    asked = (word for one in agents for word in ("--agent", one))
+    lines = typed("run", "why", *asked, "--trials", 5, "--strategy-trials", 5, "--out", tmp_path).stdout.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("Answer: "))
+    answers = [line.removeprefix("Answer:").strip() for line in lines[first : first + 2]]
+    assert sorted(answers) == sorted(one.text for one in read_result(tmp_path).findings if one.kind == "verdict")
+    assert [sum(agent in said for said in answers) for agent in agents] == [1, 1]
+
+
 def test_after_ctrl_c_it_is_said_that_the_page_is_older_than_the_records(played, capsys):
     directory, _ = played
     found = read_result(directory)

@@ -46,7 +46,7 @@ def read_result(directory: Path) -> Results | None:
 
 
 def result_lines(found: Results, directory: Path) -> list[str]:
-    """The answer, a line for each number of every agent, and the next commands."""
+    """The answer, also of every other agent, a line for each number of every agent, and the next commands."""
     agents: dict[str, list[str]] = {}
     for row in _key_numbers(found) if not _all_broken(found) else ():
         lines = agents.setdefault(row["agent"], [])
@@ -64,16 +64,24 @@ def result_lines(found: Results, directory: Path) -> list[str]:
     steps = _next(found, directory)
     widest = max((len(one.command) for one in steps), default=0)
     following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
-    return [f"Answer: {found.answer}", *numbers, *following] if found.answer else following
+    answer = [f"{'' if i else 'Answer:':7} {said}" for i, said in enumerate(_answers(found))]
+    return [*answer, *numbers, *following] if found.answer else following
 
 
 def result_facts(found: Results, directory: Path) -> dict[str, object]:
     """The same for programs; numbers are text, as on the page, and rows of ``results.json`` hold them as numbers."""
     return {
         "answer": found.answer,
+        "answers": _answers(found),
         "numbers": list(_key_numbers(found)),
         "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
     }
+
+
+def _answers(found: Results) -> list[str]:
+    """The answer, and the verdicts on other agents of a study of why, whose answer is of the first one."""
+    verdicts = [one.text for one in found.findings if (one.section, one.kind) == ("why", "verdict")]
+    return [found.answer, *(said for said in verdicts if said not in found.answer)]
 
 
 def _key_numbers(found: Results) -> Iterator[Mapping[str, str]]:
