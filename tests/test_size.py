@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_668,
-    "lines of code": 49_607,
-    "lines of tests": 61_451,
-    "words of docs": 37_668,
+    "lines of source": 79_697,
+    "lines of code": 49_628,
+    "lines of tests": 61_470,
+    "words of docs": 37_736,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 

@@ -19,6 +19,8 @@ def test_a_run_and_its_status_say_what_is_decided(lockprobe, tmp_path):
     assert each.strip() in status
     facts = json.loads(lockprobe("status", str(directory), "--json")[1])
     (one,) = facts["decided"]
+    value, first, second = (f"{100 * x:+.0f}".replace("-", "\N{MINUS SIGN}") for x in (one["value"], *one["halves"]))
+    assert each.endswith(f"); {value} points, {first} in the first half of the blocks and {second} in the second")
     assert (one["agent"], one["difference"], one["verdict"]) == ("careful", "flip?p=0.9", "effect")
     assert one["block"] <= one["blocks"] < 40
     assert facts["owed"] == 0

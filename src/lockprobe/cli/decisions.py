@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lockprobe.foundation.formatting import count
-from lockprobe.report.prose.stopping import decided_said, progress_said
+from lockprobe.report.prose.stopping import decided_said, halves_said, progress_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
@@ -26,7 +26,9 @@ def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: 
     for agent, own in found.items():
         for one in own[:_LINES]:
             where = f" (block {one.at})" if one.at else f" after {count(one.course.n, 'block')}"
-            lines.append(f"  {agent}, {one.question.name}: {decided_said(one.verdict, study.until.points)}{where}")
+            halves = f"; {said}" if (said := halves_said(one)) else ""
+            decided = decided_said(one.verdict, study.until.points)
+            lines.append(f"  {agent}, {one.question.name}: {decided}{where}{halves}")
         lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
     return lines
 
@@ -43,6 +45,7 @@ def decision_facts(found: Mapping[str, Sequence[Answer]]) -> list[dict[str, obje
             "value": one.course.value if one.course.n else None,
             "low": one.course.low,
             "high": one.course.high,
+            "halves": None if one.course.n < 2 else one.course.halves,
             "p_value": one.course.p_value,
         }
         for agent, own in found.items()

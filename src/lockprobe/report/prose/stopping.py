@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lockprobe.foundation.formatting import listed
+from lockprobe.foundation.formatting import listed, points
 from lockprobe.report.prose.subject import Subject
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
@@ -52,6 +52,14 @@ def progress_said(study: Study, answers: Mapping[str, Sequence[Answer]], played:
     number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
     end = "" if done == of else " yet" if of == 1 else ""
     return f"{number} {what}{end}, with {played} of at most {study.size} trials"
+
+
+def halves_said(one: Answer) -> str:
+    """A difference over all blocks and in each half of them, to be compared; empty for a share and for one block."""
+    if one.question.of_share or one.course.n < 2:
+        return ""
+    first, second = map(points, one.course.halves)
+    return f"{points(one.course.value)} points, {first} in the first half of the blocks and {second} in the second"
 
 
 def small_said(answers: Mapping[str, Sequence[Answer]], points: float) -> str:

@@ -14,6 +14,8 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 
+_HALVES = ("difference_first_half", "difference_second_half")
+
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     until = numbers.study.until
@@ -21,6 +23,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for one in own:
             name: dict[str, Any] = {"agent": agent, "of": one.question.name}
             yield from _course(name, one.course)
+            if not one.question.of_share and one.course.n > 1:
+                for half, value in zip(_HALVES, one.course.halves, strict=True):
+                    yield Estimate(quantity=half, **name, unit="points", n=one.course.n, value=value)
             if one.at is not None and until is not None:
                 said = decided_said(one.verdict, until.points)
                 yield Estimate(quantity="decided_at_block", **name, unit="blocks", value=one.at, note=said)
@@ -64,11 +69,13 @@ def _course(name: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
 def _table(found: Results) -> TextTable:
     rows = found.where("difference_by_block")
     stops = "until" in found.study
-    head = ["agent", "difference", "blocks", "estimate, points", *(["decided", "at block"] if stops else [])]
+    head = ["agent", "difference", "blocks", "estimate, points"]
+    head += ["first half", "second half", "decided", "at block"] if stops else []
     table = [head]
     for row in rows:
         decided = found.get("decided_at_block", agent=row.agent, of=row.of)
-        said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", NONE]
+        said = [points_cell(found.get(half, agent=row.agent, of=row.of)) for half in _HALVES]
+        said += [decided.note, f"{decided.value:.0f}"] if decided else ["open", NONE]
         table.append([row.agent, row.of, str(row.n), points_cell(row), *(said if stops else [])])
     return table if rows else []
 
@@ -98,6 +105,8 @@ _FIGURE = Figure(
 )
 
 
+_DRIFT = " The rule assumes that an effect does not drift while the study runs: compare the two halves of the blocks."
+
 _GROWING = "Every difference and its interval, as the trials came in."
 
 
@@ -106,12 +115,13 @@ def _show(found: Results) -> Iterator[Part]:
     if not rows:
         return
     decided, parts = len(found.where("decided_at_block")), any(row.of == "total" for row in rows)
-    answer = f"{decided} of {len(rows)} differences are decided." if "until" in found.study else _GROWING
+    stops = "until" in found.study
+    answer = f"{decided} of {len(rows)} differences are decided." if stops else _GROWING
     note = Note(
         "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
         "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
         f"studies {'a statement on a total effect' if parts else 'one of these statements'} is false at any look."
-        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}",
+        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}{_DRIFT * stops}",
     )
     yield Part("Differences block by block", answer, [_FIGURE, _TABLE, note])
 

@@ -54,6 +54,7 @@ class AtEveryLook:
         small_at: Number of the block at which that P value fell below 0.05; None if at none.
         blocks: Numbers of blocks (from 1) at which the interval is kept, ascending, shape (looks,).
         means, lows, highs: Mean and ends of the interval there, of the same shape.
+        halves: Means of the first and of the second half of the numbers; NaN where a half is empty.
     """
 
     n: int
@@ -68,6 +69,7 @@ class AtEveryLook:
     means: Array
     lows: Array
     highs: Array
+    halves: tuple[float, float]
 
     def narrow_at(self, half_width: float) -> int | None:
         """The block (from 1) from which on the interval reaches no further than this to either side; None if none."""
@@ -160,7 +162,7 @@ def _judged(one: Numbers, p_values: Array, limits: Array, small: Array) -> AtEve
     lows, highs = confidence_sequence(one.values, limits[one.block], low=-one.bound, high=one.bound)
     return AtEveryLook(
         n=n,
-        value=float(one.values.mean()) if n else math.nan,
+        value=_mean(one.values),
         low=float(lows[-1]) if n else -one.bound,
         high=float(highs[-1]) if n else one.bound,
         p_value=float(p_values[seen].min(initial=1.0)),
@@ -171,7 +173,12 @@ def _judged(one: Numbers, p_values: Array, limits: Array, small: Array) -> AtEve
         means=one.values.cumsum()[at - 1] / at,
         lows=lows,
         highs=highs,
+        halves=(_mean(one.values[: n // 2]), _mean(one.values[n // 2 :])),
     )
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if len(values) else math.nan
 
 
 def _first(seen: NDArray[np.int64], p_values: Array) -> int | None:

@@ -138,7 +138,8 @@ class StudyOptions(BaseModel):
         str | None,
         _about(
             "Play until every difference is decided (shown to be an effect, or smaller than 10 points), or until each "
-            "is known to ±10, or ±5, points; it stops there (all trials are played)."
+            "is known to ±10, or ±5, points; it stops there. This assumes an effect that does not drift meanwhile (all "
+            "trials are played)."
         ),
     ] = None
     most: Annotated[Whole | None, _about("With --until: trials per condition at most (300).")] = None
