@@ -23,7 +23,7 @@ from lockprobe.statistics.inference.broken_shares import broken_shares
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
-from lockprobe.statistics.proportions import paired, proportion
+from lockprobe.statistics.proportions import difference, paired, proportion
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
 
@@ -155,6 +155,28 @@ def test_without_broken_trials_no_test_changes():
     assert plain.broken is None
 
 
+def test_independent_shares_are_opposed_too():
+    first = share_of([1.0] * 3 + [0.0] * 20 + [math.nan] * 7, (), ())
+    second = share_of([1.0] * 20 + [0.0] * 5 + [math.nan] * 5, (), ())
+    low, high = difference(proportion(10, 30), proportion(20, 30)), difference(proportion(3, 30), proportion(25, 30))
+    found = difference(first, second)
+    assert (found.low, found.high) == (low.low, high.high)
+    assert found.p_value == max(low.p_value, high.p_value) < 0.05
+    assert difference(first, share_of([1.0] * 8 + [0.0] * 17 + [math.nan] * 5, (), ())).p_value == 1.0
+
+
+def test_a_claim_of_the_paper_is_not_held_against_the_trials_that_remain(tmp_path):
+    """As many trials as in the paper are solved, 7 and 20 of 30; at 0.4 all ten others broke, so that 20 of 20 are."""
+    trials = [
+        *(make_trial(SOLUTION if i <= 7 else (0,) * 20, agent="llm:a", trial=i) for i in range(1, 31)),
+        *(make_trial(SOLUTION, agent="llm:a", p=0.4, trial=i) for i in range(1, 21)),
+        *(make_trial((0,) * 18, agent="llm:a", p=0.4, trial=i, broken="reply") for i in range(21, 31)),
+    ]
+    found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 30), trials)
+    ratio = found.one("claim", agent="llm:a", of="ratio")
+    assert (ratio.note, ratio.p_value) == ("compatible", 1.0)
+
+
 WORLDS = {
     "failures break": lambda solved: ~solved & [False, True],
     "successes break": lambda solved: solved & [False, True],
@@ -166,14 +188,14 @@ WORLDS = {
 TRUTH = 0.5
 
 
-@pytest.mark.parametrize("studies", [150, 2000])
+@pytest.mark.parametrize(("studies", "n"), [(150, 30), (2000, 30), (1000, 100)])
 @pytest.mark.parametrize("world", WORLDS)
-def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies):
+def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies, n):
     rng, covered, effects = np.random.default_rng(7), [], []
     for _ in range(studies):
-        own, alike = rng.random((30, 2)), rng.random(30) < 0.5
+        own, alike = rng.random((n, 2)), rng.random(n) < 0.5
         solved = np.where(alike[:, None], own[:, :1], own) < TRUTH
-        broke = WORLDS[world](solved) & (rng.random((30, 2)) < 0.2)
+        broke = WORLDS[world](solved) & (rng.random((n, 2)) < 0.2)
         for side in (0, 1):
             share = share_of(np.where(broke[:, side], np.nan, solved[:, side]), (), ())
             covered.append(share.low <= TRUTH <= share.high)

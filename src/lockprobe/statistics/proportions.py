@@ -175,8 +175,7 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     if first.n == 0 or second.n == 0:
         return None
     if first.broken or second.broken:
-        ends = [_with_broken(first, 1), _with_broken(second, 0)], [_with_broken(first, 0), _with_broken(second, 1)]
-        low, high = (found for end in ends if (found := difference(*end)))
+        low, high = (found for ends in opposed_shares(first, second) if (found := difference(*ends)))
         return Difference(
             value=second.value - first.value,
             low=low.low,
@@ -196,9 +195,19 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     )
 
 
-def _with_broken(share: Proportion, solved: int) -> Proportion:
-    """The share of all begun trials if those that broke were all solved (1), or none (0)."""
-    return proportion(share.count + solved * share.broken, share.n + share.broken)
+def opposed_shares(first: Proportion, second: Proportion) -> list[tuple[Proportion, Proportion]]:
+    """The two shares of all begun trials where second minus first is smallest, and where it is largest.
+
+    The shares themselves if no trial broke.
+    """
+    if not (first.broken or second.broken):
+        return [(first, second)]
+    ends = [
+        [proportion(one.count + solved * one.broken, one.n + one.broken) for solved in (0, 1)]
+        for one in (first, second)
+    ]
+    (first_low, first_high), (second_low, second_high) = ends
+    return [(first_high, second_low), (first_low, second_high)]
 
 
 def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"] = "score") -> Ratio | None:

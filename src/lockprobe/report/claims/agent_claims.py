@@ -7,7 +7,7 @@ Claims about effects and onset of loops are compared with tests at equal steps.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lockprobe.foundation.formatting import bracketed, percent, points, range_of
 from lockprobe.foundation.formatting import p_value as p_value_said
@@ -35,7 +35,15 @@ from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.inference.ushape import Line
 from lockprobe.statistics.misinterpretation import Misinterpretations
-from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference, proportion, ratio
+from lockprobe.statistics.proportions import (
+    ALPHA,
+    Difference,
+    Proportion,
+    difference,
+    opposed_shares,
+    proportion,
+    ratio,
+)
 from lockprobe.statistics.published import (
     CORRELATION,
     CORRELATION_POINTS,
@@ -91,7 +99,7 @@ def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFind
     if shown != "open" and at:
         return here, verdict_of(None, shown), "permutation test, corrected for all flip rates", at.p_value
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
-    p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
+    p_value = _apart(change, (SOLVED_AT_0, SOLVED_AT_40), lambda one, two: (two.value - one.value, error((one, two))))
     smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
     test = f"z test against the paper's rise of {100 * published:.0f} points; no rise to 0.4 was detected"
     return here, verdict_of(None, smaller), test, p_value
@@ -103,14 +111,29 @@ def _ratio(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFin
     if other is None or agent.blind:
         return NOT_MEASURED
     first, second = counted[0].success, other.success
-    (here, error_here), (paper, error_paper) = _log_ratio(first, second), _log_ratio(SOLVED_AT_0, SOLVED_AT_40)
-    p_value = apart(here, paper, [error_here, error_paper])
+    p_value = _apart((first, second), (SOLVED_AT_0, SOLVED_AT_40), _log_ratio)
     said = f"{second.count}/{second.n} at 0.4 over {first.count}/{first.n} at 0"
     if found := ratio(first, second):
         said += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
     shown, _ = _rise(agent)
     test = f"z test of the log ratios, with half a trial added to each count; {_DETECTED[shown]} to 0.4 was detected"
     return said, verdict_of(p_value, shown), test, p_value
+
+
+def _apart(
+    here: tuple[Proportion, Proportion],
+    paper: tuple[Proportion, Proportion],
+    of: Callable[[Proportion, Proportion], tuple[float, float]],
+) -> float:
+    """P value that what two shares give (a number and its standard error) is that of the paper's two shares.
+
+    If trials broke, the larger of both ends, and 1 if the paper's lies between these.
+    """
+    published, paper_error = of(*paper)
+    found = [of(*ends) for ends in opposed_shares(*here)]
+    if len({value > published for value, _ in found}) > 1:
+        return 1.0
+    return max(apart(value, published, [own, paper_error]) for value, own in found)
 
 
 def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
