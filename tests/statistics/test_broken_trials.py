@@ -1,6 +1,7 @@
 """Trials that broke: bounds of shares, curves and differences, and nothing concluded that hangs on what became of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,6 +25,8 @@ from lockprobe.statistics.inference.difference import any_difference, each_diffe
 from lockprobe.statistics.inference.infer import infer
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import difference, paired, proportion
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
+from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
 
@@ -153,6 +156,27 @@ def test_without_broken_trials_no_test_changes():
     plain, same = infer(counted, generator(1)), infer(counted, generator(1), broken=broken_off(trials))
     assert plain == same
     assert plain.broken is None
+
+
+def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
+    """A tenth of sixty blocks broke under each condition: computed once more with these filled by hand."""
+    rng, order = np.random.default_rng(5), BlockOrder(plans=((1, 60),))
+    solved = rng.random((60, 2)) < [0.2, 0.8]
+    broke = rng.random((60, 2)) < 0.1
+    found = compared(
+        [tuple(replace(one, order=order) for one in played(solved[:, side], broke[:, side])) for side in (0, 1)]
+    )
+    filled = (np.where(broke, ends, solved).astype(float) for ends in ([True, False], [False, True]))
+    low, high = (at_every_look([Numbers(values=one[:, 1] - one[:, 0], block=np.arange(60))])[0] for one in filled)
+    assert (found.low, found.high) == (min(low.low, high.low, found.value), max(low.high, high.high, found.value))
+    assert found.p_value == max(low.p_value, high.p_value) < 0.05
+    assert (found.course.low, found.course.high, found.course.p_value) == (found.low, found.high, found.p_value)
+    assert found.course.lows.tolist() == np.minimum(low.lows, high.lows).tolist()
+    assert found.course.highs.tolist() == np.maximum(low.highs, high.highs).tolist()
+    share = share_at_every_look(np.where(broke[:, 0], np.nan, solved[:, 0]))
+    failed, opened = (share_at_every_look(np.where(broke[:, 0], end, solved[:, 0])) for end in (0, 1))
+    assert (share.low, share.high, share.broken) == (failed.low, opened.high, broke[:, 0].sum())
+    assert share.at_level(0.99).low == failed.at_level(0.99).low
 
 
 def test_independent_shares_are_opposed_too():

@@ -148,12 +148,12 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
     if until.rule == "width" or family.questions[0].of_share:
         yield from _narrow(family, outcomes, until)
         return
-    cases = [
+    tried = [
         decided_at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin)
-        for case in _cases(outcomes)
+        for case in cases(outcomes)
     ]
     for i, question in enumerate(family.questions):
-        courses = [case[i] for case in cases]
+        courses = [case[i] for case in tried]
         effect = _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
         small = _last([one.small_at for one in courses])
         if effect is not None and effect <= (small or effect):
@@ -175,7 +175,7 @@ _Solved = Mapping[str, Array]
 """Condition -> 1 where a block was solved, 0 where it was not, NaN where that is not known."""
 
 
-def _cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
+def cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
     """The outcomes of what counts for a difference and of what counts against it: those of trials that ended.
 
     If trials broke, also with them unsolved in the one and solved in the other, and the reverse.

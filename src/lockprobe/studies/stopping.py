@@ -14,11 +14,11 @@ import numpy as np
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look
+from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look, held_at_both_ends
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
-from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, decisions, numbers_of, wanted
+from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, cases, decisions, numbers_of, wanted
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of
 from lockprobe.studies.until import LOOK_EVERY, EarlierSize
@@ -143,13 +143,15 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
     """
     assert study.until is not None
     asked, seen = families(study, agent), outcomes_of(study, agent, trials)
-    solved = {label: one for label, (one, _) in seen.items()}
-    courses = (
-        course
+    at_ends = (
+        [
+            at_every_look(numbers_of(family, *case), agents=family.choices, margin=study.until.margin)
+            for case in cases(seen)
+        ]
         for family in asked
-        for course in at_every_look(
-            numbers_of(family, solved, solved), agents=family.choices, margin=study.until.margin
-        )
+    )
+    courses = (
+        held_at_both_ends(found, *ends) if ends else found for of in at_ends for found, *ends in zip(*of, strict=True)
     )
     return tuple(
         Answer(question=one.question, verdict=one.verdict, at=one.at, course=course)

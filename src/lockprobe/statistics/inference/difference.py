@@ -18,7 +18,7 @@ from lockprobe.statistics.clustered import ClusteredDifference, clustered_differ
 from lockprobe.statistics.inference.every_look import Change, changes_at_every_look
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import Paired, Proportion, between, paired, proportion
-from lockprobe.statistics.sequential.contrasts import AtEveryLook
+from lockprobe.statistics.sequential.contrasts import AtEveryLook, held_at_both_ends
 
 PERMUTATIONS = 2000
 
@@ -166,6 +166,7 @@ def _bounded(found: DifferenceAt, low: DifferenceAt, high: DifferenceAt) -> Diff
         first=between(found.first, high.first, low.first),
         second=between(found.second, low.second, high.second),
         pairs=found.pairs and low.pairs and high.pairs and bounded(found.pairs, low.pairs, high.pairs),
+        course=found.course and low.course and high.course and held_at_both_ends(found.course, low.course, high.course),
         exchange=1.0 if made.p_value == 1 else max(low.exchange, high.exchange),
         bounds=(low.value, high.value),
     )

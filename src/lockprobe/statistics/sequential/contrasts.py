@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.betting import confidence_sequence, log_wealth, looks
 from lockprobe.statistics.sequential.closed import adjusted, log_thresholds
@@ -121,6 +122,24 @@ def at_every_look(
     """
     p_values, small, limits = _tested(family, agents, margin)
     return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+
+
+def held_at_both_ends(found: AtEveryLook, low: AtEveryLook, high: AtEveryLook) -> AtEveryLook:
+    """A course without the broken trials, with what holds at both ends of what these can have become.
+
+    The ends have a number for every begun block; the course runs over these, through the middle of both means.
+    """
+    effects, smalls = ([getattr(one, name) for one in (low, high)] for name in ("effect_at", "small_at"))
+    return replace(
+        bounded(found, low, high),
+        effect_at=max(effects) if None not in effects and low.value * high.value > 0 else None,
+        small_p_value=max(low.small_p_value, high.small_p_value),
+        small_at=None if None in smalls else max(smalls),
+        blocks=low.blocks,
+        means=(low.means + high.means) / 2,
+        lows=np.minimum(low.lows, high.lows),
+        highs=np.maximum(low.highs, high.highs),
+    )
 
 
 def _tested(family: Sequence[Numbers], agents: float, margin: float | None) -> tuple[Array, Array, Array]:
