@@ -12,6 +12,7 @@ from known_truth import simulated
 from page_parts import part
 from reported import found_in
 
+from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.pages import page_of
 from lockprobe.report.prose.success import finding
@@ -324,6 +325,9 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     said = part(page_of("report", found), "broken")
     assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
     assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
+    told = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
+    assert told[0].startswith("  llm:a: When told the truth: 12 of 18 trials broke, 6 of the other 6 opened the box")
+    assert told[1].startswith("  llm:a: What is missing is long: half of the breaks came at step 19")
 
 
 def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
 
+_LINES = 6
+"""Lines on trials that broke."""
+
 _UNTESTED = re.compile(r"Not tested for (?P<agents>.+): whether .*\((?P<option>--[^:)]+): ")
 """Who has not played false reports that stay, and what plays them, in the sentence that says so."""
 
@@ -61,6 +64,8 @@ def result_lines(found: Results, directory: Path) -> list[str]:
     ]
     if more := found.facts_about("first screen").get("more", ""):
         numbers.append(f"  {more}")
+    broke = [f"  {text}" for text in _broke(found)]
+    numbers += broke[:_LINES] + [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
     steps = _next(found, directory)
     widest = max((len(one.command) for one in steps), default=0)
     following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
@@ -74,6 +79,7 @@ def result_facts(found: Results, directory: Path) -> dict[str, object]:
         "answer": found.answer,
         "answers": _answers(found),
         "numbers": list(_key_numbers(found)),
+        "broke": _broke(found),
         "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
     }
 
@@ -82,6 +88,16 @@ def _answers(found: Results) -> list[str]:
     """The answer, and the verdicts on other agents of a study of why, whose answer is of the first one."""
     verdicts = [one.text for one in found.findings if (one.section, one.kind) == ("why", "verdict")]
     return [found.answer, *(said for said in verdicts if said not in found.answer)]
+
+
+def _broke(found: Results) -> list[str]:
+    """What is known of trials that broke, of every agent: under its first condition, and by an early step."""
+    kinds = ("known", "long", "earlier")
+    return [
+        f"{found.label(one.agent, one.modality)}: {one.text}"
+        for one in found.findings
+        if one.section == "broken" and one.kind in kinds and one.agent in found.subjects
+    ]
 
 
 def _key_numbers(found: Results) -> Iterator[Mapping[str, str]]:

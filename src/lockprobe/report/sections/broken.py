@@ -56,15 +56,14 @@ def _of_agent(cells: Sequence[PlayedCell], numbers: StudyNumbers, agents: int) -
     for part, steps in ends.items():
         if steps:
             yield Estimate(quantity="median_end", **of, of=part, unit="steps", value=median(steps), n=len(steps))
-    said = [f"{capital(_where(cell))}: {broke_said(share)}" for cell in cells if (share := cell.summary.success).broken]
+    for i, cell in enumerate(cell for cell in cells if cell.summary.success.broken):
+        said = f"{capital(_where(cell))}: {broke_said(cell.summary.success)}"
+        kind = "known elsewhere" if i else "known"
+        yield Finding(section="broken", kind=kind, **of, text=said, rests_on=("success", "broken"))
     if ends["ended"] and (late := median(ends["broken"])) > (usual := median(ends["ended"])):
-        said.append(
-            f"What is missing is long: half of the breaks came at step {late:g} or later, other trials ended at "
-            f"step {usual:g}."
-        )
-    yield Finding(
-        section="broken", kind="known", **of, text=" ".join(said), rests_on=("success", "broken", "median_end")
-    )
+        said = f"half of the breaks came at step {late:g} or later, other trials ended at step {usual:g}"
+        text = f"What is missing is long: {said}."
+        yield Finding(section="broken", kind="long", **of, text=text, rests_on=("median_end",))
     order = numbers.opened.orders.get(cells[0].agent)
     yield from _earlier([cell for cell in cells if cell.summary.success.n], of, agents, order)
 
@@ -140,11 +139,11 @@ def _show(found: Results) -> Iterator[Part]:
     if rows:
         them = "it" if trials == 1 else "them"
         said = f"{count(trials, 'trial')}; shares and differences hold whatever became of {them}."
-        known = [
-            (found.label(one.agent, one.modality), one.text)
-            for one in found.findings
-            if one.section == "broken" and one.text
-        ]
+        of_agents = grouped(
+            (one for one in found.findings if one.section == "broken"),
+            lambda one: found.label(one.agent, one.modality),
+        )
+        known = [(label, " ".join(one.text for one in own)) for label, own in of_agents.items()]
         yield Part(
             "Trials that broke", said, [Template("of_agents", {"said": known}), Template("broken", {"rows": rows})]
         )

@@ -9,8 +9,9 @@ from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import share_of_row
+from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import ClusteredProportion, share_of
-from lockprobe.statistics.outcomes import ended, outcomes
+from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.rules import break_shares, rule_breaks, unbroken
 
 _NAME = "rules"
@@ -32,9 +33,9 @@ def _of_cell(cell: PlayedCell, numbers: StudyNumbers) -> Iterator[Estimate]:
     yield from _share(cell, "missed_share", shares.missed)
     yield from _share(cell, "forced_share", shares.forced)
     yield from _share(cell, "moved_another_share", shares.others)
-    kept = [trial for trial in ended(trials) if unbroken(trial, box) == len(trial.steps)]
-    found = outcomes(kept)
-    yield from cell.share("success_without_miss", share_of(found.solved, found.player, found.luck))
+    kept = [trial for trial in trials if unbroken(trial, box) == len(trial.steps)]
+    every, solved = begun(outcomes(kept), broken_off(kept))
+    yield from cell.share("success_without_miss", share_of(solved, every.player, every.luck))
 
 
 def _share(cell: PlayedCell, quantity: str, found: ClusteredProportion) -> list[Estimate]:
