@@ -115,5 +115,5 @@ def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, m
             in_process(*words, "--budget", "1")
         assert in_process(*words).exit_code == 0
         monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")
-        assert in_process(*words, "--budget", "1", "--out", "again").exit_code == 0
+        assert in_process(*(word.replace("own-pilot", "again") for word in words), "--budget", "1").exit_code == 0
     assert [len(lockprobe.load(tmp_path / name)) for name in ("own-pilot", "again")] == [4, 4]
