@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_767,
-    "lines of code": 49_678,
-    "lines of tests": 61_524,
+    "lines of source": 79_775,
+    "lines of code": 49_683,
+    "lines of tests": 61_572,
     "words of docs": 37_736,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""

@@ -5,17 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, small_study
+from builders import SOLUTION, make_trial, small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
 from known_truth import simulated
+from net import unpacked
 from page_parts import part
 from reported import found_in
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
+from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.prose.success import finding
+from lockprobe.report.results import results
 from lockprobe.report.sections.broken import BEFORE
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.clustered import share_of
@@ -30,6 +33,7 @@ from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
+from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
 
@@ -346,3 +350,33 @@ def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path)
     assert (early.value, early.n, early.detected) == (0.6, 20, True)
     said = part(page_of("report", found), "broken")
     assert "By then 80 % were solved at a flip rate of 0.4 and 20 % when told the truth (+60 points, " in said
+
+
+@pytest.mark.parametrize("boundary", ["reply", "model"])
+@pytest.mark.parametrize("name", ["flips", "crossed", "why"])
+def test_whatever_breaks_every_number_is_there_and_within_its_interval(tmp_path, name, boundary):
+    """Every third trial of a kept study breaks, and all of some conditions; at one look (reply), and at every look."""
+    whole, rng = open_study(unpacked(name, tmp_path)), np.random.default_rng(3)
+    chance = {
+        cell: rng.choice([0.1, 0.3, 1.0]) for cell in sorted({(one.group, one.condition) for one in whole.trials})
+    }
+
+    def breaks(trial):
+        end = int(rng.integers(0, len(trial.steps)))
+        error = TrialError(boundary=boundary, message="it broke", step=end + 1)
+        return replace(trial, steps=trial.steps[:end], ending="error", error=error, changed={}, changed_steps=0)
+
+    trials = [breaks(one) if rng.random() < chance[one.group, one.condition] else one for one in whole.trials]
+    found = results(write_study(tmp_path / "broken", whole.study, trials))
+    assert found.progress.every_look == ("unfinished" if boundary == "model" else "")
+    assert found.sections_left_out == ()
+    for row in found.rows:
+        if None not in (row.value, row.low, row.high):
+            assert row.low <= row.value <= row.high
+        if (
+            row.quantity == "success_difference"
+            and row.p_value is not None
+            and row.p_value < 0.05
+            and row.low is not None
+        ):
+            assert row.low > 0 or row.high < 0

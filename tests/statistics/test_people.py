@@ -38,6 +38,20 @@ def test_no_people_nothing():
     assert people([replace(person("aaaa", solved=True), ending="error")]) is None
 
 
+def test_the_interval_of_success_holds_whatever_became_of_broken_trials():
+    """Twelve people, two boxes each; every fourth trial broke, as a plant may: unsolved at one end, solved at the other."""
+    whole = [person(f"{i // 2:04d}", solved=i % 3 == 0, trial=i) for i in range(24)]
+    broke = [replace(one, ending="error") if i % 4 == 1 else one for i, one in enumerate(whole)]
+    failed, opened = (
+        people([replace(one, ending="solved" if end else "budget") if one.ending == "error" else one for one in broke])
+        for end in (False, True)
+    )
+    found = people(broke)
+    assert (found.success.n, found.trials) == (18, 18)
+    assert (found.success.low, found.success.high) == (failed.success.low, opened.success.high)
+    assert (found.at[0].success.low, found.at[0].success.high) == (failed.at[0].success.low, opened.at[0].success.high)
+
+
 def test_counts_by_hand():
     found = people(
         [

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +109,8 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 
 def people(trials: Sequence[Trial]) -> People | None:
     """The results of people in the trials of one study; None if none of their trials has ended."""
-    own = [trial for trial in ended(trials) if trial.player]
+    begun = [trial for trial in trials if trial.player]
+    own = ended(begun)
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)
@@ -121,12 +122,12 @@ def people(trials: Sequence[Trial]) -> People | None:
         trials=len(own),
         fewest=min(sizes.values()),
         most=max(sizes.values()),
-        success=_success(own),
+        success=_success(begun),
         alike=float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own]))),
         first=proportion(sum(trial.solved for trial in first), len(first)),
         positions=tuple(_positions(own)),
-        at=tuple(_at([t for t in own if t.condition == one], shown, one) for one, shown in conditions.items()),
-        over=tuple(_at([t for t in own if t.modality == one], one, "") for one in modalities),
+        at=tuple(_at([t for t in begun if t.condition == one], shown, one) for one, shown in conditions.items()),
+        over=tuple(_at([t for t in begun if t.modality == one], one, "") for one in modalities),
         saw={
             name: dict(Counter(_said(trial.facts[name]) for trial in own if name in trial.facts))
             for name in _SAW
@@ -139,9 +140,15 @@ def _said(value: Fact) -> str:
     return ("no", "yes")[value] if isinstance(value, bool) else str(value)
 
 
-def _success(trials: Sequence[Trial]) -> ClusteredProportion:
-    person, luck = _labels(trials)
-    return crossed_proportion([trial.solved for trial in trials], np.ones(len(trials)), person, luck)
+def _success(begun: Sequence[Trial]) -> ClusteredProportion:
+    """The share of ended trials that were solved, with an interval that holds whatever became of broken ones."""
+
+    def share(trials: Sequence[Trial], broken: bool) -> ClusteredProportion:
+        person, luck = _labels(trials)
+        solved = [broken if trial.ending == "error" else trial.solved for trial in trials]
+        return crossed_proportion(solved, np.ones(len(trials)), person, luck)
+
+    return replace(share(ended(begun), False), low=share(begun, False).low, high=share(begun, True).high)
 
 
 def _positions(trials: Sequence[Trial]) -> Iterable[AtPosition]:
@@ -154,12 +161,13 @@ def _positions(trials: Sequence[Trial]) -> Iterable[AtPosition]:
         yield AtPosition(position=position, success=proportion(sum(by[position]), len(by[position])))
 
 
-def _at(trials: Sequence[Trial], modality: str, condition: str) -> PeopleAt:
+def _at(begun: Sequence[Trial], modality: str, condition: str) -> PeopleAt:
+    trials = ended(begun)
     return PeopleAt(
         modality=modality,
         condition=condition,
         people=len({trial.agent for trial in trials}),
-        success=_success(trials),
+        success=_success(begun),
         steps=_steps_of(trials, modality, condition),
     )
 
