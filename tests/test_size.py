@@ -6,8 +6,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_775,
-    "lines of code": 49_683,
+    "lines of source": 79_779,
+    "lines of code": 49_685,
     "lines of tests": 61_572,
     "words of docs": 37_736,
 }

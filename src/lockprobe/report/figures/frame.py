@@ -24,7 +24,7 @@ from lockprobe.report.figures.palette import Dash, of_text
 from lockprobe.report.figures.settings import FAINT
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.rows import Cell, Course, DoseAxis
+from lockprobe.report.rows import Cell, Course, Curve, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
 
 EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
@@ -67,9 +67,9 @@ def from_to(sizes: Iterable[int | None]) -> str:
     return f"{least}" if least == most else f"{least} to {most}"
 
 
-def counts(cells: Sequence[Cell]) -> str:
-    """The number of trials behind every share."""
-    said = from_to(cell.trials for cell in cells)
+def counts(shown: Sequence[Cell | Curve]) -> str:
+    """The number of trials behind every share, or behind every curve, which counts those that broke too."""
+    said = from_to(one.trials if isinstance(one, Cell) else one.n or 0 for one in shown)
     return f"n = {said} trial" + "s" * (said != "1")
 
 

@@ -27,6 +27,9 @@ _WIDE = 2.8
 _BRIGHTEST = 0.75
 """Where the colours of flip rates end in a map of Matplotlib; beyond, they are too bright for lines on white."""
 
+_MIDDLE = "trials broke: middle of the bounds"
+"""What a curve is where trials broke."""
+
 _TITLE = 2
 """Lines of the titles above the curves and the areas."""
 
@@ -91,7 +94,7 @@ def _curves_corrected(axes: Axes, found: Results) -> None:
     _exact_curves(axes, found, budget)
     step_axis(axes, budget, "solved by this step")
     broke = any(cell.value("broken") for _, _, cell, _ in shown)
-    curves = "trials broke: middle of the bounds" if broke else "1 \N{MINUS SIGN} Kaplan-Meier"
+    curves = _MIDDLE if broke else "1 \N{MINUS SIGN} Kaplan-Meier"
     title(axes, said, f"{curves}; shade: pointwise 95 % band")
 
 
@@ -101,9 +104,9 @@ def _staircases(axes: Axes, shown: _Shown) -> str:
     for i, (course, style, cell, curve) in enumerate(shown):
         told = "" if alike else f",\n$p$ = {cell.p:g}, n = {curve.n}"
         staircase(axes, curve.value, style, label=agent_label(course) + told, first=1 + i % 4)
-    _, _, first, _ = shown[0]
+    _, _, first, curve = shown[0]
     where = f"flip rate {first.p:g}" if first.p else "true reports"
-    return f"{where}; {counts([first])} of each agent" if alike else ""
+    return f"{where}; {counts([curve])} of each agent" if alike else ""
 
 
 def _budget(shown: _Shown) -> int:
@@ -161,8 +164,8 @@ def _curves_of(axes: Axes, course: Course) -> None:
         if cell.dose in named:
             labels.append((curve.value[-1] or 0.0, "all $p$" if course.blind else f"$p$ = {cell.p:g}", colour))
     step_axis(axes, len(counted[0][1].x) - 1, "solved by this step")
-    said = f"{counts([cell for cell, _ in counted])} per {course.name}; shade: pointwise 95 % band"
-    title(axes, heading(course), said)
+    said = f"{counts([curve for _, curve in counted])} per {course.name}; shade: pointwise 95 % band"
+    title(axes, heading(course), said, _MIDDLE if any(cell.value("broken") for cell, _ in counted) else "")
     return label_right(axes, labels)
 
 

@@ -215,13 +215,14 @@ def _fig3_caption(found: Results) -> Caption:
     )
     lowest = {one.agent: one.p for one in reversed(found.cells) if one.p is not None and one.trials}
     budget = max((len(one.x) - 1 for one in found.curves if one.quantity == "success_by_step" and one.agent), default=0)
+    middle = _curves_said(found) * any(cell.value("broken") for cell in found.cells)
     if not set(lowest.values()) <= {0.0} or budget < min(REFERENCE_STEPS, *STEPS_TO_80.values()):
-        return Caption(text)
+        return Caption(text, middle)
     stars = (
         "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
         "words, its ground truth)."
     )
-    return Caption(f"{text} {stars}")
+    return Caption(f"{text} {stars}", middle)
 
 
 def _ended(found: Results) -> bool:
