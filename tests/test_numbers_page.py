@@ -62,7 +62,7 @@ def test_the_table_and_the_answer_are_those_of_the_page(printed):
     )
     assert answer in " ".join(ran.split())
     (cell,) = re.findall(r"shows the row as `(.*?)`", " ".join(PAGE.split()))
-    assert f">{cell}<" in (where / "one/details.html").read_text("utf-8")
+    assert f">{cell}<" in (where / "one/report.html").read_text("utf-8")
 
 
 def test_verify_says_what_the_page_says(printed):

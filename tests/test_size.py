@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_779,
-    "lines of code": 49_685,
-    "lines of tests": 61_572,
-    "words of docs": 37_736,
+    "lines of source": 79_910,
+    "lines of code": 49_735,
+    "lines of tests": 61_536,
+    "words of docs": 37_674,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 

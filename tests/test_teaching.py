@@ -113,13 +113,13 @@ def test_every_number_of_an_answer_was_printed_before(played):
 def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played):
     text = sheet("answer-sheet")
     quoted = [squeezed(one.replace("> ", "")) for one in re.findall(r"(?:^> .*\n)+", text, re.MULTILINE)]
-    page = squeezed(re.sub(r"<[^>]*>", " ", (played[0] / "runs/causes/why.html").read_text("utf-8")))
+    page = squeezed(re.sub(r"<[^>]*>", " ", (played[0] / "runs/causes/report.html").read_text("utf-8")))
     assert len(quoted) == 2
     assert all(one in page for one in quoted)
     shown = {*re.findall(r'Image\("(runs/\w+/\S+)"', "\n".join(CODE))}
     named = {*re.findall(r"`(runs/\S+\.\w+)`", text + sheet("student-sheet"))}
     assert shown == {"runs/lesson/figures/overview.png", "runs/causes/figures/why.png"}
-    assert named == shown | {"runs/causes/why.html"}
+    assert named == shown | {"runs/causes/report.html"}
     assert all((played[0] / name).is_file() for name in named)
     assert {"overview.png", "why.png"} <= {*re.findall(r"`(\w+\.png)`", PLAN)}
 

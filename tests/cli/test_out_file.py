@@ -4,7 +4,6 @@ import pytest
 
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadFile
-from lockprobe.report.pages import PAGES
 from lockprobe.studies.branch import FORKS
 
 KEPT = ("trials.jsonl", "calls.jsonl", "attempts.jsonl", "results.json", "people/a.jsonl", "pictures/new.png")
@@ -13,7 +12,7 @@ KEPT = ("trials.jsonl", "calls.jsonl", "attempts.jsonl", "results.json", "people
 def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "link.csv").symlink_to(tmp_path / "trials.jsonl")
-    kept = ("study.json", *KEPT, *(f"{page}.html" for page in PAGES), f"{FORKS}/next_choices.json", "link.csv")
+    kept = ("study.json", *KEPT, "report.html", f"{FORKS}/next_choices.json", "link.csv")
     for name in kept:
         refuse_study_file(tmp_path / "elsewhere" / name)  # there is no study
         refuse_study_file(tmp_path / name)

@@ -5,7 +5,7 @@ from builders import played_by_people, small_study
 from reported import found_in
 
 from lockprobe.report.captions import share_intervals_said
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.studies.options.studyfile import study
 
 AGENTS = ("cognitive:perseverant", "random")
@@ -20,7 +20,7 @@ def over(tmp_path_factory):
 def test_no_interval_of_people_is_called_a_plain_wilson_interval(tmp_path):
     planned = study("flips", agent=["participant"], p=[0, 0.3], trials=6, repetitions=2)
     found = found_in(tmp_path, planned, played_by_people(planned, 2))
-    page = page_of("report", found) + page_of("details", found)
+    page = page_of(found)
     said = {one.partition(".")[0] for one in page.split("Intervals are ")[1:]}
     assert said
     assert not any("Wilson" in one for one in said if "each person has one box" not in one)

@@ -8,7 +8,7 @@ from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
 from lockprobe.report.every_look import at_every_look
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.sections import success
 from lockprobe.report.sections.stopping import SECTIONS
@@ -61,7 +61,7 @@ def test_the_first_screen_says_for_how_many_looks_it_holds(pages, kind):
     found = pages[kind]
     assert found.progress.every_look == kind
     look = "at every look" if kind else "for one look, after all planned trials"
-    assert look in found.fact("first screen", "intervals")
+    assert look in page_of(found)
     assert bool(said(found, "every_look")) == bool(kind)
     assert "False reports lower the success of human-inspired" in found.answer
     if kind:
@@ -83,7 +83,7 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
 
 def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):
     """An interval of success is wider then than Wilson's, which only loop rates have."""
-    once, always = (page_of("report", found) + page_of("details", found) for found in (pages[""], pages["until"]))
+    once, always = (page_of(found) for found in (pages[""], pages["until"]))
     wilson = re.findall(r"[^.>]*Wilson[^.<]*", once)
     assert any("success" in one for one in wilson)
     said = re.findall(r"[^.>]*Wilson[^.<]*", always)

@@ -31,22 +31,16 @@ def test_the_data_hold_every_step_of_the_record(condition):
     trial = run_trial(agent="human-inspired", condition=condition, trial=3)
     data = data_of(trial)
     (one,) = data["trials"]
-    names = data["joints"]
-    assert data["turning"] == [int("revolute" in name) for name in names]
-    assert [names[joint] for joint in one["panel"]] == list(trial.joints)
-    assert [names[joint] for joint in one["did"]] == list(trial.actions)
-    assert names[one["goal"]] == trial.target
-    assert one["state"][:-1] == [step.state for step in trial.steps]
-    for before, after, step in zip(one["state"], one["state"][1:], trial.steps, strict=False):
-        place = trial.joints.index(step.joint)
-        changed = [i for i in range(4) if before[i] != after[i]]
-        assert changed == ([place] if step.moved else [])
+    letters = dict(zip("ABCD", data["joints"], strict=True))
+    assert data["joints"] == [joint.name for joint in box("chain-4").joints]
+    assert [letters[joint] for joint in one["did"]] == list(trial.actions)
+    told = one.get("told", one["moved"])  # true reports are left out, and claims that repeat the report
+    claimed = one.get("said", f"-{told}")
     for i, step in enumerate(trial.steps):
-        told = {"1": True, "0": False, "-": None}[one["told"][i]]
-        assert (one["moved"][i] == "1", told) == (step.moved, step.told_moved)
-        shown = one["shown"][i] or one["state"][i + 1]
-        assert shown == (step.told_state or "-")
-        assert one.get("chosen", [-1] * 99)[i] == (-1 if step.chosen is None else names.index(step.chosen))
+        assert one["moved"][i] == str(int(step.moved))
+        assert told[i] == ("-" if step.told_moved is None else str(int(step.told_moved)))
+        assert not i or claimed[i] == {"moved": "1", "blocked": "0"}.get(step.decision.claimed, "-")
+        assert letters.get(one.get("chosen", "-" * 20)[i]) == step.chosen
     assert one["solved"] == trial.solved
 
 
@@ -113,13 +107,13 @@ A4 = 703
 CUT = "[...document.querySelectorAll('table')].filter(t => t.scrollWidth > t.parentElement.clientWidth + 1).map(t => t.innerText)"
 WORDS = """(() => {
   const words = (one) => (one.innerText ?? one.textContent).split(/\\s+/).length;
-  return [...document.querySelectorAll("select, ol.steps, svg")].reduce((left, one) => left - words(one), words(document.body));
+  return [...document.querySelectorAll("select, .strip, .num, svg")].reduce((left, one) => left - words(one), words(document.body));
 })()"""
 """Words that are read: not the choices that open, nor what stands in pictures and on buttons."""
 
 
 @needs_a_browser
-def test_the_report_of_the_first_command_shows_at_most_1050_words_before_the_first_click(tmp_path):
+def test_the_report_of_the_first_command_shows_at_most_700_words_before_the_first_click(tmp_path):
     from playwright.sync_api import sync_playwright
 
     first = replace(study(StudyOptions()), strategy_trials=10)  # lockprobe run flips, with fewer trials of strategies
@@ -129,12 +123,12 @@ def test_the_report_of_the_first_command_shows_at_most_1050_words_before_the_fir
     model = [replace(trial, key=str(trial.name)) for trial in renamed]
     directory = write_study(tmp_path / "out", first, [*trials, *model])
     page = write_report(directory).read_text("utf-8")
-    assert len(" ".join(page_text(page)).split()) <= 5_000  # when all of it is unfolded
+    assert len(" ".join(page_text(page)).split()) <= 13_500  # when all of it is unfolded
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         tab = chromium.new_page()
         tab.goto(f"file://{directory}/report.html")
-        assert 300 < tab.evaluate(WORDS) <= 1050
+        assert 300 < tab.evaluate(WORDS) <= 700
         tab.set_viewport_size({"width": A4, "height": 1000})
         tab.emulate_media(media="print")
         assert tab.evaluate(CUT) == []
@@ -143,26 +137,28 @@ def test_the_report_of_the_first_command_shows_at_most_1050_words_before_the_fir
 
 @needs_a_browser
 def test_the_explorer_opens_steps_and_compares(page):
-    assert page.evaluate(WORDS) <= 500
+    assert page.evaluate(WORDS) <= 600
     page.evaluate("location.hash = 'limits'")  # a link to a section opens it
     page.wait_for_function("document.getElementById('limits').open")
-    parted = int(page.locator("#explorer input[type=range]").input_value())  # it opens where the two trials part
-    assert "From here the two trials differ." in page.inner_text("#explorer .sides")
-    assert f"Their actions first differ at step {parted}." in page.inner_text("#explorer")
-    assert page.locator("#explorer .panel").count() == 4  # two trials, each true and told
+    page.select_option("#agent", label="human-inspired")
     steps = page.locator("#explorer input[type=range]")
-    page.focus("#explorer")
-    page.keyboard.press("Home")
-    assert "Before the first step" in page.inner_text("#explorer .sides")
+    first, second = (strip.locator("button").all_inner_texts() for strip in page.locator(".strip").all())
+    parted = next(i for i, pair in enumerate(zip(first, second, strict=False)) if len({*pair}) > 1)
+    assert steps.input_value() == str(parted)  # the last step that they share: never one before any report
+    assert f"Both play alike up to step {parted}." in page.inner_text("#say")
+    assert re.search(
+        r"Of 6 such pairs, \d opened the box only with flip rate 0.4, \d only with told the truth",
+        page.inner_text("#pairs"),
+    )
+    page.focus(".strip button")
     page.keyboard.press("ArrowRight")
-    assert steps.input_value() == "1"
-    page.keyboard.press("End")
-    assert re.search(r"Solved|Not solved", page.inner_text("#explorer .sides"))
-    page.click("#explorer .steps li:nth-child(2) button")
+    assert steps.input_value() == str(parted + 1)
+    page.click(".strip button:nth-child(2)")
     assert steps.input_value() == "2"
     assert page.locator("#explorer [aria-current=true]").count() == 2
-    page.locator("#explorer select").nth(3).select_option(label="nothing")
-    assert page.locator("#explorer .panel").count() == 2
+    page.select_option("#right", label="told the truth")  # one condition: each trial alone
+    assert page.locator(".strip").count() == 1
+    page.select_option("#right", label="flip rate 0.4")
     took = page.evaluate(
         """() => { const began = performance.now(); const home = document.getElementById("explorer");
         for (let i = 0; i < 20; i++)
@@ -176,31 +172,24 @@ def test_the_explorer_opens_steps_and_compares(page):
 
 @needs_a_browser
 def test_what_agents_say_stays_text_in_the_explorer(page):
-    page.locator("#explorer select").nth(0).select_option(index=1)
-    page.locator("#explorer input[type=range]").evaluate(
-        "one => { one.value = 2; one.dispatchEvent(new Event('input')) }"
-    )
-    assert "</script>" in page.inner_text("#explorer blockquote")
+    page.select_option("#agent", index=1)
+    page.click(".strip button:nth-child(2)")
+    assert "</script>" in page.locator("#explorer blockquote").first.inner_text()
     assert page.locator("#explorer img, #explorer script").count() == 0
-    assert page.title().startswith("Lockprobe")
+    assert page.title() == "Do false reports change how agents open chain-4?"
     assert page.said == []
 
 
 @needs_a_browser
 def test_question_p_and_conclusion_of_every_test_are_in_view_on_a_phone(page):
     page.evaluate("document.getElementById('hypothesis_tests').open = true")
-    answers = page.locator("#hypothesis_tests td")
-    assert answers.count() > 3
-    assert all(in_view(answer) for answer in answers.all())
-    details = page.context.browser.new_page(viewport={"width": 390, "height": 844})
-    details.goto(page.url.partition("#")[0].replace("report.html", "details.html"))
-    rows = details.locator("#hypothesis_tests tr:has(td.asks)")
+    rows = page.locator("#hypothesis_tests tr:has(td.asks)")
+    page.evaluate("document.querySelectorAll('#hypothesis_tests details').forEach((one) => { one.open = true; })")
     assert rows.count() > 3
     for row in rows.all():
-        assert row.bounding_box()["height"] < 300
+        assert row.bounding_box()["height"] < 320
         assert all(in_view(row.locator(part)) for part in (".asks", ".p", ".concluded"))
-    assert details.evaluate("document.documentElement.scrollWidth") <= 390
-    details.close()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def in_view(part):

@@ -7,7 +7,7 @@ from builders import play_study, small_study, write_study
 from lockprobe.foundation.formatting import NONE
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import open_study
-from lockprobe.report.pages import tables_of
+from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
 from lockprobe.report.study_numbers import study_numbers
@@ -57,12 +57,12 @@ def test_a_report_shows_them(tmp_path, monkeypatch):
     path = write_study(tmp_path / "study", STUDY)
     write_report(path)
     assert results(path).measures == []
-    without = (path / "details.html").read_text("utf-8")
+    without = (path / "report.html").read_text("utf-8")
     assert not (path / "tables" / "measures.csv").exists()
     strangers.install(tmp_path, monkeypatch, points=POINTS)
     write_report(path)
     assert len(results(path).measures) == 6
-    page = (path / "details.html").read_text("utf-8")
+    page = (path / "report.html").read_text("utf-8")
     assert "Whether it was solved in five steps" in page
     assert "Whether it was solved in five steps" not in without
 

@@ -3,7 +3,7 @@
 import pytest
 from builders import write_study
 
-from lockprobe.report.pages import tables_of
+from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
@@ -71,9 +71,9 @@ def test_other_conditions_change_nothing_that_is_found_of_flips(found_alone, mor
     known = {(type(row), row.identity): row for row in (*now.rows, *now.curves)}
     assert [row for row in (*before.rows, *before.curves) if known.get((type(row), row.identity)) != row] == []
     assert len(now.rows) > len(before.rows)
-    assert [one for one in (*before.facts, *before.exhibits) if one not in (*now.facts, *now.exhibits)] == []
+    assert [one for one in before.facts if one not in now.facts] == []
     changed = [(one.section, one.kind) for one in before.findings if one not in now.findings]
-    first = {("overview", kind) for kind in ("question", "trial", "answer", "needed", "untested")}
+    first = {("overview", kind) for kind in ("question", "trial", "answer", "needed", "untested", "cause")}
     assert {*changed} <= first | {("readings", "untested")}
     assert now.answer.startswith(before.answer)
 
@@ -131,7 +131,7 @@ def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_ev
     assert {row.condition for row in others} == {"flip?p=0.4", "flip?p=0.1"}
     assert not of_family(found, "conditions against the control")
     (question,) = found.said("overview", "question")
-    assert question == "Do false reports of 2 kinds change how agents open chain-4?"
+    assert question == "Do false reports change how agents open chain-4?"
     for name in ("speed", "loops"):
         rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
         assert len({tuple(row) for row in rows}) == len(rows), name

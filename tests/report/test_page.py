@@ -16,9 +16,9 @@ from reported import found_in
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.left_out import leaving_out
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report import pages
+from lockprobe.report import page as made
 from lockprobe.report.format import as_csv
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.rendering import _breakable, rendered
 from lockprobe.report.rows import LeftOut, Results
 from lockprobe.report.sections import all_sections
@@ -26,8 +26,6 @@ from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
-ALWAYS = ("report", "details", "claims")
-"""Pages that every report has."""
 
 
 @pytest.fixture(scope="module")
@@ -46,15 +44,13 @@ class Page(HTMLParser):
         self.loads += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
 
 
-@pytest.mark.parametrize("name", ALWAYS)
-def test_the_pages_load_nothing_and_run_nothing(found, name):
+def test_the_page_loads_nothing_and_runs_one_program_of_ours(found):
     picture = image(b"<svg />")
-    text = page_of(name, found, {figure.name: picture for of in all_sections() for figure in of.figures})
+    text = page_of(found, {figure.name: picture for of in all_sections() for figure in of.figures})
     page = Page(text)
-    links = {load for load in page.loads if not load.startswith("data:image/")}
-    assert {link.partition("#")[0] for link in links} <= {"", *(f"{name}.html" for name in ALWAYS)}
-    assert not {"link", "iframe", "object", "svg"} & set(page.tags)
-    assert page.tags.count("script") == (2 if name == "report" else 0)  # the trials as JSON, and our own program
+    assert all(load.startswith(("data:image/", "#")) for load in page.loads)
+    assert not {"link", "iframe", "object"} & set(page.tags)
+    assert page.tags.count("script") == 2  # the trials as JSON, and the program
     assert set(re.findall(r"https?://[\w./]*", text)) <= {"http://www.w3.org/2000/svg"}
     policy = re.search(r'Security-Policy" content="([^"]*)"', text)[1]
     assert "default-src 'none'" in policy
@@ -63,20 +59,12 @@ def test_the_pages_load_nothing_and_run_nothing(found, name):
     assert hashes == [f"sha256-{b64encode(sha256(one.encode()).digest()).decode()}" for one in programs]
 
 
-def test_links_within_the_page_lead_somewhere(found):
-    for name in ("report", "details"):
-        text = page_of(name, found)
-        inside = [load[1:] for load in Page(text).loads if load.startswith("#")]
-        assert inside
-        assert all(f'id="{place}"' in text for place in inside)
-
-
 def test_equal_records_give_equal_results_and_pages(tmp_path):
     study = small_study(["human-inspired"], (0.0, 0.3), 1, 4)
     trials = play_study(study)
     first, second = (found_in(tmp_path / name, study, made) for name, made in (("a", trials), ("b", reversed(trials))))
     assert first == second
-    assert all(page_of(name, first) == page_of(name, second) for name in ALWAYS)
+    assert page_of(first) == page_of(second)
 
 
 def test_what_models_say_is_escaped(tmp_path):
@@ -84,26 +72,22 @@ def test_what_models_say_is_escaped(tmp_path):
     trials = [make_trial(SOLUTION, p=p, trial=i, **said) for p in (0.0, 0.3) for i in (1, 2)]
     trials += [make_trial([0, 1, 2] * 4, budget=12, p=0.0, trial=3, claims=[None, "moved"], **said)]
     found = found_in(tmp_path, small_study([said["agent"]], (0.0, 0.3), 1, 3), trials)
-    text = page_of("report", found)
+    text = page_of(found)
     page = Page(text)
     assert page.tags.count("script") == 2
-    assert page.tags.count("b") == 3  # the three numbers
     assert not [load for load in page.loads if "evil" in load]
-    for name in ("details", "claims"):
-        other = Page(page_of(name, found))
-        assert not {"script", "b", "img"} & {*other.tags}
-        assert not [load for load in other.loads if "evil" in load]
-    assert "&lt;script&gt;" in page_of("details", found)
+    assert "img" not in page.tags
+    assert "&lt;script&gt;" in text
+    assert "<b>x</b>" not in text
 
 
 def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
     name = "llm:evil/\u202ea\u2066b\nc\x1bd"
     trials = [make_trial(SOLUTION, p=p, hypothesis=name, agent=name, facts={"model": name}) for p in (0.0, 0.3)]
     found = found_in(tmp_path, small_study([name], (0.0, 0.3), 1, 1), trials)
-    for page in ("report", "details", "claims"):
-        text = page_of(page, found)
-        assert "llm:evil/?a?b c?d" in text
-        assert all(line.isprintable() for line in text.split("\n"))
+    text = page_of(found)
+    assert "llm:evil/?a?b c?d" in text
+    assert all(line.isprintable() for line in text.split("\n"))
     assert found.cells[0].agent == name
 
 
@@ -112,7 +96,7 @@ def test_a_partial_study_says_so_and_names_what_broke(tmp_path):
     broken = make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model")
     found = found_in(tmp_path, study, [*play_study(study)[:5], broken])
     assert (found.progress.planned, found.progress.finished, found.progress.partial) == (24, 5, True)
-    text = page_of("report", found)
+    text = page_of(found)
     assert "Partial: 5 of 24 trials." in text
     assert "it broke" in text
 
@@ -122,24 +106,23 @@ def test_only_errors_can_be_reported(tmp_path):
     found = found_in(tmp_path, small_study(["random"]), [broken])
     (cell,) = found.cells
     assert (cell.trials, cell.get("success"), cell.value("broken", "model")) == (0, None, 1)
-    assert "it broke" in page_of("report", found)
+    assert "it broke" in page_of(found)
 
 
-def test_what_could_not_be_made_is_named_at_the_top_of_every_page(found):
+def test_what_could_not_be_made_is_named_at_the_top(found):
     failed = found.changed(sections_left_out=(LeftOut(section="Loops", reason="ValueError: no"),))
-    for name in ALWAYS:
-        assert "<li>Loops (ValueError: no)</li>" in page_of(name, failed)
-        assert "Left out, because" not in page_of(name, found)
+    assert "<li>Loops (ValueError: no)</li>" in page_of(failed)
+    assert "Left out, because" not in page_of(found)
 
 
 def test_a_page_without_its_first_screen_or_its_frame_says_so(found, monkeypatch):
     without = found.changed(findings=tuple(one for one in found.findings if one.section != "overview"))
-    text = page_of("report", without)
+    text = page_of(without)
     assert "The first screen could not be written" in text
     assert 'id="limits"' in text
-    monkeypatch.setattr(pages, "parts_of", lambda *asked: 1 / 0)
+    monkeypatch.setattr(made, "parts_of", lambda *asked: 1 / 0)
     with leaving_out():
-        assert "This page could not be written" in page_of("report", found)
+        assert "This page could not be written" in page_of(found)
 
 
 @pytest.fixture(scope="module")
@@ -155,14 +138,14 @@ def reported(tmp_path_factory):
 
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
-    assert {f"{name}.html" for name in ALWAYS} | {"results.json", "tables/conditions.csv", "figures/fig4.svg"} <= names
+    assert {"report.html", "results.json", "tables/conditions.csv", "figures/fig4.svg"} <= names
     assert not [name for name in names if "draft" in name]
-    assert "why.html" not in names
+    assert [name for name in names if name.endswith(".html")] == ["report.html"]
 
 
 def test_figures_that_are_no_longer_drawn_go(reported):
     figures = {path.name for path in (reported / "figures").iterdir()}
-    assert {"own.png", "fig4.txt", "overview.svg", "box.png"} <= figures
+    assert {"own.png", "fig4.txt", "fig4.svg", "box.png"} <= figures
     assert not {"people.png", "people.svg"} & figures
 
 

@@ -1,4 +1,4 @@
-"""Pages are short, lead to their details, and are written alike: p is no letter of two meanings, captions are short."""
+"""The page says one thing first, and is written alike: p is no letter of two meanings, captions are short."""
 
 import re
 from html import unescape
@@ -10,9 +10,9 @@ from captions import captions, too_long
 from page_parts import part
 from page_text import page_text
 
-from lockprobe.report.pages import parts_of
+from lockprobe.report.page import parts_of
 from lockprobe.report.rows import Results
-from lockprobe.report.section import Detail, Figure, Table, nested
+from lockprobe.report.section import Figure, Table, nested
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
 
@@ -22,7 +22,6 @@ MANY = {
     "condition": ["nudge", "drop?p=0.5", "nudge + flip?p=0.4", *(f"flip?p={p}&others=kept" for p in (0.2, 0.4))],
     "sweep": "tremble?p=0.1,0.3",
 }
-PAGES = ("report", "details", "claims")
 
 
 def many_agents(modal):
@@ -56,52 +55,36 @@ def modalities(modal):
 
 @pytest.fixture(scope="module", params=[many_agents, a_subject, people, modalities])
 def written(request, tmp_path_factory, modal):
-    """The results of a study and its pages."""
+    """The results of a study and its page."""
     directory = write_study(tmp_path_factory.mktemp("pages") / "study", *request.param(modal))
     write_report(directory)
     found = Results.model_validate_json((directory / "results.json").read_bytes())
-    return found, {name: (directory / f"{name}.html").read_text("utf-8") for name in PAGES}
+    return found, (directory / "report.html").read_text("utf-8")
 
 
-def details_of(found):
-    """Every detail of the report, with its part."""
-    return [(of, one) for of in parts_of(found, "report") for one in nested(of.blocks) if isinstance(one, Detail)]
+def test_at_most_700_words_stand_before_something_is_unfolded(written):
+    _, page = written
+    assert 100 < len(" ".join(page_text(folded(page))).split()) <= 700
 
 
-def test_a_report_has_at_most_5_000_words_when_all_is_unfolded(written):
-    _, pages = written
-    assert 300 < len(" ".join(page_text(pages["report"])).split()) <= 5_000
+def folded(page):
+    """The page without what is folded away: of every part its heading and its answer."""
+    while (
+        inner := re.sub(
+            r"(?s)<details[^>]*>\s*<summary>((?:(?!<details).)*?)</summary>(?:(?!<details).)*?</details>", r"\1", page
+        )
+    ) != page:
+        page = inner
+    return page
 
 
-def test_every_detail_has_a_link_and_its_heading_in_the_same_part_of_the_details(written):
-    found, pages = written
-    own = details_of(found)
-    assert len(own) > 5
-    for of, one in own:
-        links = [unescape(text) for text in re.findall(rf'<a href="details.html#{of.name}">(.*?)</a>', pages["report"])]
-        assert links.count(one.summary) == 1, one.summary
-        headings = re.findall(r"<h3>(.*?)</h3>", part(pages["details"], of.name))
-        assert one.summary in map(unescape, headings), one.summary
-        assert f"<summary>{one.summary}</summary>" not in unescape(pages["report"])
-
-
-def test_every_link_to_the_details_has_its_anchor_there_once(written):
-    _, pages = written
-    links = {link for name in ("report", "claims") for link in re.findall(r'details\.html#([^"]*)"', pages[name])}
-    assert links
-    assert all(pages["details"].count(f'id="{link}"') == 1 for link in links)
-    assert "details.html#" not in pages["details"]
-
-
-def test_a_table_or_figure_stands_on_one_page_alone(written):
+def test_a_table_or_figure_stands_on_the_page_once(written):
     found, _ = written
-    blocks = [block for of in parts_of(found, "report") for block in of.blocks]
-    shown = {(one.block, one.name) for one in blocks if isinstance(one, Table | Figure)}
-    details = [block for of in parts_of(found, "details") for block in nested(of.blocks)]
-    behind = {(one.block, one.name) for one in details if isinstance(one, Table | Figure)}
-    assert shown
-    assert behind
-    assert shown & behind == set()
+    shown = [
+        (one.block, one.name) for of in parts_of(found) for one in nested(of.blocks) if isinstance(one, Table | Figure)
+    ]
+    assert len(shown) > 5
+    assert len(shown) == len({*shown})
 
 
 no_conditions = pytest.mark.parametrize("written", [a_subject, people, modalities], indirect=True)
@@ -115,40 +98,33 @@ def words(page):
 
 
 @no_conditions
-@pytest.mark.parametrize("name", PAGES)
-def test_a_flip_rate_is_written_out_and_the_p_of_a_p_value_is_a_capital(written, name):
-    _, pages = written
-    page = words(pages[name]).replace("lip rate <i>p</i>", "lip rate").replace("p-value", "")
+def test_a_flip_rate_is_written_out_and_the_p_of_a_p_value_is_a_capital(written):
+    _, whole = written
+    page = words(whole).replace("lip rate <i>p</i>", "lip rate").replace("p-value", "")
     assert not re.findall(r".{0,40}(?<!-)\bp\b(?!-).{0,40}", page)
     assert not re.findall(r"[^>]\bP\b [=<] ", page)  # in italics wherever it has a value
-    assert re.search(r"<i>P</i> (=|&lt;) [01]", pages["report"] + pages["claims"])
+    assert re.search(r"<i>P</i> (=|&lt;) [01]", whole)
 
 
 @no_conditions
 def test_a_test_that_does_not_reject_says_not_detected_and_no_number_has_a_star(written):
-    _, pages = written
-    page, details = pages["report"], pages["details"]
-    cells = re.findall(r"<td[^>]*>(.*?)</td>", part(details, "hypothesis_tests"))
+    _, page = written
+    tests = part(page, "hypothesis_tests")
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", tests.partition('<table class="tests">')[2])
     says = [re.sub("<[^>]*>", "", cell.partition("<br>")[0]) for cell in cells[4::5]]
     assert set(says) <= {"yes", "not valid (rejects)", "not detected", "\N{EN DASH}"}
     assert ("not detected" in says) == bool(says)
-    overview = re.findall(r"<td(?! class=\"who\")[^>]*>(.*?)</td>", part(page, "hypothesis_tests"))
-    concluded = [re.sub(r" \([^()]*\)", "", cell) for cell in overview]
-    assert set(concluded) <= {"detected", "not detected", "\N{EN DASH}"}
-    assert ("not detected" in concluded) == ("not detected" in says)
-    assert not re.search(r"\d ?\*", words(page) + words(details))
+    assert not re.search(r"\d ?\*", words(page))
 
 
 @no_conditions
-@pytest.mark.parametrize("name", PAGES)
-def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_computed(written, name):
-    found, pages = written
-    page, plain = pages[name], found.plain()
+def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_computed(written):
+    found, page = written
+    plain = found.plain()
     assert too_long(page, plain) == []
     shown = captions(page, plain)
-    assert len(shown) > {"report": 20, "details": 8, "claims": 2}[name]
+    assert len(shown) > 20
     assert any(computed for _, computed in shown)
-    assert name in {"details", "claims"} or "How is this computed?" in page
 
 
 def test_the_documentation_writes_flip_rates_out():

@@ -6,7 +6,7 @@ import numpy as np
 from builders import modality_study, small_study, write_study
 from reported import found_in
 
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
 from lockprobe.report.write import write_report
@@ -32,20 +32,20 @@ def test_pictures_are_shown_with_what_was_told_and_without_their_files_the_page_
     tmp_path, modal, picture_names
 ):
     found = found_in(tmp_path, modality_study(trials=2), [trial for trial in modal if trial.trial <= 2])
-    page = page_of("report", found, photographs={name: f"data:{name}" for name in picture_names})
+    page = page_of(found, photographs={name: f"data:{name}" for name in picture_names})
     assert page.count("Told: “”") == 4
     assert page.count("<img src=") == 6
     assert f'<img src="data:{picture_names[2]}" alt="The box before the first step">' in page
     assert "After step 1: revolute-left did not move." in page
     assert "No pictures are shown" not in page
-    without = page_of("report", found)
+    without = page_of(found)
     assert "No pictures are shown: the files, or the package pillow, are missing." in without
 
 
 def test_nothing_is_said_where_no_agent_saw_pictures(tmp_path):
     found = found_in(tmp_path, small_study(["random"], (0.0,), 1, 2))
-    assert '<details class="section" id="seen">' not in page_of("report", found)
-    assert "With pictures" not in page_of("details", found)
+    assert '<details class="section" id="seen">' not in page_of(found)
+    assert "With pictures" not in page_of(found)
 
 
 def saw(*files):

@@ -468,7 +468,8 @@ def with_report(reported, made_again, tmp_path, monkeypatch):
 def another_digit(path):
     """Change one digit of the visible text of a file."""
     text = path.read_text("utf-8")
-    place = next(i for i in range(len(text) // 2, len(text)) if text[i] in "12345678" and text[i - 1] in " >;,")
+    start = text.index("<h1") if path.suffix == ".html" else len(text) // 2
+    place = next(i for i in range(start, len(text)) if text[i] in "12345678" and text[i - 1] in " >;,")
     path.write_text(text[:place] + str(int(text[place]) + 1) + text[place + 1 :], "utf-8")
 
 
@@ -480,7 +481,7 @@ def another_pixel(path):
 
 @pytest.mark.parametrize(
     "name",
-    ["report.html", "claims.html", "tables/conditions.csv", "figures/fig4.svg"],
+    ["report.html", "tables/conditions.csv", "figures/fig4.svg"],
 )
 def test_an_edited_page_table_or_drawing_is_named(with_report, name):
     assert failing(with_report) == {}

@@ -156,7 +156,7 @@ def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page(monkeypatch, dire
     text = write_report(directory).read_text("utf-8")
     assert f"Figure box (RuntimeError: {SAID})" in text
     assert not (directory / "figures" / "box.svg").exists()
-    assert (directory / "figures" / "overview.svg").exists()
+    assert (directory / "figures" / "fig4.svg").exists()
 
 
 def test_no_answer_stands_where_its_numbers_are_missing(monkeypatch, directory):
@@ -171,7 +171,7 @@ def test_no_answer_stands_where_its_numbers_are_missing(monkeypatch, directory):
 def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, capsys):
     real = report_files.explorer_data
     monkeypatch.setattr(
-        report_files, "explorer_data", lambda trials, box: real(trials, box) if not trials else broken()
+        report_files, "explorer_data", lambda trials, box, **of: real(trials, box) if not trials else broken()
     )
     report([directory])
     said = capsys.readouterr().out.splitlines()[0]

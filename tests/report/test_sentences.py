@@ -7,7 +7,7 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 from why_answers import answer
 
 from lockprobe.boxes.families import box
-from lockprobe.report.pages import parts_of
+from lockprobe.report.page import parts_of
 from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.branch import branch_said, found_said
 from lockprobe.report.prose.first_screen import flips_answer
@@ -164,7 +164,7 @@ def test_misread_claims_are_pooled_as_in_the_tables():
 def test_every_folded_heading_says_something_even_where_nothing_was_solved_or_tested(tmp_path, agents):
     planned = study("flips", agent=agents, p=[0], trials=1, repetitions=1, max_steps=3)
     found = results(write_study(tmp_path / "study", planned))
-    parts = {part.heading: part.answer for part in parts_of(found, "report") if part.name not in ("overview", "trials")}
+    parts = {part.heading: part.answer for part in parts_of(found) if part.name not in ("overview", "trials")}
     assert {"Hypothesis tests", "Action loops", "Speed"} <= parts.keys()
     assert [heading for heading, answer in parts.items() if not answer] == []
 

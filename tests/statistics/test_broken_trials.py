@@ -16,7 +16,7 @@ from reported import found_in
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.prose.success import finding
 from lockprobe.report.results import results
 from lockprobe.report.sections.broken import BEFORE
@@ -326,7 +326,7 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     assert (share.count, share.n) == (6, 6)
     assert share.low <= 6 / 18 <= 0.393 <= share.high
     assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
-    said = part(page_of("report", found), "broken")
+    said = part(page_of(found), "broken")
     assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
     assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
     told = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
@@ -348,7 +348,7 @@ def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path)
     late, early = (found.one("success_difference", agent="llm:a", of=of) for of in ("", BEFORE))
     assert (late.p_value, late.detected) == (1.0, False)
     assert (early.value, early.n, early.detected) == (0.6, 20, True)
-    said = part(page_of("report", found), "broken")
+    said = part(page_of(found), "broken")
     assert "By then 80 % were solved at a flip rate of 0.4 and 20 % when told the truth (+60 points, " in said
 
 

@@ -17,8 +17,7 @@ from lockprobe.studies.file_names import (
 from lockprobe.studies.records.picture_store import ALBUM
 
 _OF_STUDY = {
-    *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json"),
-    *("report.html", "details.html", "claims.html", "why.html", "forks.html"),
+    *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json", "report.html"),
     *(ALBUM, PEOPLE_DIRECTORY, "forks"),
 }
 """What a study keeps in its directory."""

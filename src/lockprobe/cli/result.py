@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import count, takewhile
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -16,6 +14,7 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
+    from lockprobe.report.rows.primary import Line
 
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
@@ -49,23 +48,14 @@ def read_result(directory: Path) -> Results | None:
 
 
 def result_lines(found: Results, directory: Path) -> list[str]:
-    """The answer, also of every other agent, a line for each number of every agent, and the next commands."""
-    agents: dict[str, list[str]] = {}
-    for row in _key_numbers(found) if not _all_broken(found) else ():
-        lines = agents.setdefault(row["agent"], [])
-        for said in (f"{row['success']} {row['where']}", f"{row.get('change', '')} {row.get('against', '')}"):
-            if said.strip() and said not in lines:
-                lines.append(said)
-    wide = max(map(len, agents), default=0)
-    numbers = [
-        f"  {agent if first else '':{wide}}  {line}"
-        for agent, lines in agents.items()
-        for first, line in zip([True, *[False] * len(lines)], lines, strict=False)
-    ]
-    if more := found.facts_about("first screen").get("more", ""):
-        numbers.append(f"  {more}")
-    broke = [f"  {text}" for text in _broke(found)]
-    numbers += broke[:_LINES] + [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
+    """The answer, a line for every agent, and the next commands."""
+    from lockprobe.report.answer_list import known_of_broken, said_lines
+    from lockprobe.report.rows.primary import primary_lines
+
+    lines = [] if _all_broken(found) else primary_lines(found)
+    broke = [f"{agent}: {said}" for agent, said in known_of_broken(found)]
+    numbers = [f"  {line}" for line in (*said_lines(lines), *broke[:_LINES])]
+    numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
     steps = _next(found, directory)
     widest = max((len(one.command) for one in steps), default=0)
     following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
@@ -74,35 +64,31 @@ def result_lines(found: Results, directory: Path) -> list[str]:
 
 
 def result_facts(found: Results, directory: Path) -> dict[str, object]:
-    """The same for programs; numbers are text, as on the page, and rows of ``results.json`` hold them as numbers."""
+    """The same for programs."""
+    from lockprobe.report.answer_list import known_of_broken
+    from lockprobe.report.rows.primary import primary_lines
+
     return {
         "answer": found.answer,
         "answers": _answers(found),
-        "numbers": list(_key_numbers(found)),
-        "broke": _broke(found),
+        "agents": [] if _all_broken(found) else [_plain(line) for line in primary_lines(found)],
+        "broke": [f"{agent}: {said}" for agent, said in known_of_broken(found)],
         "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
     }
 
 
 def _answers(found: Results) -> list[str]:
-    """The answer, and the verdicts on other agents of a study of why, whose answer is of the first one."""
+    """The answer, and the verdicts on agents of a study of why that it does not name."""
     verdicts = [one.text for one in found.findings if (one.section, one.kind) == ("why", "verdict")]
     return [found.answer, *(said for said in verdicts if said not in found.answer)]
 
 
-def _broke(found: Results) -> list[str]:
-    """What is known of trials that broke, of every agent: under its first condition, and by an early step."""
-    kinds = ("known", "long", "earlier")
-    return [
-        f"{found.label(one.agent, one.modality)}: {one.text}"
-        for one in found.findings
-        if one.section == "broken" and one.kind in kinds and one.agent in found.subjects
-    ]
-
-
-def _key_numbers(found: Results) -> Iterator[Mapping[str, str]]:
-    """The key numbers of the first screen, agent by agent."""
-    return takewhile(bool, (found.facts_about(f"first screen {i}") for i in count(1)))
+def _plain(line: Line) -> dict[str, object]:
+    """The line of an agent for programs: shares and their difference as numbers."""
+    size = ("value", "low", "high", "n", "p_value")
+    rows = {"first": line.first, "second": line.second, "change": line.change}
+    numbers = {of: {name: getattr(row, name) for name in size} for of, row in rows.items() if row}
+    return {"agent": line.label, "control": line.control, "under": line.under, **numbers, "verdict": line.verdict}
 
 
 def _next(found: Results, directory: Path) -> list[_Step]:
@@ -111,7 +97,7 @@ def _next(found: Results, directory: Path) -> list[_Step]:
         return [again]
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
     where, steps = quote(str(directory)), []
-    if trial := next((one.key for one in found.exhibits if one.section == "trials"), ""):
+    if trial := found.fact("trials", "first"):
         steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
     if untested := _UNTESTED.search(said.get("untested", "")):
         played = any(one.doses.get("flip.keep", 0) > 0 for one in found.design.conditions)

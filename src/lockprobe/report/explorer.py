@@ -1,4 +1,4 @@
-"""The trial explorer of a page: trials of a study as compact data, and the script that steps through them.
+"""The trials that a page steps through, as compact data.
 
 Of a large study it holds a sample: the first trials of every agent under every condition, so that each stands beside
 the trials of equal luck.
@@ -9,21 +9,18 @@ page's content policy. What agents wrote is shown as text and never as markup.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 import re
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib.resources import files
 from itertools import accumulate
+from types import MappingProxyType
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.examples import loop_letters
-from lockprobe.trial.record import Step, Trial
+from lockprobe.statistics.loops import cover
+from lockprobe.trial.record import Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
 
 _WORDS = 160
@@ -33,43 +30,44 @@ _ALL_WORDS = 600_000
 """Characters of all such texts; beyond it, the explorer shows none."""
 
 
-@cache
-def script() -> str:
-    """The program of the explorer."""
-    return files("lockprobe.report").joinpath("templates/explorer.js").read_text(encoding="utf-8")
+_STEPS = 60_000
+"""Steps of trials that a page holds, about 0.6 MB; of more, it holds a sample."""
 
 
-@cache
-def script_hash() -> str:
-    """Its hash as a source of a content security policy."""
-    return f"sha256-{base64.b64encode(hashlib.sha256(script().encode()).digest()).decode()}"
-
-
-_STEPS = 80_000
-"""Steps of trials that a page holds, about 3 MB; of more, it holds a sample."""
-
-
-def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
+def explorer_data(
+    trials: Sequence[Trial],
+    box: Mapping[str, Any],
+    *,
+    budget: int = 0,
+    start: tuple[str, ...] = (),
+    called: Mapping[str, str] = MappingProxyType({}),
+) -> str:
     """The trials as JSON that may stand within a script element: it holds no ``<``.
 
     Args:
         trials: Those of a study; broken ones are left out, and of many, those of later blocks.
-        box: The box as in the settings of the study.
+        box: The box as in the settings of the study; its joints have the letters from A on, in its order.
+        budget: Steps of a trial.
+        called: Condition -> what a reader calls it.
+        start: Agent, modality, and the two conditions that the page shows first; empty for the first ones.
     """
     ended = [trial for trial in trials if trial.ending != "error"]
     shown = _sample(ended)
     agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
     several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
-    names = list(dict.fromkeys(joint for trial in shown for joint in trial.joints))
-    kinds = {joint.get("name"): joint.get("kind") for joint in box.get("joints", [])}
+    own = [joint.get("name") for joint in box.get("joints", [])]
+    names = list(dict.fromkeys([*own, *(joint for trial in shown for joint in trial.joints)]))
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
+    start = start if set(start[2:]) <= {*conditions} else ()
+    first = [(agents.index(one), *map(conditions.index, start[2:])) for one in agents if one == start[:2]]
     data = {
         "agents": [_text(f"{agent}, {modality}" if several else agent) for agent, modality in agents],
-        "conditions": [_text(condition) for condition in conditions],
-        "joints": [_text(name) for name in names],
-        "turning": [int(kinds.get(name) == "revolute") for name in names],
+        "conditions": [_text(called.get(condition, condition)) for condition in conditions],
+        "joints": [_text(str(name)) for name in names],
+        **({"budget": budget} if budget else {}),
+        **({"start": first[0]} if first else {}),
         "trials": [
             {
                 "a": agents.index((trial.group, trial.modality)),
@@ -107,22 +105,26 @@ def _text(said: str) -> str:
 
 
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:
-    """What happened in a trial: joints by their index in ``names``, bit strings in its panel order."""
-    steps, after = trial.steps, _after(trial)
+    """What happened in a trial, a character a step: letters of joints, 1 for moved, 0 for blocked, - for nothing.
+
+    Reports that are true and claims that repeat the report are left out.
+    """
+    steps = trial.steps
+    letters = {name: chr(ord("A") + i) for i, name in enumerate(names)}
     said = [_text(step.decision.hypothesis[:_WORDS]) for step in steps] if words else []
-    chosen = [-1 if step.chosen is None else names.index(step.chosen) for step in steps]
+    chosen = "".join("-" if step.chosen is None else letters[step.chosen] for step in steps)
+    moved = "".join(str(int(step.moved)) for step in steps)
+    told = "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps)
+    claims = "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps)
+    loops = _loop_letters(trial.actions)
     return {
-        "goal": names.index(trial.target),
         "solved": int(trial.solved),
-        "panel": [names.index(joint) for joint in trial.joints],
-        "did": [names.index(step.joint) for step in steps],
-        "moved": "".join(str(int(step.moved)) for step in steps),
-        "told": "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps),
-        "state": [*(step.state for step in steps), *after[-1:]],
-        "shown": [_told_state(step, state) for step, state in zip(steps, after, strict=True)],
-        "said": "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps),
-        "loop": loop_letters(trial.actions),
-        **({"chosen": chosen} if any(one >= 0 for one in chosen) else {}),
+        "did": "".join(letters[step.joint] for step in steps),
+        "moved": moved,
+        **({"told": told} if told != moved else {}),
+        **({"said": claims} if claims[1:] != told[:-1] else {}),
+        **({"loop": loops} if loops.strip() else {}),
+        **({"chosen": chosen} if chosen.strip("-") else {}),
         **({"words": said} if any(said) else {}),
         **_sensed(trial),
     }
@@ -140,18 +142,14 @@ def _sensed(trial: Trial) -> dict[str, str]:
     return found | ({"source": source.of} if found and source is not None else {})
 
 
-def _after(trial: Trial) -> list[str]:
-    """The true configuration after each step; after the last one it follows from its outcome."""
-    later = [step.state for step in trial.steps[1:]]
-    for step in trial.steps[-1:]:
-        place = trial.joints.index(step.joint)
-        bit = str(int(step.state[place] == "0")) if step.moved else step.state[place]
-        later.append(step.state[:place] + bit + step.state[place + 1 :])
-    return later
+def _loop_letters(actions: tuple[str, ...]) -> str:
+    """A character for each step: within an action loop the letter of what is repeated, elsewhere a blank.
 
-
-def _told_state(step: Step, after: str) -> str:
-    """The configuration as told or pictured, or nothing where none was."""
-    if step.told_state is not None:
-        return "" if step.told_state == after else step.told_state
-    return "" if step.pictures else "-"
+    >>> _loop_letters(tuple("ABCABCABCD"))
+    'aaaaaaaaa '
+    """
+    marks, letters = [" "] * len(actions), dict[tuple[str, ...], str]()
+    for start, length in cover(actions).intervals:
+        letter = letters.setdefault(actions[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(letters) % 26])
+        marks[start : start + length] = letter * length
+    return "".join(marks)

@@ -6,6 +6,7 @@ import re
 from functools import cache, lru_cache
 from typing import Any
 
+from lockprobe.foundation.formatting import p_cell, points
 from lockprobe.foundation.terminal_text import printable
 
 _SHORT = 12
@@ -35,7 +36,7 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"breakable": _breakable, "specs": _specs}
+    environment.filters |= {"breakable": _breakable, "specs": _specs, "points": points, "p": p_cell}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 

@@ -1,4 +1,4 @@
-"""Every file that a report writes: numbers, figures, tables, and self-contained pages.
+"""Every file that a report writes: numbers, figures, tables, and one self-contained page.
 
 Tables, figures and pages are made from what ``results.json`` holds and from nothing else; the trial explorer and the
 pictures that agents saw come from the records. Equal records give equal files.
@@ -18,9 +18,10 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.pages import PAGES, figures_of, page_of, parts_of, tables_of
+from lockprobe.report.page import figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
+from lockprobe.report.rows.primary import condition_words, primary_lines
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.section import Caption, Figure
 from lockprobe.report.sections import all_sections
@@ -91,10 +92,10 @@ def report_files(
         tell("drawing the figures")
         of = partial(_make, found)  # one value, which other processes are sent once
         parts = _parts(opened, found, partial(collecting(each), of))
-        files = list(_files(found, parts, partial(collecting(each), of)))
+        files = list(_files(found, parts))
         if failed:  # pages and results name what is not in them
             found = with_left_out(found, failed)
-            files = list(_files(found, replace(parts, texts=_texts(found)), partial(map, partial(_make, found))))
+            files = list(_files(found, replace(parts, texts=_texts(found))))
     for one in failed:
         left_out(one)
     yield from files
@@ -105,7 +106,11 @@ def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
     box, figures = opened.settings.get("box", {}), _figures(found)
     made: Iterable[_Made] = (
         lambda found: section(
-            "Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box)
+            "Trial explorer",
+            lambda: explorer_data(
+                opened.trials, box, budget=opened.study.max_steps, start=_start(found), called=condition_words(found)
+            ),
+            lambda: explorer_data((), box),
         ),
         _texts,
         *figures.values(),
@@ -119,6 +124,14 @@ def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
     )
 
 
+def _start(found: Results) -> tuple[str, ...]:
+    """Agent, modality and conditions of the first trials on the page: those of the first effect that was detected."""
+    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
+    for line in sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]:
+        return line.agent, line.modality, *line.conditions
+    return ()
+
+
 def _make(found: Results, made: _Made) -> Any:
     return made(found)
 
@@ -126,7 +139,7 @@ def _make(found: Results, made: _Made) -> Any:
 def _figures(found: Results) -> dict[str, _Made]:
     """The figures that pages and sections show, by name."""
     asked: dict[str, _Made] = {}
-    shown = [figure for page in PAGES for figure in figures_of(parts_of(found, page))]
+    shown = figures_of(parts_of(found))
     for figure in (*shown, *(figure for one in all_sections() for figure in one.figures)):
         if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, found), bool):
             asked[figure.name] = partial(_draw, _alone(figure))
@@ -168,7 +181,7 @@ def made_figure(found: Results, figure: Figure) -> Any:
     return getattr(import_module(module), function)(found, *figure.arguments)
 
 
-def _files(found: Results, parts: _Parts, make: _MakeAll) -> Iterator[File]:
+def _files(found: Results, parts: _Parts) -> Iterator[File]:
     yield from parts.texts
     for name, figure in parts.drawn.items():
         for form, picture in figure.files.items():
@@ -177,22 +190,7 @@ def _files(found: Results, parts: _Parts, make: _MakeAll) -> Iterator[File]:
         for form in _FORMS:
             yield f"figures/{name}.{form}", None
     images = {name: figure.image for name, figure in parts.drawn.items()}
-    longest_first = PAGES[::-1]
-    made = make(partial(_page, page, images, parts.photographs, parts.trials) for page in longest_first)
-    pages = dict(zip(longest_first, made, strict=True))
-    yield from ((f"{page}.html", pages[page]) for page in PAGES)
-
-
-def _page(
-    page: str, images: Mapping[str, Image], photographs: Mapping[str, str], trials: str, found: Results
-) -> str | None:
-    """A page; None if there is nothing to show on it."""
-    shown = page in _ALWAYS or parts_of(found, page)
-    return page_of(page, found, images, photographs, trials) if shown else None
-
-
-_ALWAYS = ("claims", "report")
-"""Pages that every report has."""
+    yield "report.html", page_of(found, images, parts.photographs, parts.trials)
 
 
 def _texts(found: Results) -> list[File]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Exhibit, Results, Row
+from lockprobe.report.rows import Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
 
 
@@ -108,7 +108,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """Blocks of ``details.html``: long tables and further figures. The report has a link in their place."""
+    """Blocks that open in place within a part: long tables and further figures."""
 
     block: ClassVar[str] = "detail"
     summary: str
@@ -121,15 +121,6 @@ class Listed:
 
     block: ClassVar[str] = "listed"
     items: Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
-class Steps:
-    """A trial, step by step: as a table, or as a strip of pictures of the panel."""
-
-    block: ClassVar[str] = "steps"
-    trial: Exhibit
-    strip: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +142,7 @@ class Template:
     values: dict[str, object] = field(default_factory=dict)
 
 
-Block = Text | Heading | Note | Cells | Table | Figure | Detail | Listed | Steps | Picture | Template
+Block = Text | Heading | Note | Cells | Table | Figure | Detail | Listed | Picture | Template
 """What a page is made of."""
 
 
@@ -190,7 +181,6 @@ class Section:
         show: Makes its parts of the page from all rows; none where it does not apply.
         tables: Its tables. Those that ``show`` leaves out are written too.
         figures: Its figures. Those that ``show`` gives are drawn.
-        page: The page that shows it; the :class:`Detail` of the report is in ``details.html``.
     """
 
     name: str
@@ -199,4 +189,3 @@ class Section:
     show: Callable[[Results], Iterable[Part]] = lambda found: ()
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
-    page: str = "report"

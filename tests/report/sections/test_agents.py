@@ -5,7 +5,7 @@ from dataclasses import replace
 from builders import make_trial, play_study, small_study
 from reported import found_in
 
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.trial.record import TrialError
 
 
@@ -25,7 +25,7 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     tidied = found.where("tidied_replies")
     assert [(row.of, row.count) for row in tidied] == [("", 1), ("a code fence", 1), ("text around the object", 1)]
     assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
-    details, page = page_of("details", found), page_of("report", found)
+    details, page = page_of(found), page_of(found)
     assert [(row.agent, row.count, row.n) for row in found.where("replies_asked_again")] == [("random", 2, 3)]
     assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
     assert "They were tidied, and count as all others do." in details
@@ -47,7 +47,7 @@ def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tm
     rows = [(row.agent, row.of, row.value) for row in found.where("broken", condition="")]
     assert rows == [("llm:a", "model", 1), ("llm:a", "reply", 2), ("llm:b", "model", 1)]
     assert found.facts_about("llm:a, broken at reply") == {"first message": "<i>1</i>", "will be replayed": "yes"}
-    page = page_of("report", found)
+    page = page_of(found)
     assert "4 trials; shares and differences hold whatever became of them." in page
     assert '<td>reply</td><td>2</td><td class="long">&lt;i&gt;1&lt;/i&gt;</td><td>yes</td>' in page
 
@@ -58,4 +58,4 @@ def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
     found = found_in(tmp_path, replace(small_study(["llm:a"], (0.0,), 1, 10), max_steps=1), trials)
     said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
     assert found.facts_about("llm:a") == said
-    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of("details", found)
+    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of(found)

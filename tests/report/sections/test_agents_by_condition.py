@@ -6,7 +6,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.report.figures.differences import by_condition
-from lockprobe.report.pages import tables_of
+from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.agents_by_condition import SECTIONS
 from lockprobe.studies.options.studyfile import study

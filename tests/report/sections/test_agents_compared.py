@@ -4,7 +4,7 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import agents_compared
 from lockprobe.report.study_numbers import study_numbers
@@ -69,5 +69,5 @@ def test_pairs_are_compared_and_changes_with_noise(found):
 def test_one_agent_has_nobody_beside_it(tmp_path):
     found = results(tmp_path, "llm:acme/one")
     assert found.where("played_by_one_only") == []
-    assert 'id="agents_compared"' not in page_of("report", found)
+    assert 'id="agents_compared"' not in page_of(found)
     assert table(found, "comparisons") == table(found, "interactions") == []

@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 from builders import write_study
 
-from lockprobe.report.pages import page_of, parts_of, tables_of
+from lockprobe.report.page import page_of, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -63,7 +63,7 @@ def test_what_was_crossed_has_its_interaction(lab):
     rows = lab.where("success_interaction")
     assert [row.value for row in rows] == [0, 0]  # neither agent reads words
     assert [row[1:4] for row in tables_of(lab)["crossings"][1:]] == [["nudge", "flip?p=0.6", "nudge + flip?p=0.6"]] * 2
-    assert "Interactions of interventions" in page_of("report", lab)
+    assert "Interactions of interventions" in page_of(lab)
 
 
 def test_cells_of_a_grid_are_the_counts_of_the_records(grid):
@@ -84,7 +84,7 @@ def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
     first, random = found.where("success_interaction")
     assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
     assert random.corrected_for == 2  # agents
-    assert not any(part.name == "crossings" for part in parts_of(found, "report"))
+    assert not any(part.name == "crossings" for part in parts_of(found))
     tables = tables_of(found)
     assert len(tables["grids"]) == 1 + 2 * 9
     assert [row[1] for row in tables["trends"][1:]] == [AXIS] * 2
@@ -104,7 +104,7 @@ def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
     found = found_in(tmp_path / "alone", condition=acts, **more)
     assert found.against_control() == []
-    assert not any(part.name == "effects" for part in parts_of(found, "report"))
+    assert not any(part.name == "effects" for part in parts_of(found))
     found = found_in(tmp_path / "beside", condition=[acts, "distract?p=0.3"], **more)
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
 
@@ -140,7 +140,7 @@ def test_the_page_says_which_matter(factorial):
     answer = factorial.answer_of("overview")
     assert f"{AGENT} misreads" in answer
     assert "misreading changes with flip.p=0.4 (+" in answer
-    assert "Which features matter?" in page_of("report", factorial)
+    assert "Which features matter?" in page_of(factorial)
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == [
         "factor",
         "tremble.p=0.6",

@@ -10,7 +10,7 @@ from page_parts import part
 from lockprobe.report.figures.loops import loops_by_dose
 from lockprobe.report.figures.palette import Style, colours, of_agent
 from lockprobe.report.figures.success_by_flip_rate import success_by_dose
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.results import results
 from lockprobe.report.svg import image
 from lockprobe.studies.options.studyfile import study
@@ -24,9 +24,9 @@ def found_in(directory, **asked):
     return results(write_study(directory / "study", study("flips", **asked)))
 
 
-def section(found, page="report"):
+def section(found):
     drawn = {"series-1-success": image(b"<svg />"), "series-1-loops": image(b"<svg />")}
-    return unescape(part(page_of(page, found, drawn), "doses"))
+    return unescape(part(page_of(found, drawn), "doses"))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_a_dose_is_called_by_its_name(lab):
     assert axis.doses == {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4}
     findings = [one for one in lab.findings if one.section == "doses"]
     assert {one.kind for one in findings} == {"finding", "loops"}
-    assert "Tremble p</h2>" in section(lab)
+    assert "Tremble p</h3>" in section(lab)
     said = [one.text for one in findings] + [row.note for row in lab.where("test", axis=axis.key)]
     assert any("tremble" in one for one in said)
     assert not [one for one in said if "flip" in one or "alse report" in one]
@@ -90,7 +90,7 @@ def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):
     (axis,) = found.design.axes
     assert axis.key == "tremble p, with history?last=50"
     assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]
-    assert "No test" in section(found, "details")
+    assert "No test" in section(found)
 
 
 def test_an_option_of_agents_is_a_dose(tmp_path):
@@ -102,12 +102,11 @@ def test_an_option_of_agents_is_a_dose(tmp_path):
     assert [(cell.agent, cell.dose) for cell in course.cells] == list(zip(agents, [1, 2, 3], strict=True))
     assert course.agent == READER
     assert course.get("test", "success") is not None
-    assert "Stay</h2>" in section(found)
+    assert "Stay</h3>" in section(found)
 
 
-@pytest.mark.parametrize("page", ["report", "details"])
-def test_captions_are_short(lab, page):
-    assert too_long(page_of(page, lab), lab.plain()) == []
+def test_captions_are_short(lab):
+    assert too_long(page_of(lab), lab.plain()) == []
 
 
 def test_an_option_of_an_agent_is_drawn_as_an_axis_in_the_colour_of_the_agent(tmp_path):

@@ -7,15 +7,17 @@ from builders import SOLUTION, make_trial, small_study, study_of
 from reported import found_in
 
 from lockprobe.boxes.families import box
-from lockprobe.report.pages import page_of
+from lockprobe.foundation.formatting import points
+from lockprobe.report.page import page_of
 from lockprobe.report.rows import LeftOut
+from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.sections.first_screen import without_answer
 from lockprobe.studies.options.studyfile import study
 
 
 def screen(page):
     """The text above the first part."""
-    return re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.partition("<body>")[2].partition("<nav>")[0]))
+    return re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.partition("<body>")[2].partition('id="trials"')[0]))
 
 
 def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path):
@@ -31,14 +33,16 @@ def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path)
     row = found.one("clearest_success_difference")
     assert row.low > 0
     assert row.p_value > 0.05
-    explained = "A change whose interval excludes 0 is detected only if its test rejects, too."
-    assert found.fact("first screen", "undetected") == explained
-    assert explained in screen(page_of("report", found))
+    (line,) = primary_lines(found)
+    assert line.verdict == "not detected"
+    top = screen(page_of(found))
+    assert "A change whose interval excludes 0 is detected only if its test rejects, too." in top
+    assert "No effect of false reports on the success of llm:a was detected." in top
 
 
 @pytest.fixture(scope="module")
 def models(tmp_path_factory):
-    """Five models that false reports help, so that one is left out of the key numbers."""
+    """Five models that false reports help."""
     agents = [f"llm:acme/{name}" for name in "abcde"]
     trials = [
         make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, p=p, trial=i + 1)
@@ -52,35 +56,23 @@ def models(tmp_path_factory):
 
 def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     said = {one.kind: one for one in models.findings if one.section == "overview"}
-    assert [kind for kind, one in said.items() if not one.judges] == ["question", "trial", "untested"]
+    assert [kind for kind, one in said.items() if not one.judges] == ["question", "trial", "untested", "cause"]
     assert models.answer == said["answer"].text
-    assert models.facts_about("first screen 1") == {
-        "agent": "llm:acme/a",
-        "success": "30 % [11, 60]",
-        "where": "of 10 trials solved when told the truth",
-        "change": models.fact("first screen 1", "change"),
-        "against": "change from flip rate 0 to 0.4",
-    }
-    assert models.facts_about("first screen") == {
-        "figure": "overview",
-        "more": "and 1 more in the sections below",
-        "intervals": "Brackets: 95 % intervals, for one look, after all planned trials; changes: corrected for 5 agents.",
-        "undetected": "A change whose interval excludes 0 is detected only if its test rejects, too.",
-        "random agents": "39 / 69 %",
-    }
-    assert not models.facts_about("first screen 5")
-    top = screen(page_of("report", models))
-    shown = [one.text for one in said.values()]
-    shown += [fact.text for fact in models.facts if fact.about.startswith("first screen") and fact.name != "figure"]
-    assert all(one in top for one in shown)
+    top = screen(page_of(models))
+    assert all(one.text in top for one in said.values() if one.kind != "cause")
     assert "Partial" not in top
+    for line in primary_lines(models):  # every agent is in the list
+        row = models.one("clearest_success_difference", agent=line.agent)
+        assert (line.first.value, line.second.value, line.change) == (0.3, 0.9, row)
+        assert re.search(rf"{line.label} ?30 ?90[ 0-9]*\+60 ?\[\{points(row.low)}, \{points(row.high)}\]", top)
+    assert "those of changes and P hold for 5 comparisons at once" in top
 
 
 def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):
     found = found_in(tmp_path, small_study(), [])
     assert found.answer == "No trial has ended yet."
-    assert not found.facts_about("first screen")
-    assert "Partial: 0 of 48 trials." in screen(page_of("report", found))
+    assert primary_lines(found) == []
+    assert "Partial: 0 of 48 trials." in screen(page_of(found))
 
 
 @pytest.mark.parametrize("p", [(0.0, 0.4), (0.4,)])
@@ -99,7 +91,7 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
     named, _, rest = found.answer.partition(". ")
     assert named == f"All {2 * len(p)} trials of llm:a ended as an error"
     assert other in rest
-    assert (found.fact("first screen 1", "agent"), found.fact("first screen 2", "agent")) == (other, "")
+    assert [line.agent for line in primary_lines(found)] == [other]
     alone = found_in(tmp_path / "alone", planned, trials[: 2 * len(p)])
     assert alone.answer == f"{named}."
 
@@ -107,7 +99,7 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
 def test_no_answer_stands_where_its_numbers_are_missing(models):
     failed = (LeftOut(section="All numbers of trials", reason="RuntimeError"),)
     assert without_answer(models.changed(sections_left_out=failed)).answer == models.answer
-    empty = models.changed(sections_left_out=failed, facts=())
+    empty = models.changed(sections_left_out=failed).with_rows(models.findings)
     assert without_answer(empty.changed(sections_left_out=())).answer == models.answer
     for answer in (without_answer(empty).answer, without_answer(empty).answer_of("overview")):
         assert answer.startswith("The answer could not be computed")

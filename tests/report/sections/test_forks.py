@@ -1,11 +1,11 @@
-"""``forks.html`` and the effect by step: numbers of the records, and no such page without forks."""
+"""Forks: numbers of the records, and no such part of the page without forks."""
 
 from html import unescape
 
 import pytest
 from builders import write_study
 
-from lockprobe.report.pages import figures_of, page_of, parts_of, tables_of
+from lockprobe.report.page import figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
@@ -43,18 +43,13 @@ def test_rows_are_effects_of_the_forks_on_record(forked):
     assert [row.of for row in after] == [row.of for row in found.where("success_change_by_fork")]
 
 
-def test_the_page_the_table_and_the_figure_are_there(forked):
-    name, found = forked
-    page = unescape(page_of("forks", found))
+def test_the_part_the_table_and_the_figure_are_there(forked):
+    _, found = forked
+    page = unescape(page_of(found))
     assert found.said("forks", "finding")[0] in page
-    assert "<script" not in page
     assert len(tables_of(found)["forks"]) == 1 + len(found.where("success_change_by_fork"))
-    pages = ("forks", "why") if name == "why" else ("forks",)
-    assert all("forks" in {one.name for one in figures_of(parts_of(found, one))} for one in pages)
-    if name == "why":
-        (by_step,) = (part for part in parts_of(found, "why") if part.name == "steps")
-        assert by_step.answer == found.said("forks", "finding")[0]
-        assert 'href="forks.html"' in page_of("why", found)
+    (own,) = (part for part in parts_of(found) if part.name == "forks")
+    assert (own.answer, [one.name for one in figures_of([own])]) == (found.said("forks", "finding")[0], ["forks"])
 
 
 def test_forks_are_counted_in_no_number_of_the_study(forked):
@@ -66,7 +61,7 @@ def test_forks_are_counted_in_no_number_of_the_study(forked):
     )
 
 
-def test_a_study_without_forks_has_no_such_page(tmp_path):
+def test_a_study_without_forks_has_no_such_part(tmp_path):
     planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
     found = results(write_study(tmp_path / "study", planned))
-    assert parts_of(found, "forks") == tables_of(found)["forks"] == []
+    assert [part for part in parts_of(found) if part.name == "forks"] == tables_of(found)["forks"] == []

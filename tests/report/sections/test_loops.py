@@ -4,7 +4,7 @@ import pytest
 from builders import make_trial, small_study
 from reported import found_in
 
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 
 
 @pytest.fixture(scope="module")
@@ -37,4 +37,4 @@ def test_a_study_without_an_ended_trial_has_no_numbers_of_loops(tmp_path):
     broken = [make_trial([0], agent="llm:x", broken="model")]
     found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), broken)
     assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage"))
-    assert 'id="loops"' in page_of("report", found)
+    assert 'id="loops"' in page_of(found)

@@ -6,11 +6,11 @@ from page_parts import part
 from reported import found_in
 
 from lockprobe.foundation.formatting import NONE
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 
 
-def part_of(found, page="report"):
-    return part(page_of(page, found), "misinterpretations")
+def part_of(found):
+    return part(page_of(found), "misinterpretations")
 
 
 def test_table_1_is_laid_out_as_in_the_paper(tmp_path, modal):
@@ -26,7 +26,7 @@ def test_table_1_is_laid_out_as_in_the_paper(tmp_path, modal):
     ]
     assert [row[2] for row in table[1:]] == ["10, in 10 of 10 trials", "30, in 10 of 10 trials", "4, in 4 of 10 trials"]
     assert [row[0] for row in corrected[1:]] == [row[0] for row in table[1:]]
-    details = part_of(found, "details")
+    details = part_of(found)
     assert "30, in 10 of 10 trials" in details
     assert "or what the pictures showed" in details
     assert "baselines are excluded" in part_of(found)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from builders import small_study, write_study
 
 from lockprobe.boxes.families import box
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results
 
 CONTRADICTED = "On this box true reports contradict this prior"
@@ -16,7 +16,7 @@ def found_in(directory, planned):
 
 
 def part_of(found):
-    return page_of("report", found).partition('id="optimal_actions"')[2].partition('<details class="section"')[0]
+    return page_of(found).partition('id="optimal_actions"')[2].partition('<details class="section"')[0]
 
 
 def test_every_condition_is_judged(tmp_path):

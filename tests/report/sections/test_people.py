@@ -9,7 +9,7 @@ from seated import under
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import put
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
@@ -66,7 +66,7 @@ def test_people_are_one_agent_in_every_other_number(found):
 
 
 def test_the_page_says_how_many_and_what_sets_people_apart(found):
-    page = page_of("report", found)
+    page = page_of(found)
     assert page.count(f"{PLAYED} of 20 boxes for people were played; 6 are still available.") == 1
     assert "people remember earlier boxes, models do not" in page
     assert "reports as panel" in page
@@ -77,7 +77,7 @@ def test_before_anybody_came_the_report_says_so(tmp_path):
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
     assert values(found, "boxes") == {"planned": 3, "finished": 0}
     assert not found.said("people")
-    assert "0 of 3 boxes for people were played; 3 are still available." in page_of("report", found)
+    assert "0 of 3 boxes for people were played; 3 are still available." in page_of(found)
     assert tables_of(found)["people"] == tables_of(found)["people-positions"] == []
 
 
@@ -93,7 +93,7 @@ def test_a_place_that_two_people_played_is_filled_once():
 def test_without_people_nothing_is_said_of_them(tmp_path):
     found = found_in(write_study(tmp_path / "study", small_study(("random",), (0.0,), 1, 3)))
     assert not found.where("boxes")
-    assert "eople" not in page_of("report", found).split("</style>")[-1]
+    assert "eople" not in page_of(found).split("</style>")[-1]
 
 
 def test_the_page_says_who_came_to_the_end(tmp_path):
@@ -108,7 +108,7 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
     }  # fmt: skip
     assert values(found, "boxes", condition="truth") == {"given": 2, "left_open": 0}
     assert values(found, "boxes", condition="flip?p=0.4") == {"given": 2, "left_open": 1}
-    page = page_of("report", found)
+    page = page_of(found)
     assert (
         "3 people agreed to take part: 1 withdrew (their data are deleted), 1 left boxes unfinished or is still playing, "
         "1 finished all their boxes. 2 are in the analysis, with at least one finished box." in page

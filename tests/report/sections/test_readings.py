@@ -4,7 +4,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.report.figures.readings import readings as drawn
-from lockprobe.report.pages import tables_of
+from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.readings import SECTIONS
 from lockprobe.studies.options.studyfile import study

@@ -2,7 +2,7 @@
 
 from builders import make_trial, modality_study, write_study
 
-from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results
 
 TOLD = ("symbolic?source=truth", "symbolic?source=verdict", "symbolic?source=camera")
@@ -39,5 +39,5 @@ def test_every_joint_has_a_row_and_its_numbers_are_rows_of_the_results(tmp_path)
     assert (target.count, target.n, target.clusters, target.high < 0.5) == (0, 24, 8, True)
     assert found.one("wrong_verdicts").count == found.one("wrong_verdicts", of="moved for blocked").count == 24
     assert found.one("verdict_camera_agreement").count == 24
-    page = page_of("report", found)
+    page = page_of(found)
     assert "Wrong outcomes: the verdict at 24 of 48 attempts, the camera at 0 of 48 attempts." in page

@@ -3,11 +3,11 @@
 from builders import play_study, played_by_people, small_study
 from reported import found_in
 
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 
 
 def part_of(found, name):
-    return page_of("report", found).partition(f'id="{name}"')[2].partition("</details>")[0]
+    return page_of(found).partition(f'id="{name}"')[2].partition("</details>")[0]
 
 
 def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
@@ -33,7 +33,7 @@ def test_people_are_counted_apart(tmp_path):
     found = found_in(tmp_path, planned, trials)
     part = part_of(found, "design")
     assert "8 trials of 1 agent and people." in part
-    page, details = page_of("report", found), page_of("details", found)
+    page, details = page_of(found), page_of(found)
     assert "<dt>Subjects</dt><dd>people</dd>" in part
     assert "<h3><code>people</code></h3>" in details
     assert "<code>participant</code>:" not in page + details

@@ -9,7 +9,7 @@ from builders import play_study, small_study, write_study
 from page_parts import part
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.pages import page_of
+from lockprobe.report.page import page_of
 from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import BOUNDS, study_numbers
@@ -26,7 +26,7 @@ def numbers_in(directory, planned, trials=None):
 
 
 def section(found, name="success"):
-    return unescape(part(page_of("details", found, DRAWN), name))
+    return unescape(part(page_of(found, DRAWN), name))
 
 
 def broke(trial):

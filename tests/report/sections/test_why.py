@@ -1,13 +1,13 @@
-"""``why.html``: the verdict first, numbers that are those of the records, and a trial told in every arm."""
+"""Why: the verdict first, numbers that are those of the records, and a trial told in every arm."""
 
 from html import unescape
 
 import pytest
 from builders import write_study
+from page_parts import part
 
-from lockprobe.report.pages import page_of, parts_of, tables_of
+from lockprobe.report.page import page_of, parts_of, tables_of
 from lockprobe.report.results import results
-from lockprobe.report.svg import image
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import CONTRASTS
 from lockprobe.studies.options.studyfile import study
@@ -59,40 +59,20 @@ def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
     assert not any("correction" in row.family for row in found.where("success_difference"))
 
 
-def test_the_page_begins_with_the_verdicts_and_what_they_assume(told):
+def test_the_part_begins_with_the_verdicts_and_what_they_assume(told):
     _, found = told
-    page, said = unescape(page_of("why", found, {"why": image(b"<svg />")})), found.said("why", "verdict")
+    page, said = unescape(part(page_of(found), "why")), found.said("why", "verdict")
     assert len(said) == len(AGENTS)
     (assumed,) = found.said("why", "assumption")
-    assert max(map(page.index, said)) < page.index(assumed) < page.index("<figure")
-    assert "<script" not in page
+    assert max(map(page.index, said)) < page.index(assumed)
     assert found.said("why", "conclusion", agent=AGENTS[0]) == ["says, last"]
     margin = found.one("equivalence_margin", agent=AGENTS[1])
     (conclusion,) = found.said("why", "conclusion", agent=AGENTS[1])
     assert conclusion == ("no change" if margin.p_value < 0.05 else "inconclusive")
 
 
-def test_a_trial_is_told_in_every_arm_where_the_arms_part(told):
-    directory, found = told
-    by_key = {trial.key: trial for trial in load(directory)}
-    shown = [one for one in found.exhibits if one.section == "why"]  # the other agent plays alike
-    assert [(one.of, one.agent) for one in shown] == [(arm, AGENTS[0]) for arm in ARMS]
-    trials = {one.of: by_key[one.key] for one in shown}
-    assert len({(trial.repetition, trial.trial) for trial in trials.values()}) == 1
-    assert trials["truth"].solved != trials["lie"].solved
-    (at,) = {one.parted for one in shown}
-    assert len({trial.actions[:at] for trial in trials.values()}) == 1
-    words = {one.of: one.steps[at - 1].words for one in shown}
-    assert words["lie-truth"] == f"{words['lie']} Correction: {words['truth']}"
-    assert words["truth-lie"] == f"{words['truth']} Correction: {words['lie']}"
-    assert words["remark"].startswith(f"{words['truth']} Note:")
-    page = unescape(page_of("why", found))
-    assert all(f"Step {at}: {said}" in page for said in words.values())
-    assert page.count('<ol class="strip">') == page.count('<li class="parted">') == 2
-
-
-def test_other_studies_have_no_such_page(tmp_path):
+def test_other_studies_have_no_such_part(tmp_path):
     asked = {"agent": "random", "sweep": "tremble?p=0,0.2", "trials": 2, "repetitions": 1}
     found = found_in(tmp_path / "study", "flips", **asked)
-    assert parts_of(found, "why") == []
+    assert not {part.name for part in parts_of(found)} & {"why", "arms"}
     assert tables_of(found)["why"] == tables_of(found)["arms"] == []

@@ -162,7 +162,7 @@ def test_forks_that_are_newer_than_the_report_are_said_to_be(directory):
     shutil.rmtree(directory / "forks")
     check, pages = [check for check in verify(directory) if not check.holds]
     assert "values of results.json differ" in check.said
-    assert "forks.html: no file of this report" in pages.failed
+    assert "tables/forks.csv: no file of this report" in pages.failed
 
 
 def test_of_a_study_of_people_it_says_how_many_played(tmp_path):

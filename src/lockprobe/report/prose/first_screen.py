@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Literal
 
@@ -326,6 +327,12 @@ def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | 
     """
     if isinstance(one, SequentialShare):
         return one.at_level(1 - ALPHA / agents)
+    if isinstance(one, Proportion) and one.broken:  # bounds: broken trials as failed, and as solved
+        ends = [
+            proportion(count, one.n + one.broken, 1 - ALPHA / agents, "exact")
+            for count in (one.count, one.count + one.broken)
+        ]
+        return replace(one, low=ends[0].low, high=ends[1].high)
     alone = proportion(one.count, one.n)
     if (alone.low, alone.high) != (one.low, one.high):
         return one

@@ -1,14 +1,13 @@
 """What a study found, as rows: the content of ``results.json``, which tables, figures and pages read.
 
 A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is no number is a :class:`Finding` (a
-sentence), a :class:`Fact` (a property, as text) or an :class:`Exhibit` (a trial, step by step). A quantity that could
-not be measured has no row; a fact says why.
+sentence) or a :class:`Fact` (a property, as text). A quantity that could not be measured has no row; a fact says why.
 """
 
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
 from lockprobe.report.rows.results import MEASURES, NoSuchRow, Results
-from lockprobe.report.rows.row import UNITS, Curve, Estimate, Exhibit, ExhibitStep, Fact, Finding, Row
+from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Finding, Row
 
 __all__ = [
     "MEASURES",
@@ -21,8 +20,6 @@ __all__ = [
     "DoseAxis",
     "Estimate",
     "EveryLook",
-    "Exhibit",
-    "ExhibitStep",
     "Fact",
     "Finding",
     "LeftOut",

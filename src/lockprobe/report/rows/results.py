@@ -18,12 +18,12 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
 from lockprobe.report.rows.part import Part
-from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Exhibit, Fact, Finding, Row
+from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Finding, Row
 
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
 
-_KINDS = ("rows", "curves", "findings", "facts", "exhibits")
+_KINDS = ("rows", "curves", "findings", "facts")
 """The fields that hold rows."""
 
 _COLUMNS = frozenset(Estimate.model_fields)
@@ -50,7 +50,6 @@ class Results(Part):
     curves: tuple[Curve, ...] = Field(default=(), description="Every line of a figure.")
     findings: tuple[Finding, ...] = Field(default=(), description="Every sentence.")
     facts: tuple[Fact, ...] = Field(default=(), description="Properties, as text.")
-    exhibits: tuple[Exhibit, ...] = Field(default=(), description="Trials, step by step.")
     sections_left_out: tuple[LeftOut, ...] = Field(default=(), description="Sections that could not be made.")
 
     def plain(self) -> dict[str, Any]:
@@ -302,7 +301,7 @@ class Results(Part):
 
     def with_rows(self, rows: Iterable[Row], **changed: Any) -> Results:
         """The same with these rows, each among its kind."""
-        kinds: dict[type, list[Row]] = {kind: [] for kind in (Estimate, Curve, Finding, Fact, Exhibit)}
+        kinds: dict[type, list[Row]] = {kind: [] for kind in (Estimate, Curve, Finding, Fact)}
         for row in rows:
             kinds[type(row)].append(row)
         named = dict(zip(_KINDS, kinds.values(), strict=True))

@@ -1,4 +1,4 @@
-"""The kinds of rows of results: numbers, curves, sentences, properties, and trials to look at."""
+"""The kinds of rows of results: numbers, curves, sentences and properties."""
 
 from __future__ import annotations
 
@@ -137,38 +137,5 @@ class Fact(Part):
     source: str = Field(default="", description="The package that gives it; empty for Lockprobe.")
 
 
-class ExhibitStep(Part):
-    """One step of a trial that the page shows."""
-
-    step: int = Field(description="Its number, from 1.")
-    state: str = Field(description="True configuration before the step, a bit for each joint in panel order.")
-    joint: str = Field(description="The joint that was attempted.")
-    chosen: str | None = Field(default=None, description="The joint that the agent chose, if it was another.")
-    moved: bool = Field(description="Whether that joint moved.")
-    told_moved: bool | None = Field(default=None, description="The outcome that the report implied.")
-    claimed: str | None = Field(default=None, description="What the agent said of this step.")
-    misinterpreted: bool | None = Field(default=None, description="Whether that contradicts the report.")
-    loop: str = Field(default="", description="Equal letters are copies of the same action loop.")
-    again: bool = Field(default=False, description="Whether the joint was tried before in this configuration.")
-    hypothesis: str = Field(default="", description="The words of the agent about the box; often empty.")
-    words: str = Field(default="", description="The words of the report; empty where the page does not show them.")
-
-
-class Exhibit(Part):
-    """One trial, step by step, and why it is worth reading."""
-
-    section: str = Field(description="The section of the report that shows it.")
-    of: str = Field(default="", description="Which it is of several that belong together.")
-    agent: str = Field(default="", description="Name of the agent, or its spec if it has none.")
-    why: str = Field(description="Why it is shown.")
-    key: str = Field(description="Key of its record.")
-    ending: str = Field(description="How it ended: solved or budget.")
-    joints: tuple[str, ...] = Field(description="The joints of the box, in panel order.")
-    labels: tuple[str, ...] = Field(description="The labels the agent knew them by, in panel order.")
-    target: str = Field(description="The joint that has to move.")
-    parted: int | None = Field(default=None, description="The first step at which it differs from the other one.")
-    steps: tuple[ExhibitStep, ...] = Field(description="Its steps.")
-
-
-Row = Estimate | Curve | Finding | Fact | Exhibit
+Row = Estimate | Curve | Finding | Fact
 """What a section of a report gives."""

@@ -92,4 +92,4 @@ def _replies(found: Results) -> list[dict[str, Any]]:
     ]
 
 
-SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show, page="details"),)
+SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lockprobe.foundation.formatting import bracketed, p_cell
@@ -13,7 +13,7 @@ from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Part, Section, Table, Template
+from lockprobe.report.section import Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.factors import READING_FACTORS
@@ -124,27 +124,33 @@ def _table(found: Results) -> TextTable:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    for i, (claim, rows) in enumerate(_measured(found), 1):
-        here = [(_label(found, row), _here(found, row), row) for row in rows]
-        block = Template("claim", {"claim": claim, "here": here})
-        yield Part(_verdicts(rows), f"{_quotation(claim)} ({claim.place})", [block], name=f"claim-{i}")
+    counts = Counter(row.note for _, rows in _measured(found) for row in rows)
+    said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
+    unjudged = Text(found.not_judged) if found.not_judged else None
+    notes = [one for one in (unjudged, _VERDICTS, _CLAIMS, _NOTE) if one]
+    yield Part(_TITLE, f"Of {counts.total()} comparisons with its statements: {said}." if counts else "", notes)
 
 
-def _verdicts(rows: Sequence[Estimate]) -> str:
-    """The verdicts on a claim, with the number of agents where it has several rows."""
-    if len(rows) < 2:
-        return (rows[0].note if rows else _UNMEASURED).capitalize()
-    counts = Counter(row.note for row in rows)
-    return ", ".join(f"{verdict} ({count})" for verdict, count in sorted(counts.items())).capitalize()
+_CLAIMS = Table("claims", _table, numeric_from=7)
 
-
-def _quotation(claim: PaperClaim) -> str:
-    if not claim.quoted:
-        return claim.quote
-    whole = len(claim.quote) <= _LONGEST
-    return f"“{claim.quote if whole else claim.quote[: _LONGEST - 8].rsplit(' ', 1)[0] + '...'}”"
-
-
-SECTIONS = (
-    Section(name="claims", title=_TITLE, rows=_rows, show=_show, tables=(Table("claims", _table),), page="claims"),
+_NOTE = Note(
+    "Quoted from Probing Embodied LLMs: When Higher Observation Fidelity Hurts Problem Solving, with a reanalysis of "
+    "its counts. A verdict concerns the whole statement, not one of its numbers.",
+    "The paper used other agents, another box and another prompt: agreement or disagreement of single numbers is not a "
+    "replication. Each test is at the 5 % level, not corrected for the number of statements.",
 )
+
+_VERDICTS = Listed(
+    (
+        (
+            "Compatible: no difference from the paper's value was detected, which may only mean that there are few "
+            "trials, and the study shows the pattern that the statement describes, if it describes one."
+        ),
+        "Borne out: the study shows the pattern of a statement without a value.",
+        "Not compatible: the study contradicts its value or pattern.",
+        "Not decided: the study neither shows nor contradicts it. This is no evidence against it.",
+    )
+)
+
+
+SECTIONS = (Section(name="claims", title=_TITLE, rows=_rows, show=_show, tables=(_CLAIMS,)),)

@@ -192,7 +192,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_CONDITIONS, _MEASURES),
-        page="details",
     ),
     Section(name="measures", title="Measures", rows=measure_rows),
 )

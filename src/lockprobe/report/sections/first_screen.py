@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count, takewhile
 
-from lockprobe.foundation.formatting import NONE, listed, percent
+from lockprobe.agents.catalogue import description
+from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.captions import paper_rates
+from lockprobe.report.answer_list import answer_list, headline, known_of_broken
+from lockprobe.report.curve import curve_figure, drawable
+from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.factorial import factorial_said
 from lockprobe.report.prose.first_screen import (
     Varied,
     all_broken_said,
-    changed_baselines,
     interaction_said,
     modality_answer,
     no_advantage_said,
@@ -33,22 +34,12 @@ from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
-from lockprobe.report.sections.key_numbers import (
-    KeyNumbers,
-    axis_numbers,
-    cards_of,
-    condition_numbers,
-    intervals_said,
-    open_said,
-    why_numbers,
-)
 from lockprobe.report.sections.readings import untested
 from lockprobe.report.sections.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.factorial.design import factorials_of
-from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
@@ -66,8 +57,11 @@ _FEW = "Not known yet: the answer needs two blocks or more with an ended trial"
 _ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
 """What is said where the answer rests on tests that do not hold at every look."""
 
-_CARDS = 4
-"""Agents whose numbers stand on the first screen."""
+_WHO, _WHO_MOST = "who was studied", 8
+"""What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
+
+_MODEL = ("served", "model", "quantisation", "temperature", "host")
+"""Facts of a model that introduce it."""
 
 _NUMBERS = ("All numbers", "Every condition against the control")
 """How the names of sections begin without which there is no answer."""
@@ -91,9 +85,7 @@ class _Screen:
         needed: How many trials narrow the widest interval of an undetected effect to 10 points either way.
         untested: Which agents were told false reports of one kind alone.
         figure: Name of the figure that shows it.
-        by_chance: What random agents solve.
-        numbers: Key numbers.
-        more: Agents whose numbers are not shown.
+        cause: What may change success, where the list of agents answers the question; else empty.
     """
 
     question: str
@@ -106,10 +98,8 @@ class _Screen:
     interaction: str = ""
     needed: str = ""
     untested: str = ""
+    cause: str = ""
     figure: str = ""
-    by_chance: str = NONE
-    numbers: tuple[KeyNumbers, ...] = ()
-    more: int = 0
 
 
 _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
@@ -123,6 +113,7 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "chance": (True, ("success", "success_chance")),
     "needed": (True, ("success_difference", "clearest_success_difference")),
     "untested": (False, ()),
+    "cause": (False, ()),
 }
 """Kind of a sentence -> whether it judges an agent, and the quantities that it rests on."""
 
@@ -138,7 +129,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         screen = _at_every_look(screen, numbers)
     screen = replace(screen, answer=with_lacking(screen.answer, numbers, lacking))
     rules = broken_said(numbers.rules)  # random agents play a box that keeps them
-    screen = _with_few_cards(screen)
     screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
     if broken := all_broken_said(numbers.all_broken):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
@@ -148,28 +138,23 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         counted = ("against_rules",) * (kind == "answer" and bool(rules))
         if said := getattr(screen, kind):
             yield Finding(section="overview", kind=kind, text=said, rests_on=(*rests_on, *counted), judges=judges)
-    about = {
-        "figure": screen.figure,
-        "more": f"and {screen.more} more in the sections below" * bool(screen.more),
-    }
-    if screen.numbers:
-        about |= {
-            "intervals": intervals_said(screen.numbers, every_look=bool(numbers.opened.every_look)),
-            "undetected": open_said(screen.numbers),
-            "random agents": screen.by_chance,
-        }
-    yield from (Fact(about=_ABOUT, name=name, text=said) for name, said in about.items() if said)
-    for i, row in enumerate(screen.numbers, 1):
-        for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
-            if said := getattr(row, name):
-                yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
+    if screen.figure:
+        yield Fact(about=_ABOUT, name="figure", text=screen.figure)
+    yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
 
 
-def _with_few_cards(screen: _Screen) -> _Screen:
-    """The same with the numbers of the first agents alone."""
-    agents = list(dict.fromkeys(row.agent for row in screen.numbers))
-    shown = tuple(row for row in screen.numbers if row.agent in agents[:_CARDS])
-    return replace(screen, numbers=shown, more=len(agents[_CARDS:]))
+def _who(numbers: StudyNumbers) -> Iterator[tuple[str, str]]:
+    """What each agent that played is, in a few words: what its facts say of a model, else its description."""
+    facts: dict[str, Mapping[str, object]] = {}
+    for cell in numbers.cells:
+        for trial in cell.trials[:1]:
+            facts.setdefault(cell.agent, trial.facts)
+    for spec in numbers.study.agents:
+        agent = numbers.study.label_of(spec)
+        if agent in facts:
+            known = [(name, facts[agent][name]) for name in _MODEL if facts[agent].get(name)]
+            model = ", ".join(f"temperature {said}" if name == "temperature" else str(said) for name, said in known)
+            yield agent, model or description(spec)
 
 
 def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
@@ -220,9 +205,8 @@ def _of_flips(summary: StudySummary, study: Study, lacking: Container[str] = ())
         chance=not_above_chance(summary),
         interaction=interaction_said(summary),
         needed=flips_needed(summary),
+        cause="false reports" if several and not modal else "",
         figure="overview" if subjects else "",
-        by_chance=_chance(summary.reference),
-        numbers=tuple(map(axis_numbers, (*subjects, *changed_baselines(summary)))),
     )
 
 
@@ -230,7 +214,7 @@ def _of_conditions(
     flips: StudySummary, found: ConditionStudySummary, study: Study, lacking: Container[str] = ()
 ) -> _Screen:
     """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
-    axes, spec_of = _tested_axes(flips, found), found.design.spec_of
+    axes = _tested_axes(flips, found)
     judged = _judged(found)
     effects = [one for one in found.effects if one.agent in judged and one.effects]
     named = [one for one in found.idle if one.agent in judged]
@@ -250,15 +234,14 @@ def _of_conditions(
             answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1 and bool(questions))),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
-            numbers=tuple(row for one in axes for row in map(axis_numbers, (*one.judged, *changed_baselines(one)))),
         )
         if not effects and not axes and idle:
             said, idle = replace(said, answer=idle[0]), idle[1:]
-        said = replace(said, numbers=(*said.numbers, *(condition_numbers(one, spec_of(one.agent)) for one in effects)))
-        said = replace(said, figure="effects" if said.numbers else "")
+        caused = cause(axes[0].axis) if axes and not effects else ""
+        said = replace(said, cause=caused, figure="effects" if effects or axes else "")
     if len(judged) == 1:
         idle += unheeded_said(found.unheeded, judged)
-    said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
+    said = replace(said, changed_nothing=_joined(*idle))
     if flips in axes:
         said = _with_flips(_of_flips(flips, study, lacking), said)
     return said
@@ -304,15 +287,14 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
 
 def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
     """The first screen of a study of controls."""
-    why = next((one for one in found.whys if one.agent in found.subjects), found.whys[0])
+    whys = [one for one in found.whys if one.agent in found.subjects] or found.whys[:1]
     effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
     return _Screen(
         question=f"Why do false reports change how agents open {study.box.name}?",
         trial=trial_said(study.max_steps, varied_by(study.conditions)),
-        answer=mechanism_said(why),
+        answer=_joined(*map(mechanism_said, whys)),
         chance=_no_advantage(found, effects),
         figure="why",
-        numbers=tuple(why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
     )
 
 
@@ -327,15 +309,16 @@ def _of_factorial(found: ConditionStudySummary, study: Study) -> _Screen:
 
 
 def _with_flips(flips: _Screen, all_axes: _Screen) -> _Screen:
-    """One first screen: what is said of flip rates alone stands first."""
+    """One first screen: flip rates are the question; other conditions have parts of their own below."""
     return replace(
         all_axes,
         changed_nothing=_joined(flips.changed_nothing, all_axes.changed_nothing),
-        trial=f"{flips.trial} {all_axes.trial.rpartition('. ')[2]}",
+        question=flips.question,
+        trial=flips.trial,
+        cause=flips.cause,
         chance=flips.chance or all_axes.chance,
         interaction=flips.interaction,
         figure=flips.figure or all_axes.figure,
-        by_chance=flips.by_chance if flips.numbers else all_axes.by_chance,
     )
 
 
@@ -355,25 +338,6 @@ def _no_advantage(found: ConditionStudySummary, effects: Sequence[Effects]) -> s
     )
 
 
-def _chance(reference: Reference | None) -> str:
-    """What random agents solve of the box with and without immediate repeats, exact."""
-    if reference is None:
-        return NONE
-    return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
-
-
-def _caption(found: Results) -> Caption:
-    stars = paper_rates(found.courses())
-    return Caption(
-        "Grey: between random agents with/without immediate repeats."
-        f"{' Stars: another model and box.' if stars else ''}",
-        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs."
-        f"{' Dotted: other kinds of false reports.' * (len({options for _, options in found.readings}) > 1)}"
-        if found.several_p
-        else "",
-    )
-
-
 def _played(found: Results) -> bool:
     """Whether a trial has ended under a flip rate."""
     return any(course.played for course in found.courses())
@@ -382,30 +346,37 @@ def _played(found: Results) -> bool:
 _OVERVIEW = Figure(
     "overview",
     "Success by flip rate, or by step",
-    _caption,
+    Caption("Grey: between random agents with/without immediate repeats."),
     draw="lockprobe.report.figures.first_screen:draw_overview",
     applies=_played,
 )
-_PANEL = "The panel at the start and, below, the interlock, which no agent sees."
-_BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
 
 
 def _show(found: Results) -> Iterator[Part]:
     """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
-    screen = found.facts_about(_ABOUT)
-    numbers = takewhile(bool, (found.facts_about(f"{_ABOUT} {i}") for i in count(1)))
-    cards = cards_of(numbers)
-    named = {*found.subjects, *(str(card["agent"]) for card in cards)}
-    played = {one.agent for one in found.design.players}
-    baselines = [agent for agent in found.study.get("agents", ()) if agent in played and agent not in named]
+    figure, listing = found.fact(_ABOUT, "figure"), answer_list(found)
+    drawn = drawable(found) if figure == "overview" else []
+    tested = [line.change for line in listing.lines if line.change]
+    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
+    panel, panel_says = panel_figure(found.study.get("box", {}))
+    one_look = not found.progress.every_look and figure in ("overview", "effects", "")
     values = {
-        "baselines": listed(baselines, named=4) if baselines else "",
         "said": dict.fromkeys(_SAID, "") | said,
-        "screen": {"more": ""} | screen,
-        "cards": cards,
-        "figures": [one for of in all_sections() for one in of.figures if one.name == screen.get("figure")],
-        "box": _BOX,
+        "headline": headline(listing.lines, said.get("cause", "")) if one_look else "",
+        "listing": listing,
+        "broke": known_of_broken(found),
+        "compared": max((row.corrected_for for row in tested), default=1),
+        "who": list(who.items()) if len(who) <= _WHO_MOST else [],
+        "panel": panel,
+        "panel_says": panel_says,
+        "curve": curve_figure(found, wide=True) if drawn else "",
+        "narrow": curve_figure(found, wide=False) if drawn else "",
+        "axis": drawn[0].name if drawn else "",
+        "stars": any(one.axis == "flip rate" for one in drawn),
+        "figures": [
+            one for of in all_sections() for one in of.figures if one.name == figure and not (drawn or listing.many)
+        ],
     }
     if said:
         yield Part("First screen", found.answer_of("overview"), [Template("first_screen", values)])
@@ -414,7 +385,7 @@ def _show(found: Results) -> Iterator[Part]:
 def without_answer(found: Results) -> Results:
     """The results without an answer if its numbers are among what could not be made."""
     numberless = any(one.section.startswith(_NUMBERS) for one in found.sections_left_out)
-    if not (numberless and found.progress.finished) or found.facts_about(f"{_ABOUT} 1"):
+    if not (numberless and found.progress.finished) or found.where("success"):
         return found
     said = "The answer could not be computed; the sections below that are left out say why."
     findings = [
@@ -424,4 +395,4 @@ def without_answer(found: Results) -> Results:
     return found.changed(findings=tuple(findings), answer=said)
 
 
-SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW, _BOX)),)
+SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW,)),)

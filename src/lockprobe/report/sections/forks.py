@@ -12,7 +12,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.branch import found_said, value_said
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
@@ -136,9 +136,9 @@ def _show(found: Results) -> Iterator[Part]:
         ).format("; both are corrected for the number of agents, baselines apart" if agents else ""),
         _HOW,
     )
-    yield Part("", "", [FIGURE], "top")
-    yield Part("Numbers", f"{len(rows)} effects, by step and arm.", [_TABLE, note], "numbers")
-    yield Part("Limits", "What forks do not show.", [Listed(_LIMITS)], "limits")
+    said = found.said("forks", "finding")
+    blocks: list[Block] = [FIGURE, Listed(said[1:]), _TABLE, note, Detail("What forks do not show", [Listed(_LIMITS)])]
+    yield Part("Effect of one report", said[0] if said else f"{len(rows)} effects, by step and arm.", blocks)
 
 
 SECTIONS = (
@@ -149,6 +149,5 @@ SECTIONS = (
         show=_show,
         tables=(_TABLE,),
         figures=(FIGURE,),
-        page="forks",
     ),
 )

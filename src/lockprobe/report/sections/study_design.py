@@ -8,7 +8,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.flip import READINGS
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Fact, Results
-from lockprobe.report.section import Part, Section, Template
+from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial.record import STATES
 
@@ -27,6 +27,10 @@ _READINGS = {
 _ABOUT = "design"
 
 _RECONSTRUCTED = "a reconstruction of the paper's strategy, whose algorithm is not public"
+
+
+_PANEL = "The panel at the start and, below, the interlock, which no agent sees."
+BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:
@@ -66,7 +70,7 @@ def _show(found: Results) -> Iterator[Part]:
         "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
     }
     answer = f"{found.progress.finished} trials of {played_by}."
-    yield Part("Design", answer, [Template("design", values)])
+    yield Part("Design", answer, [Template("design", values), BOX])
 
 
-SECTIONS = (Section(name="design", title="Design", rows=_rows, show=_show),)
+SECTIONS = (Section(name="design", title="Design", rows=_rows, show=_show, figures=(BOX,)),)

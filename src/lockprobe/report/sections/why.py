@@ -2,42 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, capital, p_cell
-from lockprobe.interventions.words import CORRECTION
+from lockprobe.foundation.formatting import NONE, p_cell
 from lockprobe.report.captions import interval_kind
 from lockprobe.report.every_look import note_at
-from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
-from lockprobe.report.rows import Estimate, Exhibit, Finding, Results, Row
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import (
     Block,
     Caption,
-    Cells,
+    Detail,
     Figure,
     Heading,
     Listed,
     Note,
     Part,
     Section,
-    Steps,
     Table,
     Text,
 )
-from lockprobe.report.sections import forks
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.why.arms import PLANNED
 from lockprobe.statistics.why.contrasts import Why
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
-from lockprobe.trial.record import Trial
 
 _EFFECT, _CONTRAST, _ARMS, _AGENTS = "false_report_effect", "arm_contrast", "arms", "agents"
 
@@ -57,7 +51,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         said = [("verdict", first), *(("numbers", one) for one in others), ("conclusion", claims)]
         for kind, text in said + [("assumption", ASSUMED)] * bool(found.decision.claims):
             yield Finding(section="why", kind=kind, **own, text=text, rests_on=(_EFFECT, "success_in_arm"))
-        yield from _in_every_arm(found, numbers.trials)
 
 
 def _test_of(found: Why) -> str:
@@ -95,34 +88,6 @@ def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
             }
             tested |= {"corrected_for": (len(found.arms) - 1) * found.agents, "note": _INTERVAL}
             yield Estimate(quantity="success_difference", **arm, control=truth, unit="points", **tested)
-
-
-def _in_every_arm(found: Why, trials: Sequence[Trial]) -> Iterator[Exhibit]:
-    """One trial in every arm: the first that was solved under true reports or under false ones, but not under both."""
-    arms = {one.condition: one.arm for one in found.arms if one.arm in (*PLANNED, "remark")}
-    blocks: dict[tuple[int, int], dict[str, Trial]] = {}
-    for trial in trials:
-        if trial.group == found.agent and trial.condition in arms and trial.ending != "error":
-            blocks.setdefault((trial.repetition, trial.trial), {})[arms[trial.condition]] = trial
-    for _, block in sorted(blocks.items()):
-        if block.keys() >= set(PLANNED) and block["truth"].solved != block["lie"].solved:
-            yield from (_exhibit(arm, block) for arm in arms.values() if arm in block)
-            return
-
-
-def _exhibit(arm: str, block: Mapping[str, Trial]) -> Exhibit:
-    """The trial of an arm; it parts at the first report that the arm changes, that of truth where the lie is."""
-    at = _first_changed("lie" if arm == "truth" else arm, block["lie" if arm == "truth" else arm])
-    return exhibit("why", capital(ARMS[arm]), block[arm], of=arm, parted=at, words=True)
-
-
-def _first_changed(arm: str, trial: Trial) -> int | None:
-    """The first step whose report an arm changed; None if it changed none after which the trial went on."""
-    for step, later in zip(trial.steps, trial.steps[1:], strict=False):
-        corrected = arm not in ("lie", "remark") and CORRECTION in step.told
-        if corrected or (arm == "lie" and step.told_falsely) or (arm == "remark" and later.remark):
-            return step.step
-    return None
 
 
 def _asked(found: Results) -> list[Estimate]:
@@ -184,17 +149,21 @@ _FIGURE = Figure(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    """The parts of the page; its template has the verdicts above the first."""
+    """What was found of every agent, then its numbers, all arms and the limits."""
     if asked := _asked(found):
         many = max(row.corrected_for for row in asked) > 1
-        yield Part("", "", [_FIGURE], "top")
+        verdicts = [_verdict(found, row) for row in asked]
+        assumed = [Text(said, style="note") for said in dict.fromkeys(found.said("why", "assumption"))]
+        yield Part("Why?", verdicts[0] if len(verdicts) == 1 else "", [Listed(verdicts), *assumed], "why")
         yield _numbers(found, asked, many)
-        yield _by_step(found)
-        yield _told(found)
         said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
-        yield Part("Arms", said, [_ARM, _arm_note(many, interval_kind(found.progress.every_look))], "arms")
         margin = found.where("equivalence_margin")[0].value or 0.0
-        yield Part("Limits", "What these comparisons do not show.", [Listed(_limits(margin))], "limits")
+        limits = Detail("What these comparisons do not show", [Listed(_limits(margin))])
+        yield Part("Arms", said, [_ARM, _arm_note(many, interval_kind(found.progress.every_look)), limits], "arms")
+
+
+def _verdict(found: Results, row: Estimate) -> str:
+    return found.said("why", "verdict", agent=row.agent, modality=row.modality)[0]
 
 
 def _numbers(found: Results, asked: Sequence[Estimate], many: bool) -> Part:
@@ -227,58 +196,6 @@ def _note(many: bool) -> Note:
             "claims need no correction."
         ).format(PART, "; both levels are divided by the number of agents" if many else ""),
     )
-
-
-def _by_step(found: Results) -> Part:
-    if said := found.said("forks", "finding"):
-        more = Markup(
-            'Trials are forked at one report, which is changed. <a href="forks.html">Numbers, method and limits</a>'
-        )
-        return Part("The effect by step", said[0], [forks.FIGURE, Text(more, style="note")], "steps")
-    how = Markup(
-        "<code>lockprobe branch DIR</code> forks these trials after single reports and shows the effect of a false "
-        "report by step."
-    )
-    return Part("The effect by step", "Not measured in this study.", [Text(how, style="note")], "steps")
-
-
-def _told(found: Results) -> Part:
-    """One trial in every arm: the first report that the arms change, and what the agent did then."""
-    shown = [one for one in found.exhibits if one.section == "why"]
-    agents = list(dict.fromkeys(one.agent for one in shown))
-    note = Note(
-        "One trial in every arm with the same random numbers: the first on record that was solved with true reports or "
-        "with false ones, but not with both; it is not typical. The table has the first report that the arms change.",
-        "Each panel below is a step: squares are joints in panel order, grey if they have moved; the circle is the "
-        "target; a frame marks the attempt. The report is below, in red if it was false; a blue frame marks the step "
-        "in the table.",
-        "A hosted model is not seeded, so its trials may part before that report.",
-    )
-    answer = f"An example for each of {len(agents)} agents." if agents else ""
-    if len(agents) == 1:
-        answer = f"The arms part at the report of step {shown[0].parted}."
-    blocks: list[Block] = [note]
-    for agent in agents:
-        arms = [one for one in shown if one.agent == agent]
-        blocks += [
-            Heading(agent, code=True),
-            Cells([_TOLD, *map(_told_row, arms)], numeric_from=len(_TOLD)),
-        ]
-        blocks += [Steps(one, strip=True) for one in arms if one.of in ("truth", "lie")]
-    return Part("One trial in every arm", answer, blocks, "told")
-
-
-_TOLD = ["arm", "report", "what followed"]
-
-
-def _told_row(one: Exhibit) -> list[str]:
-    """The first report that an arm changes, and what followed."""
-    end = f"solved at step {len(one.steps)}" if one.ending == "solved" else f"not solved in {len(one.steps)} steps"
-    if one.parted is None or one.parted > len(one.steps) - 1:
-        return [one.of, "no report was changed", end]
-    at, then = one.steps[one.parted - 1 : one.parted + 1]
-    label = one.labels[one.joints.index(then.chosen or then.joint)]
-    return [one.of, f"Step {one.parted}: {at.words}", f"attempted {label} next; {end}"]
 
 
 def _arm_note(many: bool, kind: str) -> Note:
@@ -335,6 +252,5 @@ SECTIONS = (
         show=_show,
         tables=(_WHY, _ARM),
         figures=(_FIGURE,),
-        page="why",
     ),
 )

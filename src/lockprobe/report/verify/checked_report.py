@@ -23,8 +23,7 @@ from lockprobe.studies.file_names import RECORDS
 
 RESULTS = "results.json"
 
-PAGES = ("report.html", "claims.html", "why.html", "forks.html", "details.html")
-"""The pages that a report can have."""
+PAGE = "report.html"
 
 _ESTIMATE = ("quantity", "of", "agent", "modality", "condition", "control", "versus", "versus_modality", "axis")
 
@@ -33,7 +32,6 @@ _OF_ROWS: Mapping[str, Sequence[str]] = {
     "curves": _ESTIMATE,
     "findings": ("section", "kind", "agent", "modality"),
     "facts": ("about", "name"),
-    "exhibits": ("section", "of", "agent", "key"),
 }
 """Fields of the results that hold rows -> the columns that say what a row is of."""
 
@@ -78,7 +76,7 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
         processes: Processes that may work at a large report.
     """
     directory = opened.directory
-    names = [RESULTS, *PAGES, *_FOLDERS]
+    names = [RESULTS, PAGE, *_FOLDERS]
     if not any((directory / name).exists() for name in names):
         return (Check(name="results", holds=True, said="there is no report to compare"),)
     written, compared, results = _written(directory), _Compared(), dict[str, Any]()
@@ -155,7 +153,7 @@ def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compa
 
 def _changed_since(directory: Path) -> bool:
     """Whether records or forks are newer than the report."""
-    reports = [path.stat().st_mtime for name in (RESULTS, "report.html") if (path := directory / name).is_file()]
+    reports = [path.stat().st_mtime for name in (RESULTS, PAGE) if (path := directory / name).is_file()]
     records = [path.stat().st_mtime for folder in (".", FORKS) if (path := directory / folder / RECORDS).is_file()]
     return bool(reports) and max(records, default=0.0) > min(reports)
 

@@ -1,30 +1,29 @@
-"""The pages of a report, made from its results and figures and from nothing else.
+"""The page of a report, made from its results and figures and from nothing else.
 
 What comes from agents, models and box files is untrusted: it is escaped, without characters that hide or reorder
-others. ``report.html`` runs one script, our own (:mod:`lockprobe.report.explorer`); the other pages run none.
+others. It runs one script, our own (``templates/report.js``), which its policy names by its hash.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
 from typing import Any
 
 from lockprobe.foundation.left_out import section
-from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Results
-from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Part, Section, Table, Template, nested
+from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
 from lockprobe.report.svg import Image
 
 Pictures = Mapping[str, Image]
 """Figure -> how pages embed it."""
-
-PAGES = ("claims", "why", "forks", "details", "report")
-"""The pages that a report can have, the report last."""
 
 
 @dataclass
@@ -36,14 +35,12 @@ class Page:
         drawn: The figures.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
-        part: The anchor of the part that is written.
     """
 
     found: Results
     drawn: Pictures = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
-    part: str = ""
 
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""
@@ -63,15 +60,29 @@ class Page:
 
     def written(self, part: Part) -> Any:
         """The blocks of a part; a line that says so if they cannot be written."""
-        page = replace(self, part=part.name)
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
-        write = lambda: _own(rendered("written", blocks=list(part.blocks), page=page))  # noqa: E731
+        write = lambda: _own(rendered("written", blocks=list(part.blocks), page=self))  # noqa: E731
         return section(part.heading, write, lambda: _own(missing))
 
     @property
-    def explorer(self) -> dict[str, Any]:
-        """What a page needs to step through trials: their data, the program and its hash; all is our own text."""
-        return {"trials": _own(self.trials), "script": _own(script()), "hash": script_hash()}
+    def trials_data(self) -> Any:
+        """The trials as JSON that no browser runs."""
+        return _own(self.trials)
+
+    @property
+    def script(self) -> Any:
+        """The program of the page."""
+        return _own(_script())
+
+    @property
+    def script_hash(self) -> str:
+        """Its hash as a source of a content security policy."""
+        return f"sha256-{base64.b64encode(hashlib.sha256(_script().encode()).digest()).decode()}"
+
+
+@cache
+def _script() -> str:
+    return files("lockprobe.report").joinpath("templates/report.js").read_text(encoding="utf-8")
 
 
 def _own(text: str) -> Any:
@@ -81,22 +92,9 @@ def _own(text: str) -> Any:
     return Markup(text)  # noqa: S704  a template's own output
 
 
-def parts_of(found: Results, page: str) -> list[Part]:
-    """The parts of a page, each named after its section; ``details`` has the details of the report's parts, and own."""
-    shown = [(one.page, part) for one in all_sections() if one.page in (page, _of(page)) for part in _shown(one, found)]
-    own = [(of, part if of == page else _details(part)) for of, part in shown]
-    return [part for of, part in own if of == page or part.blocks]
-
-
-def _of(page: str) -> str:
-    """The page whose parts have their details on this one."""
-    return "report" if page == "details" else page
-
-
-def _details(part: Part) -> Part:
-    """What a part of the report has in ``details.html``."""
-    own = [block for block in nested(part.blocks) if isinstance(block, Detail)]
-    return replace(part, answer="", blocks=[one for block in own for one in (Heading(block.summary), *block.blocks)])
+def parts_of(found: Results) -> list[Part]:
+    """The parts of the page, each named after its section."""
+    return [part for one in all_sections() for part in _shown(one, found)]
 
 
 def _shown(one: Section, found: Results) -> list[Part]:
@@ -145,24 +143,19 @@ def _checked_cells(table: Table, found: Results) -> TextTable:
 
 
 def page_of(
-    name: str,
-    found: Results,
-    drawn: Pictures | None = None,
-    photographs: Mapping[str, str] | None = None,
-    trials: str = "",
+    found: Results, drawn: Pictures | None = None, photographs: Mapping[str, str] | None = None, trials: str = ""
 ) -> str:
-    """A page; if even its frame cannot be made, one that says so.
+    """The page; if even its frame cannot be made, one that says so.
 
     Args:
-        name: One of :data:`PAGES`.
         found: The results.
         drawn: The figures; one that is missing is left out.
         photographs: Pictures that agents saw, by the names of their files, as data.
-        trials: The data of the trial explorer.
+        trials: The data of the trials that it steps through.
     """
     page = Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials)
     return section(
-        f"Page {name}.html",
-        lambda: rendered(name, found=found, page=page, parts=parts_of(found, name)),
-        lambda: rendered("left_out", found=found, page=name),
+        "Page report.html",
+        lambda: rendered("report", found=found, page=page, parts=parts_of(found)),
+        lambda: rendered("left_out", found=found, page="report"),
     )

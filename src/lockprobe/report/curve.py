@@ -1,0 +1,206 @@
+"""The figure of the first screen: success of up to three agents by dose, named where their lines end.
+
+Hollow and ink: the control. Filled and accent: every other dose. Marker and dash tell agents apart. It is drawn twice,
+wide and narrow, so that text keeps its size on a phone; colours are those of the page, which knows light and dark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup
+
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.report.rows import Cell, Course, Results
+from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
+
+MOST = 3
+"""Lines that can be told apart and named; of more agents a list says more than a figure."""
+
+_APART = 24
+"""Least distance of two names, in pixels: a line of text."""
+
+_BESIDE = 12
+"""Distance of agents at one dose, in pixels."""
+
+_LONG = 30
+"""Characters of a name and its share at the end of a line."""
+
+_DASHES = ("", "6 3", "2 3")
+
+_STAR = "M{x} {top}l1.7 4.6 5 .2-3.9 3.1 1.3 4.8-4.1-2.8-4.1 2.8 1.3-4.8-3.9-3.1 5-.2z"
+"""The paper's own points."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where doses and shares are drawn, in pixels."""
+
+    doses: Sequence[float]
+    left: float
+    right: float
+    top: float = 16
+    bottom: float = 360
+
+    def x(self, dose: float) -> float:
+        low, high = self.doses[0], self.doses[-1]
+        return self.left + (dose - low) / (high - low) * (self.right - self.left)
+
+    def y(self, share: float) -> float:
+        return self.bottom - share * (self.bottom - self.top)
+
+
+def drawable(found: Results) -> list[Course]:
+    """The agents that the figure shows; none where there are more than it can name, or a single dose.
+
+    Random agents are its band. Another agent that plays alike whatever it is told is a line of equal shares.
+    """
+    axes = [] if found.several_p else [axis for axis in found.design.axes if not axis.of_flips][:1]
+    courses = found.courses(axes[0]) if axes else found.courses()
+    shown = [one for one in courses if len(one.played) > 1 and one.agent not in ("random", "random-no-repeat")]
+    return shown if len(shown) <= MOST else []
+
+
+def placed(wanted: Sequence[float], low: float, high: float, apart: float = _APART) -> list[float]:
+    """Heights of names near those of what they name: none closer to another than ``apart``, all within the axes.
+
+    Neighbours that are too close become a block around their mean; blocks that meet become one.
+
+    >>> placed([100, 104, 300], 0, 400), placed([395, 396], 0, 400), placed([], 0, 1)
+    ([90.0, 114.0, 300.0], [376.0, 400.0], [])
+    """
+    order = sorted(range(len(wanted)), key=lambda i: (wanted[i], i))
+    blocks: list[tuple[list[int], float]] = []  # names from the top, and the height of the first
+    for i in order:
+        blocks.append(([i], min(max(wanted[i], low), high)))
+        while len(blocks) > 1 and blocks[-1][1] < blocks[-2][1] + apart * len(blocks[-2][0]):
+            (above, _), (below, _) = blocks[-2:]
+            names = above + below
+            tall = apart * (len(names) - 1)
+            first = sum(wanted[name] for name in names) / len(names) - tall / 2
+            blocks[-2:] = [(names, min(max(first, low), high - tall))]
+    found = {name: first + apart * i for names, first in blocks for i, name in enumerate(names)}
+    return [float(found[i]) for i in range(len(wanted))]
+
+
+def curve_figure(found: Results, *, wide: bool) -> Any:
+    """The figure as an SVG element; empty markup where there is nothing to draw.
+
+    Args:
+        found: The results.
+        wide: For a column of 880 pixels, with names at the ends of lines; else for 358 pixels, with names above.
+    """
+    courses = drawable(found)
+    if not courses:
+        return Markup("")
+    doses = sorted({cell.dose or 0.0 for one in courses for cell in one.played})
+    place = _Place(doses, 96, 628) if wide else _Place(doses, 88, 318, 16 + _APART * len(courses), 320)
+    size = (880, place.bottom + 72) if wide else (358, place.bottom + 72)
+    parts = [*_axes(found, place, courses), *_lines(courses, place), *_names(courses, place, wide=wide)]
+    if courses[0].axis == "flip rate" and doses[0] == 0:
+        parts += _paper(place, courses)
+    names = ", ".join(map(_name, courses))
+    svg = Markup('<svg class="{}" viewBox="0 0 {:g} {:g}" width="{:g}" height="{:g}" role="img" aria-label="{}">')
+    shell = svg.format(
+        "wide" if wide else "narrow", *size, *size, f"Share of trials solved by {courses[0].name}: {names}"
+    )
+    return shell + Markup("").join(parts) + Markup("</svg>")
+
+
+def _name(course: Course) -> str:
+    """Its name on one line, without characters that hide or reorder others."""
+    return printable(" ".join(course.label.split()))
+
+
+def _axes(found: Results, place: _Place, courses: Sequence[Course]) -> Iterator[Any]:
+    left, right = place.left - 40, place.right + 40
+    if chance := [curve.value[-1] for of in ("uniform", "no-repeat") if (curve := _by_chance(found, of))]:
+        low, high = (place.y(share or 0.0) for share in (min(chance), max(chance)))
+        yield Markup('<rect class="band" x="{}" y="{:.1f}" width="{}" height="{:.1f}"/>').format(
+            left, high, right - left, low - high
+        )
+        if low - high > _APART:
+            yield _text(right - 8, low - 8, "random play", "q", "end")
+    for share in (0, 0.25, 0.5, 0.75, 1):
+        y = place.y(share)
+        yield Markup('<line class="grid" x1="{}" x2="{}" y1="{:.1f}" y2="{:.1f}"/>').format(left, right, y, y)
+        yield _text(left - 8, y + 5, f"{100 * share:.0f}{' %' * (share == 1)}", "q", "end")
+    every = max(1, -(-len(place.doses) // 6))
+    for dose in place.doses[::every]:
+        yield _text(place.x(dose), place.bottom + 24, f"{dose:g}", "", "middle")
+    middle, said = (place.left + place.right) / 2, courses[0].name
+    yield _text(middle, place.bottom + 48, f"{said}: how often a report is false" if said == "flip rate" else said, "q")
+
+
+def _by_chance(found: Results, of: str) -> Any:
+    return found.curve("success_by_step", agent="", of=of)
+
+
+def _at(course: int, of: int) -> float:
+    """How far beside a dose the points of an agent stand."""
+    return (course - (of - 1) / 2) * _BESIDE
+
+
+def _lines(courses: Sequence[Course], place: _Place) -> Iterator[Any]:
+    for i, course in enumerate(courses):
+        shift = _at(i, len(courses))
+        points = [(place.x(cell.dose or 0.0) + shift, cell) for cell in course.played]
+        path = "L".join(f"{x:.1f} {place.y(cell.value('success') or 0.0):.1f}" for x, cell in points)
+        yield Markup('<path class="line" d="M{}" stroke-dasharray="{}"/>').format(path, _DASHES[i])
+        for x, cell in points:
+            row = cell.get("success")
+            if row and row.low is not None and row.high is not None:
+                yield Markup('<line class="{}" x1="{:.1f}" x2="{:.1f}" y1="{:.1f}" y2="{:.1f}"/>').format(
+                    _kind(cell, place), x, x, place.y(row.low), place.y(row.high)
+                )
+            yield marker(x, place.y(cell.value("success") or 0.0), i, _kind(cell, place))
+
+
+def _kind(cell: Cell, place: _Place) -> str:
+    """Ink at the control, accent elsewhere."""
+    return "told" if cell.dose == place.doses[0] else "false"
+
+
+def marker(x: float, y: float, shape: int, kind: str) -> Any:
+    """A point: circle, square or diamond by the agent; hollow for the control (``told``), filled elsewhere."""
+    if shape == 0:
+        return Markup('<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="5"/>').format(kind, x, y)
+    square = Markup(
+        '<rect class="{}" x="{:.1f}" y="{:.1f}" width="9" height="9" transform="rotate({} {:.1f} {:.1f})"/>'
+    )
+    return square.format(kind, x - 4.5, y - 4.5, 45 if shape == 2 else 0, x, y)
+
+
+def _names(courses: Sequence[Course], place: _Place, *, wide: bool) -> Iterator[Any]:
+    last = [course.played[-1].value("success") or 0.0 for course in courses]
+    ends = [f"{_name(course)} {100 * share:.0f} %" for course, share in zip(courses, last, strict=True)]
+    if not wide:
+        for i, said in enumerate(ends):
+            yield marker(24, _APART * i + 12, i, "false") + _text(40, _APART * i + 17, said, "n2", "start")
+        return
+    heights = placed([place.y(share) for share in last], place.top, place.bottom)
+    edge = place.right + _at(len(courses) - 1, len(courses)) + 10
+    for share, said, height in zip(last, ends, heights, strict=True):
+        from_y = place.y(share)
+        if abs(height - from_y) > 1 or len(courses) > 1:
+            yield Markup('<path class="lead" d="M{:.1f} {:.1f}L{:.1f} {:.1f}H{:.1f}"/>').format(
+                edge, from_y, edge + 16, height, edge + 24
+            )
+        yield _text(
+            edge + 30, height + 5, said if len(said) < 30 else f"{said[:22]}… {100 * share:.0f} %", "n2", "start"
+        )
+
+
+def _paper(place: _Place, courses: Sequence[Course]) -> Iterator[Any]:
+    """The two rates that the paper reports, left of the agents' points."""
+    for dose, share in ((0.0, SOLVED_AT_0), (PEAK, SOLVED_AT_40)):
+        if dose not in place.doses or share.value is None:
+            continue
+        x, y = place.x(dose) + _at(0, len(courses)) - 16, place.y(share.value)
+        yield Markup('<path class="star" d="{}"/>').format(_STAR.format(x=f"{x:.1f}", top=f"{y - 6:.1f}"))
+
+
+def _text(x: float, y: float, said: str, style: str = "", anchor: str = "middle") -> Any:
+    return Markup('<text class="{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(style, x, y, anchor, said)

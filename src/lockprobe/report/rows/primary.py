@@ -1,0 +1,155 @@
+"""The primary answer of a study: a line for each agent, from the rows of its results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lockprobe.report.rows.course import Course
+from lockprobe.report.rows.results import Results
+from lockprobe.report.rows.row import Estimate
+from lockprobe.trial.condition import TRUTH
+
+CONTROL = "the control"
+"""Part of a share in pairs: that of the condition that is subtracted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """What a study found for one agent: two shares of one sample, and their difference with its test.
+
+    Attributes:
+        agent: The agent.
+        modality: How it was shown the box.
+        label: What tables call it.
+        conditions: The control, and the condition that is compared.
+        first: Success under the control.
+        second: Success under the condition that is compared; None if none is.
+        change: The second minus the first; None where it was not tested.
+        control: The control in words.
+        under: Under what the second is, in words: at flip rate 0.4.
+        alike: Whether it plays the same trials whatever it is told, so that there is nothing to test.
+        baseline: Whether the study is about others.
+    """
+
+    agent: str
+    modality: str
+    label: str
+    conditions: tuple[str, ...]
+    first: Estimate | None
+    second: Estimate | None = None
+    change: Estimate | None = None
+    control: str = ""
+    under: str = ""
+    alike: bool = False
+    baseline: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """What was found, in two words."""
+        if self.alike:
+            return "plays alike"
+        if self.change is None or self.change.value is None:
+            return "not compared"
+        if not self.change.detected:
+            return "not detected"
+        return "solves more" if self.change.value > 0 else "solves fewer"
+
+
+def primary_lines(found: Results) -> list[Line]:
+    """A line for each agent: those that the study is about, then baselines.
+
+    What is compared goes by a rule: false reports of the study of controls (``why``); else flip rates, or the doses of
+    the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
+    smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
+    """
+    lines = list(_of_controls(found))
+    if not lines:
+        others = [axis for axis in found.design.axes if not axis.of_flips]
+        courses = found.courses() if found.several_p or not others else found.courses(others[0])
+        known = {(one.agent, one.modality): _over_doses(found, one) for one in courses if one.played}
+        if not any(one.change or one.alike for one in known.values()):
+            known |= {key: line for key, line in _of_conditions(found) if line.change or key not in known}
+        lines = list(known.values())
+    return sorted(lines, key=lambda line: line.baseline)
+
+
+def _of_controls(found: Results) -> Iterator[Line]:
+    for total in found.where("false_report_effect", of="total"):
+        arms = {row.of: row for row in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
+        yield Line(
+            agent=total.agent,
+            modality=total.modality,
+            label=found.label(total.agent, total.modality),
+            conditions=tuple(arms[of].condition for of in ("truth", "lie") if of in arms),
+            first=arms.get("truth"),
+            second=arms.get("lie"),
+            change=total,
+            control="told the truth",
+            under="under false reports",
+            baseline=total.agent not in found.subjects,
+        )
+
+
+def _over_doses(found: Results, course: Course) -> Line:
+    """The lowest dose against the one that differs most clearly."""
+    first, dose, clearest = course.played[0], course.value("clearest_dose"), course.get("clearest_success_difference")
+    second = next((cell for cell in course.played[1:] if cell.dose == dose), None)
+    shares = first.get("success"), second.get("success") if second else None
+    if second is not None:
+        pair = {"agent": course.agent, "condition": second.condition, "control": first.condition, "axis": course.axis}
+        control, other = (found.get("success_in_pairs", **pair, of=of) for of in (CONTROL, ""))
+        shares = (control, other) if control and other else shares
+    return Line(
+        agent=course.agent,
+        modality=course.modality,
+        label=course.label,
+        conditions=tuple(cell.condition for cell in (first, second) if cell),
+        first=shares[0],
+        second=shares[1],
+        change=clearest if second else None,
+        control=_control(first.condition),
+        under=f"at {course.name} {dose:g}" if dose else "",
+        alike=course.blind,
+        baseline=not course.subject,
+    )
+
+
+def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:
+    """Of each agent its first condition, or the clearest effect of one against its control."""
+    for player in found.design.players:
+        own = [row for row in found.against_control() if row.agent == player.agent and not row.axis]
+        cells = {cell.condition: cell for cell in found.cells if cell.agent == player.agent and cell.trials}
+        if not cells:
+            continue
+        clearest = min(own, key=lambda row: (row.p_value or 1.0, -abs(row.value or 0.0)), default=None)
+        first = cells.get(clearest.control if clearest else "", next(iter(cells.values())))
+        second = cells.get(clearest.condition) if clearest else None
+        yield (
+            (player.agent, player.modality),
+            Line(
+                agent=player.agent,
+                modality=player.modality,
+                label=player.label,
+                conditions=tuple(cell.condition for cell in (first, second) if cell),
+                first=first.get("success"),
+                second=second.get("success") if second else None,
+                change=clearest,
+                control=_control(first.condition),
+                under=f"under {second.condition}" if second else "",
+                baseline=not player.subject,
+            ),
+        )
+
+
+def _control(condition: str) -> str:
+    return "told the truth" if condition == TRUTH else condition
+
+
+def condition_words(found: Results) -> dict[str, str]:
+    """What a reader calls the conditions: told the truth, flip rate 0.4; others by their names."""
+    words = {TRUTH: "told the truth"}
+    for one in found.design.conditions:
+        if one.p and one.specs == (f"flip?p={one.p:g}",):
+            words[one.name] = f"flip rate {one.p:g}"
+    return {one.name: words.get(one.name, one.name) for one in found.design.conditions}
