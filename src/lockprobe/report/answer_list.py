@@ -57,14 +57,12 @@ class AnswerList:
 
     @property
     def counts(self) -> list[tuple[int, str]]:
-        """How many agents that the study is about solve more, fewer, or are not shown to do either."""
-        own = [line for line in self.lines if not line.baseline]
-        found = [(sum(line.verdict == said for line in own), said) for said in ("solves more", "solves fewer")]
-        open_ = [line.change for line in own if line.verdict == "not detected" and line.change]
-        ends = [abs(end) for one in open_ for end in (one.low, one.high) if end is not None]
-        most = f"; changes of up to {100 * max(ends):.0f} points not excluded" if ends else ""
-        said = {"solves more": "solve more", "solves fewer": "solve fewer"}
-        return [(n, said[what]) for n, what in found] + [(len(open_), f"no effect detected{most}")] * bool(open_)
+        """How many agents solve more, fewer, or are not shown to do either."""
+        of = [line.verdict for line in self.lines]
+        most = _not_excluded(self.lines)
+        open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most)
+        said = {"solves more": "solve more", "solves fewer": "solve fewer", "not detected": open_}
+        return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
 
 
 def answer_list(found: Results) -> AnswerList:
@@ -96,11 +94,23 @@ def headline(lines: Sequence[Line], cause: str) -> str:
     more, fewer, hidden = of.values()
     changed = [f"{_DOES[said]} {_whose(of[said])}" for said in ("solves more", "solves fewer") if of[said]]
     if not changed:
-        return f"No effect of {cause} on {_whose(hidden)} was detected." if hidden else ""
+        most = _not_excluded(lines)
+        open_ = f"; changes of up to {most} points are not excluded" * (most > _NARROW)
+        return f"No effect of {cause} on {_whose(hidden)} was detected{open_}." if hidden else ""
     if more and fewer:
         changed[1] = f"lower {_whose(fewer, 'that')}"
     rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
     return f"{capital(cause)} {' and '.join(changed)}{rest}."
+
+
+_NARROW = 10
+"""Points up to which a change that is not excluded need not be said; chosen by eye."""
+
+
+def _not_excluded(lines: Sequence[Line]) -> int:
+    """The largest change in points that intervals of undetected changes hold; 0 without any."""
+    rows = [line.change for line in lines if line.change and line.verdict == "not detected"]
+    return round(100 * max((abs(end) for row in rows for end in (row.low, row.high) if end is not None), default=0.0))
 
 
 _DOES = {"solves more": "raise", "solves fewer": "lower", "not detected": ""}

@@ -60,7 +60,7 @@ _ONE_LOOK = "The answer holds for one look: it stands here when all planned tria
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
 
-_MODEL = ("served", "model", "quantisation", "temperature", "host")
+_MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
 _NUMBERS = ("All numbers", "Every condition against the control")
