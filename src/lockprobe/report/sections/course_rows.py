@@ -12,6 +12,7 @@ from typing import Any
 
 from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
 from lockprobe.report.rows import Curve, Estimate, Fact, Row
+from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.study_numbers import BOUNDS, share_rows
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import AGENT
@@ -27,9 +28,6 @@ from lockprobe.trial.condition import Condition
 
 LOWEST = "lowest dose"
 """Part of a quantity: at the lowest dose."""
-
-CONTROL = "the control"
-"""Part of a comparison: the condition that is subtracted."""
 
 DOSE = "dose"
 """The unit of a dose, which is named in the column ``axis``."""
