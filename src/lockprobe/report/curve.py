@@ -188,18 +188,16 @@ def _names(courses: Sequence[Course], place: _Place, *, wide: bool) -> Iterator[
             yield Markup('<path class="lead" d="M{:.1f} {:.1f}L{:.1f} {:.1f}H{:.1f}"/>').format(
                 edge, from_y, edge + 16, height, edge + 24
             )
-        yield _text(
-            edge + 30, height + 5, said if len(said) < 30 else f"{said[:22]}… {100 * share:.0f} %", "n2", "start"
-        )
+        short = said if len(said) < _LONG else f"{said[: _LONG - 8]}… {100 * share:.0f} %"
+        yield _text(edge + 30, height + 5, short, "n2", "start")
 
 
 def _paper(place: _Place, courses: Sequence[Course]) -> Iterator[Any]:
     """The two rates that the paper reports, left of the agents' points."""
     for dose, share in ((0.0, SOLVED_AT_0), (PEAK, SOLVED_AT_40)):
-        if dose not in place.doses or share.value is None:
-            continue
-        x, y = place.x(dose) + _at(0, len(courses)) - 16, place.y(share.value)
-        yield Markup('<path class="star" d="{}"/>').format(_STAR.format(x=f"{x:.1f}", top=f"{y - 6:.1f}"))
+        if dose in place.doses:
+            x, y = place.x(dose) + _at(0, len(courses)) - 16, place.y(share.value)
+            yield Markup('<path class="star" d="{}"/>').format(_STAR.format(x=f"{x:.1f}", top=f"{y - 6:.1f}"))
 
 
 def _text(x: float, y: float, said: str, style: str = "", anchor: str = "middle") -> Any:
