@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.safe_path import interpreter, safe_path
-from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.course import is_baseline
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.running.observer import Observer, PassedOn
 from lockprobe.studies.study import Study
@@ -87,7 +87,7 @@ class LiveReport(PassedOn):
 
     def _shows_something(self) -> bool:
         """Whether the agent that has just played is none of those that others are compared with."""
-        return bool(self._played and self._turn) and not is_reference(self._turn)
+        return bool(self._played and self._turn) and not is_baseline(self._turn)
 
     def trial(self, trial: Trial, timing: Timing) -> None:
         """Pass a trial on, and update the report if it is due."""

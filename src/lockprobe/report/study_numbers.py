@@ -24,10 +24,13 @@ from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, dose_series, summarise_conditions
 from lockprobe.statistics.conditions.series import Series
+from lockprobe.statistics.course import Course, courses
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.robot import RobotSenses, robot_senses
 from lockprobe.statistics.rules import RuleBreaks, together
+from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.summary import StudySummary, check_trials, summarise
 from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.stopping import Answer, answers_by_agent
@@ -49,6 +52,7 @@ class PlayedCell:
         summary: Its numbers.
         trials: Its trials, by repetition and trial, broken ones too.
         player: The numbers of the agent over the flip axis, if the condition is on it.
+        order: The order of its blocks, if what is said of it must hold at every look.
     """
 
     agent: str
@@ -58,6 +62,7 @@ class PlayedCell:
     summary: ConditionSummary
     trials: tuple[Trial, ...]
     player: AgentSummary | None
+    order: BlockOrder | None = None
 
     def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
         """A row of this cell."""
@@ -70,6 +75,16 @@ class PlayedCell:
     def curve(self, quantity: str, **columns: Any) -> Curve:
         """A curve of this cell."""
         return Curve(quantity=quantity, **self.of, **columns)
+
+    @cached_property
+    def ended(self) -> Outcomes:
+        """Those of its trials that ended as solved or out of budget."""
+        return outcomes(self.trials, order=self.order)
+
+    @cached_property
+    def broke(self) -> Outcomes:
+        """Those of its trials that broke."""
+        return broken_off(self.trials, order=self.order)
 
     @property
     def of(self) -> dict[str, Any]:
@@ -147,9 +162,15 @@ class StudyNumbers:
                 summary=found[agent, label],
                 trials=tuple(own.get((agent, label), ())),
                 player=players.get((agent, label)),
+                order=self.opened.orders.get(agent),
             )
             for agent, label in order
         )
+
+    @cached_property
+    def courses(self) -> tuple[Course, ...]:
+        """Every agent over the flip rates, the truth among them; baselines too."""
+        return courses(self.opened.flip_trials, orders=self.opened.orders)
 
     @cached_property
     def conditions(self) -> Mapping[str, Condition]:

@@ -11,11 +11,12 @@ import numpy as np
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, spec_kind
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
 from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.infer import Inference, infer
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
@@ -23,9 +24,6 @@ from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.resample import resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
-
-_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
-"""The kinds of agents that are baselines."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,11 +86,6 @@ class AgentSummary:
         return tuple(point for condition in self.conditions for point in condition.points)
 
 
-def is_reference(agent: str) -> bool:
-    """Whether the agent of a spec is a baseline."""
-    return spec_kind(agent) in _REFERENCES
-
-
 def agent_summary(
     trials: AxisTrials,
     reference: Reference | None,
@@ -132,7 +125,7 @@ def agent_summary(
         spec=trials.spec,
         modality=trials.modality,
         shown=", ".join(filter(None, (shown, axis.rest))),
-        reference=is_reference(trials.spec),
+        reference=is_baseline(trials.spec),
         heeded=heeded,
         conditions=conditions,
         **_fits(shares, looked_at),

@@ -18,7 +18,7 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
-from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
@@ -162,7 +162,7 @@ def branch_effects(
             continue
         cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
         cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
-    baseline = {trial.group: is_reference(trial.spec) for trial in parents.values()}
+    baseline = {trial.group: is_baseline(trial.spec) for trial in parents.values()}
     found, sizes = [], Counter(baseline[agent] for agent in {agent for agent, *_ in placed})
     for (agent, condition, truthful), there in placed.items():
         agents = sizes[baseline[agent]]

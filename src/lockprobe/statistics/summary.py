@@ -18,12 +18,13 @@ from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.agent_comparison.pairs import Entrant, comparisons
-from lockprobe.statistics.agent_summary import AgentSummary, agent_summary, is_reference
+from lockprobe.statistics.agent_summary import AgentSummary, agent_summary
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
@@ -187,7 +188,7 @@ def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | No
     heeding = [
         share is None and len(members.finished_doses) > 1 for members, share in zip(by_agent, heeded, strict=True)
     ]
-    families = [(members.modality, is_reference(members.spec)) for members in by_agent]
+    families = [(members.modality, is_baseline(members.spec)) for members in by_agent]
     sizes = Counter(family for family, counts in zip(families, heeding, strict=True) if counts)
     return [max(1, sizes[family]) for family in families]
 
@@ -202,7 +203,7 @@ def entrant(trials: AxisTrials) -> Entrant:
         broken=trials.broken_off,
         budget=trials.budget,
         head=trials.kind,
-        reference=is_reference(trials.spec),
+        reference=is_baseline(trials.spec),
     )
 
 
@@ -222,11 +223,11 @@ def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
     least = min((members.doses[0] for members in lowest), default=0.0)
     named = grouped((members for members in lowest if members.doses[0] == least), lambda members: members.agent)
     groups = [[members.trials for members in own] for own in named.values()]
-    baseline = [is_reference(group[0][0].spec) for group in groups if modality_effect(group)]
+    baseline = [is_baseline(group[0][0].spec) for group in groups if modality_effect(group)]
     return tuple(
         effect
         for group in groups
-        if (effect := modality_effect(group, max(1, baseline.count(is_reference(group[0][0].spec)))))
+        if (effect := modality_effect(group, max(1, baseline.count(is_baseline(group[0][0].spec)))))
     )
 
 

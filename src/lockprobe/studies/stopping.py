@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import AtEveryLook, at_every_look, held_at_both_ends
 from lockprobe.statistics.sequential.order import BlockOrder
@@ -86,7 +86,7 @@ def families(study: Study, agent: str) -> tuple[Family, ...]:
     The families are those of the report. With a single condition its success is asked for.
     """
     found = _families(study, agent)
-    alike = [one for one in study.run_agents if is_reference(one) == is_reference(agent)]
+    alike = [one for one in study.run_agents if is_baseline(one) == is_baseline(agent)]
     many = len(found) * sum(bool(_families(study, one)) for one in alike)
     if not found:
         only = [Question(one.label, ((one.label, ""),)) for one in study.conditions_of(agent)]

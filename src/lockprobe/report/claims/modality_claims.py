@@ -151,9 +151,9 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Clai
     found: dict[str, tuple[float, float]] = {}
     inspired = {one.agent for one in summary.agents if spec_kind(one.spec) == "human-inspired"}
     for pace in summary.paces:
-        sides = (pace.first, pace.second) if _is_reference(pace.first, inspired) else (pace.second, pace.first)
+        sides = (pace.first, pace.second) if _is_baseline(pace.first, inspired) else (pace.second, pace.first)
         reference, other = sides
-        if not _is_reference(reference, inspired) or other[0] != effect.agent or other[1] not in shown:
+        if not _is_baseline(reference, inspired) or other[0] != effect.agent or other[1] not in shown:
             continue
         if pace.p_value is not None and pace.hazard_ratio:
             hazard = pace.hazard_ratio if reference == pace.second else 1 / pace.hazard_ratio
@@ -171,7 +171,7 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Clai
     return here, borne_out(_whole(shows, shown)), test, max(p for _, p in found.values())
 
 
-def _is_reference(both: tuple[str, str], inspired: Collection[str]) -> bool:
+def _is_baseline(both: tuple[str, str], inspired: Collection[str]) -> bool:
     return both[0] in inspired and both[1] in PLAIN_WORDS
 
 

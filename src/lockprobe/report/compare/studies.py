@@ -15,9 +15,9 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.study_comparison import comparison_of_studies_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
-from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import rule_breaks, together
@@ -241,7 +241,7 @@ def _samples(opened: Sequence[OpenedStudy], shared: Mapping[str, str], agents: s
             condition=name,
             family=shared[name],
             luck=opened[side.study].study.seed,
-            baseline=is_reference(trials[0].spec),
+            baseline=is_baseline(trials[0].spec),
             trials=trials,
         )
         for (name, side), trials in sorted(found.items(), key=lambda one: (order.index(one[0][0]), one[0][1].study))

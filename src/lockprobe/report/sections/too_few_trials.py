@@ -7,7 +7,7 @@ from collections.abc import Container, Mapping
 from lockprobe.report.prose.several_answers import Question, of_axis
 from lockprobe.report.prose.too_few_trials import finished_said, of_baselines, too_few_said
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.summary import StudySummary
 
 
@@ -15,7 +15,7 @@ def unfinished_agents(numbers: StudyNumbers) -> dict[str, tuple[int, int]]:
     """The agents that an unfinished study is about: their finished trials, and those that are planned."""
     study = numbers.study
     found = {}
-    for agent in [one for one in study.run_agents if not is_reference(one)] or study.run_agents:
+    for agent in [one for one in study.run_agents if not is_baseline(one)] or study.run_agents:
         own = [trial for trial in numbers.opened.trials if trial.group == study.label_of(agent)]
         done, planned = study.places_filled(own), study.size_of(agent)
         if done < planned:
@@ -65,7 +65,7 @@ def with_lacking(answer: str, numbers: StudyNumbers, lacking: Mapping[str, tuple
         return answer
     rest = {agent: trials for agent, trials in unfinished_agents(numbers).items() if agent not in lacking}
     going_on = finished_said(rest) if numbers.opened.every_look == "unfinished" else ""
-    own = [numbers.study.label_of(agent) for agent in numbers.study.run_agents if not is_reference(agent)]
+    own = [numbers.study.label_of(agent) for agent in numbers.study.run_agents if not is_baseline(agent)]
     instead = own and all(trial.group not in own for trial in numbers.trials)
     if not _tested(numbers).isdisjoint(own):
         return " ".join(filter(None, (going_on, answer, too_few_said(lacking, others=True))))

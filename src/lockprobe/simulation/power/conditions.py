@@ -21,7 +21,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
 from lockprobe.simulation.power.flip_rates import MOST_TRIALS, TRIALS, Needed, needed
 from lockprobe.simulation.power.rates import Rate
-from lockprobe.statistics.agent_summary import is_reference
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
@@ -292,7 +292,7 @@ def _check_stated(study: Study, success: Sequence[float], shared: float) -> None
 
 def _stated(study: Study, families: Sequence[Family], success: Sequence[float], shared: float) -> list[_Source]:
     at = dict(zip((one.label for one in study.conditions), success, strict=True))
-    agents = max(1, sum(not is_reference(agent) for agent in study.agents))
+    agents = max(1, sum(not is_baseline(agent) for agent in study.agents))
     return [
         _Source(
             agent=STATED,
@@ -340,7 +340,7 @@ def _played(study: Study, families: Sequence[Family], pools: Sequence[Flags]) ->
 
 def _judged(agent: str, family: Family) -> tuple[bool | str, ...]:
     """What is judged together: agents that the study is about, or baselines, in one family of contrasts."""
-    return is_reference(agent), family.name, *family.doses
+    return is_baseline(agent), family.name, *family.doses
 
 
 def _batch(job: _StudyRange) -> Counter[str]:

@@ -14,7 +14,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.statistics.agent_summary import AgentSummary, is_reference
+from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.statistics.conditions.axis_trials import Place
@@ -24,6 +24,7 @@ from lockprobe.statistics.conditions.effects import CONDITIONS, CONTROLS, Effect
 from lockprobe.statistics.conditions.factors import Factor, factor_effects
 from lockprobe.statistics.conditions.no_feedback import no_feedback_factors
 from lockprobe.statistics.conditions.series import Series
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial.design import factorials_of
 from lockprobe.statistics.factorial.effects import FactorialEffects, factorial_effects
 from lockprobe.statistics.idle import Idle, Unheeded, idle_interventions, unheeded
@@ -85,7 +86,7 @@ class ConditionStudySummary:
     @property
     def subjects(self) -> tuple[str, ...]:
         """The agents that the study is about: those that are no reference, or all if all are."""
-        return tuple(agent for agent in self.agents if not is_reference(self.design.spec_of(agent))) or self.agents
+        return tuple(agent for agent in self.agents if not is_baseline(self.design.spec_of(agent))) or self.agents
 
 
 def summarise_conditions(
@@ -214,7 +215,7 @@ class _Compared:
     @property
     def family(self) -> tuple[str, str, bool]:
         """What is judged together with it: its family, the control, and whether the agent is a baseline."""
-        return self.name, self.of.control, is_reference(self.spec)
+        return self.name, self.of.control, is_baseline(self.spec)
 
     @property
     def others(self) -> tuple[str, ...]:
@@ -308,7 +309,7 @@ def _whys(cells: _Cells, design: Design, orders: Mapping[str, BlockOrder]) -> tu
         for shown in map(design.shown, design.modalities):
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
             asked.append(partial(why, own, shown, order=orders.get(agent)))
-    answered = [(make, (one.modality, is_reference(design.spec_of(one.agent)))) for make in asked if (one := make())]
+    answered = [(make, (one.modality, is_baseline(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
 

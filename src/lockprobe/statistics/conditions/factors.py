@@ -14,10 +14,10 @@ from functools import partial
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.agent_summary import is_reference
 from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.effects import Effect, Effects
 from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
@@ -106,7 +106,7 @@ def factor_effects(
         orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
     asked = [(agent, group) for agent in agents for group in factor.groups if _can_differ(cells, agent, group)]
-    baseline = {agent: is_reference(cells[agent, group[0]][0].spec) for agent, group in asked}
+    baseline = {agent: is_baseline(cells[agent, group[0]][0].spec) for agent, group in asked}
     sizes = Counter(baseline.values())
     for agent, group in asked:
         names = [label for label in group if (agent, label) in cells]

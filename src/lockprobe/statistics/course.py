@@ -1,0 +1,158 @@
+"""Courses: one agent, shown the box in one way, over the doses of one axis; what fits and tests over doses are of."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import PEOPLE, spec_kind
+from lockprobe.statistics.behaviour import heeded_at_most
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
+from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.idle import steps_changed
+from lockprobe.statistics.outcomes import Outcomes, ended
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
+from lockprobe.trial.record import PLAIN_WORDS, Trial
+
+_BASELINES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
+"""The kinds of agents that are baselines."""
+
+
+def is_baseline(spec: str) -> bool:
+    """Whether the agent of a spec is a baseline: a study of other agents too is not about it."""
+    return spec_kind(spec) in _BASELINES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Course:
+    """One agent over the doses of one axis.
+
+    Attributes:
+        trials: All its trials.
+        axis: The dose in which they differ.
+        key: What the column ``axis`` of rows calls it.
+        shown: What tells it apart from other courses of the agent, in words; empty if nothing has to.
+        heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
+        idle: Doses above the lowest at which nothing was changed, or no report was false. They are in no fit or test.
+        family: How many agents are judged together with it, itself included.
+    """
+
+    trials: AxisTrials
+    axis: Axis
+    key: str
+    shown: str
+    heeded: float | None
+    idle: frozenset[float]
+    family: int
+
+    @property
+    def agent(self) -> str:
+        """Its name, or its spec if it has none."""
+        return self.trials.agent
+
+    @property
+    def modality(self) -> str:
+        """How it was shown the box."""
+        return self.trials.modality
+
+    @property
+    def baseline(self) -> bool:
+        """Whether it is a baseline."""
+        return is_baseline(self.trials.spec)
+
+    @property
+    def people(self) -> bool:
+        """Whether it is people, whose trials are clustered by person."""
+        return self.agent == PEOPLE
+
+    @property
+    def blind(self) -> bool:
+        """Whether it plays alike whatever it is told, so that its doses are copies of each other."""
+        return self.heeded is not None
+
+    @cached_property
+    def by_dose(self) -> Mapping[float, list[Trial]]:
+        """Every dose with its trials, ascending."""
+        return dict(self.trials.by_dose())
+
+    @cached_property
+    def tested(self) -> AxisTrials:
+        """The trials that fits and tests use: at doses that acted, or at the lowest alone if it is blind."""
+        doses = sorted(self.by_dose)
+        return self.trials.at({doses[0]} if self.blind else {*doses} - self.idle)
+
+    @cached_property
+    def ended(self) -> Outcomes:
+        """Those of them that ended as solved or out of budget."""
+        return self.tested.outcomes
+
+    @cached_property
+    def broke(self) -> Outcomes:
+        """Those of them that broke."""
+        return self.tested.broken_off
+
+    def stream(self, use: str) -> np.random.Generator:
+        """The random stream of a resampling test."""
+        return generator(self.trials.seed, "analysis", self.trials.spec, self.modality, use)
+
+
+def courses(
+    trials: Iterable[Trial],
+    axis: Axis = FLIPS,
+    key: str = FLIPS.name,
+    place: Callable[[Trial], Place] = on_flip_axis,
+    *,
+    several: bool = False,
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
+) -> tuple[Course, ...]:
+    """The courses over an axis, in the order of the trials.
+
+    Args:
+        trials: Trials that lie on the axis.
+        axis: The dose in which conditions differ.
+        key: What the column ``axis`` of rows calls it.
+        place: The place of a trial on it.
+        several: Whether the study has the axis in several modalities, so that agents are named with theirs.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+    """
+    found = on_axis(trials, place, orders)
+    times = Counter(one.agent for one in found)
+    heeded = [heeded_at_most(one.trials) for one in found]
+    families = [(one.modality, is_baseline(one.spec)) for one in found]
+    sizes = Counter(
+        family
+        for family, share, one in zip(families, heeded, found, strict=True)
+        if share is None and len(one.finished_doses) > 1
+    )
+    return tuple(
+        Course(
+            trials=one,
+            axis=axis,
+            key=key,
+            shown=_shown(one, axis, several=several or times[one.agent] > 1),
+            heeded=share,
+            idle=frozenset(dose for dose, members in [*one.by_dose()][1:] if never_acted(members)),
+            family=max(1, sizes[family]),
+        )
+        for one, share, family in zip(found, heeded, families, strict=True)
+    )
+
+
+def _shown(trials: AxisTrials, axis: Axis, *, several: bool) -> str:
+    modality = spoken(trials.modality) if several or trials.modality not in PLAIN_WORDS else ""
+    return ", ".join(filter(None, (modality, axis.rest)))
+
+
+def never_acted(trials: Sequence[Trial]) -> bool:
+    """Whether interventions of a condition changed nothing, or it has a flip rate above 0 and no report was false."""
+    changed = steps_changed(trials)
+    if changed is None or not changed.known:
+        return False
+    truthful = bool(trials[0].p) and not any(step.told_falsely for trial in ended(trials) for step in trial.steps)
+    return truthful or not changed.changed
