@@ -6,8 +6,8 @@ from itertools import combinations
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 
+from lockprobe.report.questions import all_sections
 from lockprobe.report.rows import Course, Player
-from lockprobe.report.sections import all_sections
 from lockprobe.trial.record import STATES
 
 

@@ -279,7 +279,7 @@ if __name__ == "__main__":
     for name in OF_REPORTS:
         import_module(name)
     with suppress(ImportError):  # how many trials are judged is no matter of commands
-        import_module("lockprobe.report.sections").all_sections()
+        import_module("lockprobe.report.questions").all_sections()
         import_module("lockprobe.statistics.rationality").JUDGED = 8
     gc.freeze()
     stem = _stem_of(*(socket.socket(fileno=int(number)) for number in sys.argv[1:]))

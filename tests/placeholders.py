@@ -5,7 +5,7 @@ from contextlib import contextmanager
 import pytest
 
 from lockprobe.report import report_files
-from lockprobe.report.sections import all_sections
+from lockprobe.report.questions import all_sections
 from lockprobe.statistics import rationality
 
 PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}

@@ -71,9 +71,9 @@ def test_a_recipe_names_places_that_exist(what, where):
 
 def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_figure():
     """Every section that ships stands in the list of sections, and its figures are functions in ``figures``."""
-    from lockprobe.report.sections import all_sections
+    from lockprobe.report.questions import all_sections
 
-    folder = SOURCE / "report" / "sections"
+    folder = SOURCE / "report" / "questions"
     with_sections = {
         path.stem for path in folder.glob("*.py") if re.search(r"^SECTIONS = ", path.read_text(), re.MULTILINE)
     }

@@ -9,9 +9,9 @@ from reported import found_in
 
 from lockprobe.report.every_look import at_every_look
 from lockprobe.report.page import page_of
+from lockprobe.report.questions import success
+from lockprobe.report.questions.stopping import SECTIONS
 from lockprobe.report.rows import Estimate, Finding
-from lockprobe.report.sections import success
-from lockprobe.report.sections.stopping import SECTIONS
 from lockprobe.studies.until import EarlierSize, Until
 
 FAILED = (0, 1) * 10

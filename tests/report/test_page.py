@@ -19,9 +19,9 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report import page as made
 from lockprobe.report.format import as_csv
 from lockprobe.report.page import page_of
+from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import _breakable, rendered
 from lockprobe.report.rows import LeftOut, Results
-from lockprobe.report.sections import all_sections
 from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 

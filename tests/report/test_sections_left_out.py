@@ -13,8 +13,8 @@ from lockprobe.foundation import left_out as sections
 from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
+from lockprobe.report.questions import all_sections
 from lockprobe.report.rows import Results
-from lockprobe.report.sections import all_sections
 from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study

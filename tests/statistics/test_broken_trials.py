@@ -18,8 +18,8 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of
 from lockprobe.report.prose.success import finding
+from lockprobe.report.questions.broken import BEFORE
 from lockprobe.report.results import results
-from lockprobe.report.sections.broken import BEFORE
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve

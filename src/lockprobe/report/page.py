@@ -16,10 +16,10 @@ from typing import Any
 
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
+from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
-from lockprobe.report.sections import all_sections
 from lockprobe.report.svg import Image
 
 Pictures = Mapping[str, Image]

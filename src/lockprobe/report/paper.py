@@ -18,10 +18,10 @@ from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.format import tex_text
 from lockprobe.report.methods import methods_tex
 from lockprobe.report.paper_table import table_tex
+from lockprobe.report.questions import all_sections
 from lockprobe.report.report_files import File, made_figure
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure
-from lockprobe.report.sections import all_sections
 
 PAPER = "paper"
 """The directory, in that of the study."""

@@ -11,6 +11,8 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
+from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.first_screen import without_answer
 from lockprobe.report.rows import (
     Condition,
     Curve,
@@ -25,8 +27,6 @@ from lockprobe.report.rows import (
     Row,
 )
 from lockprobe.report.section import Section
-from lockprobe.report.sections import all_sections
-from lockprobe.report.sections.first_screen import without_answer
 from lockprobe.report.study_numbers import StudyNumbers, study_numbers
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.records.results_hash import results_hash

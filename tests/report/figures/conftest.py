@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.questions import all_sections
 from lockprobe.report.results import results_of
-from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics import rationality
 from lockprobe.studies.records.read_records import LeftOut

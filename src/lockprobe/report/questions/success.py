@@ -16,6 +16,7 @@ from lockprobe.report.captions import (
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.course_rows import AgentCourse, at, course_rows
 from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import (
@@ -28,7 +29,6 @@ from lockprobe.report.section import (
     Section,
     Template,
 )
-from lockprobe.report.sections.course_rows import AgentCourse, at, course_rows
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.statistics.conditions.axis import FLIPS

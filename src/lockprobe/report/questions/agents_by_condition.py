@@ -10,9 +10,9 @@ from lockprobe.foundation.formatting import capital, p_cell
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.agents_compared import FAMILIES, at_one_condition, change_at, labels
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Caption, Detail, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.sections.agents_compared import FAMILIES, at_one_condition, change_at, labels
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, steps_cell
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder

@@ -7,8 +7,8 @@ from builders import write_study
 
 from lockprobe.report.figures.differences import by_condition
 from lockprobe.report.page import tables_of
+from lockprobe.report.questions.agents_by_condition import SECTIONS
 from lockprobe.report.results import results
-from lockprobe.report.sections.agents_by_condition import SECTIONS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 

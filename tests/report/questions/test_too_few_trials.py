@@ -5,8 +5,8 @@ from builders import SOLUTION, make_trial, study_of, write_study
 
 from lockprobe.boxes.families import box
 from lockprobe.report.opened import open_study
+from lockprobe.report.questions.too_few_trials import lacking_agents, unfinished_agents
 from lockprobe.report.results import results_of
-from lockprobe.report.sections.too_few_trials import lacking_agents, unfinished_agents
 from lockprobe.report.study_numbers import study_numbers
 
 MODEL, BASELINE = "llm:acme/m", "human-inspired"

@@ -5,8 +5,8 @@ from builders import write_study
 
 from lockprobe.report.figures.readings import readings as drawn
 from lockprobe.report.page import tables_of
+from lockprobe.report.questions.readings import SECTIONS
 from lockprobe.report.results import results
-from lockprobe.report.sections.readings import SECTIONS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 

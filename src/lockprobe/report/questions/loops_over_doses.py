@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.report.questions.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
 from lockprobe.report.rows import Curve, Estimate, Row
-from lockprobe.report.sections.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import Correlation
 from lockprobe.statistics.inference.logrank import LogRanks

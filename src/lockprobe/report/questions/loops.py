@@ -11,10 +11,10 @@ from lockprobe.report.captions import fit_said, paper_rates, share_intervals_sai
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.prose.section_answers import NO_NUMBERS
+from lockprobe.report.questions.course_rows import AgentCourse
+from lockprobe.report.questions.loops_over_doses import loops_over_doses
 from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.sections.course_rows import AgentCourse
-from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, share_of_row, varied
 from lockprobe.statistics.conditions.axis import FLIPS

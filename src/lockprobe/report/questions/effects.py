@@ -13,10 +13,10 @@ from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.questions.course_rows import PERMUTED
 from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
-from lockprobe.report.sections.course_rows import PERMUTED
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.statistics.agent_comparison.paired import BlockMean

@@ -14,9 +14,9 @@ from lockprobe.report.captions import interval_kind
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.effects import compared_rows, compared_table
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.factors import READING_FACTORS

@@ -5,8 +5,8 @@ from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results_of
-from lockprobe.report.sections import agents_compared
 from lockprobe.report.study_numbers import study_numbers
 
 P = (0.0, 0.4)

@@ -9,9 +9,9 @@ from reported import found_in
 from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import points
 from lockprobe.report.page import page_of
+from lockprobe.report.questions.first_screen import without_answer
 from lockprobe.report.rows import LeftOut
 from lockprobe.report.rows.primary import primary_lines
-from lockprobe.report.sections.first_screen import without_answer
 from lockprobe.studies.options.studyfile import study
 
 

@@ -31,11 +31,11 @@ from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_loo
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.report.prose.why import mechanism_said
+from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.readings import untested
+from lockprobe.report.questions.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
-from lockprobe.report.sections import all_sections
-from lockprobe.report.sections.readings import untested
-from lockprobe.report.sections.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.conditions.effects import Effects

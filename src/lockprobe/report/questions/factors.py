@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from markupsafe import Markup
 
 from lockprobe.report.format import TextTable
+from lockprobe.report.questions.effects import compared_rows, compared_table
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.factors import LEVELS, READING_FACTORS
 from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK

@@ -10,11 +10,11 @@ from lockprobe.report.captions import model_said, share_intervals_said
 from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import finding
+from lockprobe.report.questions.course_rows import AgentCourse, course_rows
+from lockprobe.report.questions.hypothesis_tests import tables_of_tests
+from lockprobe.report.questions.loops_over_doses import loops_over_doses
 from lockprobe.report.rows import DoseAxis, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Part, Section, Text
-from lockprobe.report.sections.course_rows import AgentCourse, course_rows
-from lockprobe.report.sections.hypothesis_tests import tables_of_tests
-from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.axis import FLIPS, Axis, axis_key
 from lockprobe.trial.record import PLAIN_WORDS
