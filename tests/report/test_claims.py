@@ -1,98 +1,90 @@
-"""The claims of the paper: their figures, verdicts that follow from tests, and the page that says them."""
+"""The claims of the paper: their figures, and verdicts on the whole of a claim, which follow from valid tests."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from builders import SOLUTION, make_trial, modality_study, small_study, write_study
 from clumsy import CLUMSY
-from known_truth import records
 from reported import found_in
 
-from lockprobe.foundation.seeds import generator
-from lockprobe.report.claims.claim_tests import pattern, verdict_of
-from lockprobe.report.claims.paper import CLAIMS, fisher_z
-from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.report.page import page_of, tables_of
-from lockprobe.statistics.published import CORRELATION
-from lockprobe.statistics.summary import summarise
+from lockprobe.report.questions.claims import borne_out, judged, not_judged, paper_claims, sign_of, verdict_of
+from lockprobe.report.results import results
+from lockprobe.statistics.proportions import Z, difference, proportion, ratio
+from lockprobe.statistics.published import (
+    CORRELATION,
+    LOOPS_AT_0,
+    LOOPS_AT_40,
+    MODALITY,
+    REFERENCE,
+    SOLVED_AT_0,
+    SOLVED_AT_40,
+    TABLE1,
+)
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import Trial
 
 
 def test_a_verdict_needs_the_figure_and_the_pattern():
-    assert [verdict_of(0.5, also) for also in ("shown", "open", "opposite")] == [
-        "compatible", "not decided", "not compatible",
-    ]  # fmt: skip
-    assert [verdict_of(0.01, also) for also in ("shown", "open", "opposite")] == ["not compatible"] * 3
-
-
-@pytest.mark.parametrize(
-    ("p_value", "direction", "expected"),
-    [(0.04, 1, "shown"), (0.04, -1, "opposite"), (0.05, 1, "open"), (None, 1, "open"), (0.01, 0, "open")],
-)
-def test_a_pattern_is_shown_by_a_test_that_rejects_in_its_direction(p_value, direction, expected):
-    assert pattern(p_value, direction) == expected
-
-
-def rows_of(world, seed=1):
-    return by_measure(summarise([replace(trial, agent="llm:x") for trial in records(world, generator(seed))]))
-
-
-def by_measure(summary):
-    """Measure of a claim -> its verdict and P value, for an agent that speaks to it."""
-    return {claim.measure: (verdict, p) for claim, _, (_, verdict, _, p) in claim_rows(summary)}
+    signs = [sign_of(p, way) for p, way in ((0.04, 1), (0.04, -1), (0.05, 1), (None, 1), (0.01, 0))]
+    assert signs == [1, -1, 0, 0, 0]
+    assert [verdict_of(0.5, sign) for sign in (1, 0, -1)] == ["compatible", "not decided", "not compatible"]
+    assert {verdict_of(0.01, sign) for sign in (1, 0, -1)} == {"not compatible"}
+    assert [borne_out(sign) for sign in (1, 0, -1)] == ["borne out", "not decided", "not compatible"]
 
 
 def test_the_papers_figures_follow_from_its_counts():
-    said = {claim.measure: claim.recomputed for claim in CLAIMS}
-    assert said["baseline"].startswith("7/30, 0.233 [0.118, 0.409]")
-    assert said["peak"].startswith("20/30, 0.667 [0.488, 0.808]")
-    assert said["ratio"].startswith("2.86 [1.50, 5.90]")
-    assert "Fisher P = 0.0016, corrected for selection among six 0.0096" in said["effect"]
-    assert said["loops-drop"] == "in points 24/30 to 16/30, Fisher P = 0.054; relative 23/30 to 17/30, P = 0.17"
-    modalities = [claim.recomputed for claim in CLAIMS if claim.measure == "modalities"]
-    assert modalities[0] == "8/10, 0.800 [0.490, 0.943]; Fisher against 10/10: P = 0.47"
+    said = {claim.measure: claim.recomputed for claim in paper_claims() if claim.modality == "symbolic"}
+    for measure, share in (
+        ("reference", REFERENCE), ("modalities", MODALITY), ("baseline", SOLVED_AT_0), ("peak", SOLVED_AT_40),
+        ("loops", LOOPS_AT_0),
+    ):  # fmt: skip
+        counted = f"{share.count}/{share.n}, {share.value:.3f} [{share.low:.3f}, {share.high:.3f}]"
+        assert said[measure].startswith(counted), measure
+    effect, change = difference(SOLVED_AT_0, SOLVED_AT_40), ratio(SOLVED_AT_0, SOLVED_AT_40)
+    assert f"P = {effect.p_value:.4f}, corrected for selection among six {6 * effect.p_value:.4f}" in said["effect"]
+    assert said["ratio"].startswith(f"{change.value:.2f} [{change.low:.2f}, {change.high:.2f}]")
+    assert said["modalities"].endswith(f"P = {difference(MODALITY, REFERENCE).p_value:.2f}")
+    drop, relative = difference(LOOPS_AT_0, LOOPS_AT_40), difference(proportion(23, 30), proportion(17, 30))
+    assert f"P = {drop.p_value:.3f}" in said["loops-drop"]
+    assert said["loops-drop"].endswith(f"P = {relative.p_value:.2f}")
+    for n in (7, 21):
+        low, high = (math.tanh(math.atanh(CORRELATION) + side * Z / math.sqrt(n - 3)) for side in (-1, 1))
+        assert f"over {n} points [{low:.2f}, {high:.2f}]" in said["correlation"].replace("\N{MINUS SIGN}", "-")
+    steps = {modality: round(row.total / row.mean) for modality, row in TABLE1.items()}
+    assert (
+        f"about {steps['rgb']} steps with RGB, {steps['rgbd']} with RGB-D and {steps['symbolic']} with ground truth"
+        in said["modality-order"]
+    )
+    for claim in paper_claims():
+        if claim.measure == "misinterpretation":
+            row = TABLE1[claim.modality]
+            assert claim.value.startswith(f"{100 * row.mean:.1f} % ± {100 * row.sd:.1f} %, {row.total} in all")
+            assert claim.recomputed.startswith(f"{row.total} in about {steps[claim.modality]} steps")
 
 
-def test_the_interval_of_the_papers_correlation():
-    assert fisher_z(CORRELATION, 7) == pytest.approx((-0.95, 0.13), abs=0.005)
-    assert fisher_z(CORRELATION, 21) == pytest.approx((-0.86, -0.37), abs=0.005)
+def test_every_claim_has_its_place_in_the_table_and_an_empty_study_measures_none(tmp_path):
+    planned = small_study(["human-inspired", "llm:x"])
+    empty, *_ = [results(write_study(tmp_path / "empty", planned, []))]
+    assert [row[1] for row in tables_of(empty)["claims"][1:]] == [claim.quote for claim in paper_claims()]
+    assert {row[6] for row in tables_of(empty)["claims"][1:]} == {"not measured"}
+    found = found_in(tmp_path, study("flips", agent=["mine=human-inspired"], p=[0, 0.3], trials=4, repetitions=2))
+    rows = tables_of(found)["claims"][1:]
+    assert list(dict.fromkeys(row[1] for row in rows)) == [claim.quote for claim in paper_claims()]
+    assert {row[4] for row in rows} == {"", "mine"}  # the strategy is known by what it is, not by its name
+    known = measured(found)
+    assert known["reference-steps"][0] == "compatible"
+    assert {"modalities", "peak"}.isdisjoint(known)  # one modality, and no flip rate of 0.4
 
 
-def test_table_1_implies_more_steps_with_rgbd_than_with_ground_truth():
-    (order,) = (claim.recomputed for claim in CLAIMS if claim.measure == "modality-order")
-    assert "about 101 steps with RGB, 131 with RGB-D and 122 with ground truth" in order
-    assert "35 in 122 steps are 28.7 %, the mean is 26.8 %" in order
-
-
-def test_every_claim_is_there_in_the_order_of_the_paper():
-    rows = claim_rows(summarise(play_study(small_study())))
-    assert list(dict.fromkeys(claim for claim, *_ in rows)) == list(CLAIMS)
-    assert {agent for claim, agent, _ in rows if claim.measure == "reference"} == {"human-inspired"}
-    assert claim_rows(summarise([]))
-    assert {verdict for _, _, (_, verdict, *_) in claim_rows(summarise([]))} == {"not measured"}
-
-
-def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
-    """Loops are irrelevant in this world, and yet its figures are those of Fig. 5. A few verdicts err by chance."""
-    studies = [rows_of("loops-irrelevant", seed) for seed in range(3)]
-    for measure in ("baseline", "peak", "ratio", "correlation"):
-        assert sum(rows[measure][0] == "compatible" for rows in studies) >= 2, measure
-    for measure in ("loops", "loops-drop"):  # a drop such as the paper's is often not shown by 30 trials
-        assert sum(rows[measure][0] in ("compatible", "not decided") for rows in studies) >= 2, measure
-        assert sum(rows[measure][0] == "compatible" for rows in studies) >= 1, measure
-    assert sum(rows["effect"][0] == "borne out" for rows in studies) >= 2
-    assert sum(rows["onset"][0] == "borne out" for rows in studies) <= 1
-
-
-def test_what_a_study_does_not_hold_is_not_measured():
-    rows = by_measure(summarise(play_study(small_study(["human-inspired"]))))
-    assert rows["modalities"][0] == "not measured"
-    assert rows["peak"][0] == "not measured"  # no p of 0.4
-    assert rows["reference-steps"][0] == "compatible"
+def measured(found, modality="symbolic"):
+    """Measure of a claim -> verdict and P value, of the only agent that speaks to it."""
+    said = {one.measure: [*judged(found, one)] for one in paper_claims() if one.modality == modality}
+    return {measure: (one.verdict, one.p_value) for measure, found in said.items() for one in found}
 
 
 PS = (0.0, 0.2, 0.4, 0.6)
@@ -144,12 +136,6 @@ def agent(
             ]
             made.append(replace(trial, steps=tuple(steps)))
     return made
-
-
-def verdicts(trials: Sequence[Trial]) -> dict[str, str]:
-    """The verdicts by measure."""
-    rows = claim_rows(summarise(trials))
-    return {claim.measure: found[1] for claim, _, found in rows if claim.modality == "symbolic"}
 
 
 PAPER = (7, 14, 20, 10)
@@ -210,73 +196,79 @@ AGENTS = {
 
 
 @pytest.mark.parametrize("name", AGENTS)
-def test_a_verdict_is_about_the_whole_claim(name):
-    played, expected = AGENTS[name]
-    said = {1: ("compatible", "borne out"), 0: ("not compatible",), None: ("not decided",), "-": ("not measured",)}
-    found = verdicts(played())
-    assert {measure: found[measure] for measure in expected if found[measure] not in said[expected[measure]]} == {}
+def test_a_verdict_is_about_the_whole_claim(tmp_path, name):
+    made, expected = AGENTS[name]
+    trials = made()
+    rates = sorted({trial.p for trial in trials})
+    known = measured(found_in(tmp_path, small_study(["llm:x"], rates, 3, 10), trials))
+    said = {1: ("compatible", "borne out"), 0: ("not compatible",), None: ("not decided",), "-": (None,)}
+    verdicts = {measure: known.get(measure, (None, None))[0] for measure in expected}
+    assert {measure: one for measure, one in verdicts.items() if one not in said[expected[measure]]} == {}
 
 
-def test_the_opposite_order_is_not_compatible(modal):
-    turned = {"rgb": "symbolic", "symbolic": "rgb", "rgbd": "rgbd"}
-    trials = [t if t.agent != "viewer" else replace(t, modality=turned[t.modality]) for t in modal]
-    rows = by_measure(summarise(trials))
-    assert rows["modality-order"][0] == "not compatible"
-    assert rows["modality-order"][1] < 0.05
-    assert rows["modality-outpaces"][0] == rows["modality-steps"][0] == "not compatible"
+ORDERS = {
+    "as in the paper": (
+        {},
+        {"modality-order": "borne out", "modality-outpaces": "borne out", "modality-steps": "compatible"},
+    ),
+    "turned around": (
+        {"rgb": "symbolic", "symbolic": "rgb"},
+        dict.fromkeys(("modality-order", "modality-outpaces", "modality-steps"), "not compatible"),
+    ),
+    "RGB-D last": (  # the trend alone would bear the order out
+        {"rgbd": "symbolic", "symbolic": "rgbd"},
+        dict.fromkeys(("modality-order", "modality-outpaces"), "not compatible"),
+    ),
+}
 
 
-def test_rgbd_has_to_lie_in_between(modal):
-    """The trend alone would bear the order out: RGB is fastest, RGB-D slowest, and ground truth just before it."""
-    turned = {"rgb": "rgb", "rgbd": "symbolic", "symbolic": "rgbd"}
-    trials = [t if t.agent != "viewer" else replace(t, modality=turned[t.modality]) for t in modal]
-    rows = by_measure(summarise(trials))
-    assert rows["modality-order"][1] < 0.05
-    assert rows["modality-order"][0] == "not compatible"
-    assert rows["modality-outpaces"][0] == "not compatible"
+def again(trial, modality):
+    """The trial as one of another modality."""
+    key = trial.key.replace(f"/{trial.condition}/", f"/{modality}/")
+    return replace(trial, key=key, modality=modality, condition=modality)
 
 
-def test_two_modalities_do_not_decide_what_is_said_of_three(modal):
-    trials = [t for t in modal if t.modality != "rgbd"]
-    rows = by_measure(summarise(trials))
-    assert rows["modality-order"][0] == rows["reference-faster"][0] == "not decided"
-    assert rows["modalities"][0] in ("not decided", "not compatible")
-    assert rows["modality-outpaces"][0] == "not measured"
+@pytest.mark.parametrize("name", ORDERS)
+def test_the_order_of_three_modalities(tmp_path, modal, name):
+    turned, expected = ORDERS[name]
+    trials = [again(one, turned.get(one.modality, one.modality)) if one.agent == "viewer" else one for one in modal]
+    found = found_in(tmp_path, modality_study(), trials)
+    known = measured(found)
+    assert {measure: known[measure][0] for measure in expected} == expected
+    assert known["modality-order"][1] < 0.05
+    (order,) = (one for one in paper_claims() if one.measure == "modality-order")
+    (here,) = judged(found, order)
+    assert (here.agent, here.here.startswith("mean steps ")) == ("viewer", True)
+    assert measured(found, "rgb").keys() == measured(found, "rgbd").keys() == {"misinterpretation"}
 
 
-def test_a_study_of_one_modality_says_nothing_of_modalities(modal):
-    rows = claim_rows(summarise([trial for trial in modal if trial.modality == "symbolic"]))
-    for claim, _, (_, verdict, *_) in rows:
-        if claim.measure.startswith(("modalit", "reference-faster")) or claim.modality != "symbolic":
-            assert verdict == "not measured"
+def test_two_modalities_do_not_decide_what_is_said_of_three(tmp_path, modal):
+    trials = [one for one in modal if one.modality != "rgbd"]
+    known = measured(found_in(tmp_path, modality_study(modalities=("rgb", "symbolic")), trials))
+    assert known["modality-order"][0] == known["reference-faster"][0] == "not decided"
+    assert known["modalities"][0] in ("not decided", "not compatible")
+    assert "modality-outpaces" not in known
 
 
-def test_variants_of_one_modality_have_no_order_that_could_be_borne_out(modal):
+def test_a_study_of_one_modality_says_nothing_of_modalities(tmp_path, modal):
+    trials = [one for one in modal if one.modality == "symbolic"]
+    found = found_in(tmp_path, modality_study(modalities=("symbolic",)), trials)
+    assert not any(measure.startswith(("modalit", "reference-faster", "depth")) for measure in measured(found))
+    assert measured(found, "rgb") == measured(found, "rgbd") == {}
+
+
+def test_variants_of_one_modality_have_no_order_that_could_be_borne_out(tmp_path, modal):
     variants = {"rgb": "rgbd?depth=gray", "rgbd": "rgbd", "symbolic": "rgbd?depth=height"}
-    trials = [replace(t, modality=variants[t.modality]) for t in modal if t.agent == "viewer"]
-    rows = [found for claim, _, found in claim_rows(summarise(trials)) if claim.measure == "modality-order"]
-    assert [verdict for _, verdict, *_ in rows] == ["not measured"]
-
-
-def test_every_claim_of_the_section_on_modalities_is_measured(tmp_path, modal):
-    modalities = found_in(tmp_path, modality_study(), modal)
-    here = {row.of: row for row in modalities.where("claim", agent="viewer", modality="")}
-    assert here["modality-order"].note == here["modality-outpaces"].note == "borne out"
-    assert here["modality-order"].test == "log-rank test for a trend over fidelity, and the order of the mean steps"
-    assert modalities.said("claims", "modality-order") == [
-        "mean steps 5.9 with RGB, 9.9 with RGB-D, 13.9 with positions and outcomes in words"
-    ]
-    assert here["modality-steps"].note == "compatible"
-    misread = [row for row in modalities.where("claim") if row.of.startswith("misinterpretation, ")]
-    assert [modalities.label(row.agent, row.modality) for row in misread] == ["viewer (RGB)", "viewer (RGB-D)"]
+    trials = [again(one, variants[one.modality]) for one in modal if one.agent == "viewer"]
+    planned = modality_study(["viewer"], tuple(variants.values()))
+    assert "modality-order" not in measured(found_in(tmp_path, planned, trials))
 
 
 def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(tmp_path):
     planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=6, repetitions=1, plant=CLUMSY)
     clumsy = found_in(tmp_path, planned)
-    rows = clumsy.where("claim")
-    assert clumsy.not_judged.startswith("No claim of the paper is judged: ")
-    assert {(row.note, row.test) for row in rows} == {("not judged", clumsy.not_judged)}
-    assert all(clumsy.said("claims", row.of) for row in rows)
-    assert {row[6] for row in tables_of(clumsy)["claims"][1:]} == {"not judged", "not measured"}
-    assert f"<p>{clumsy.not_judged}</p>" in page_of(clumsy)
+    assert not_judged(clumsy).endswith("attempts broke the rules of the box.")
+    rows = tables_of(clumsy)["claims"][1:]
+    assert {row[6] for row in rows} == {"not judged", "not measured"}
+    assert {row[7] for row in rows if row[5]} == {not_judged(clumsy)}
+    assert f"<p>{not_judged(clumsy)}</p>" in page_of(clumsy)

@@ -8,8 +8,9 @@ from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
 from lockprobe.report.every_look import at_every_look
-from lockprobe.report.page import page_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions import success
+from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.questions.stopping import SECTIONS
 from lockprobe.report.rows import Estimate, Finding
 from lockprobe.studies.until import EarlierSize, Until
@@ -76,9 +77,9 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
     assert (sharp.test, wide.test) == ("permutation within blocks, and interval", "e-process")
     tested = {row.test for row in always.rows if row.p_value is not None}
     assert tested == {"e-process", "greatest difference from the lowest dose, e-process"}
-    assert {row.note for row in always.where("claim")} == {"not judged"}
-    assert once.not_judged == ""
-    assert "one look" in always.not_judged
+    assert {row[6] for row in tables_of(always)["claims"][1:]} == {"not judged", "not measured"}
+    assert not_judged(once) == ""
+    assert "one look" in not_judged(always)
 
 
 def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):

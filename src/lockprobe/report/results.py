@@ -45,7 +45,6 @@ def results_of(numbers: StudyNumbers) -> Results:
         study=_settings(opened),
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, opened.trials),
-        not_judged=section("Attempts against the rules", lambda: numbers.not_judged, str),
         progress=_progress(opened),
         design=_design(numbers),
     ).with_rows(_resting(at_every_look(rows) if opened.every_look else rows))

@@ -14,9 +14,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import collecting, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose.robot import not_judged
 from lockprobe.report.prose.section_answers import section_answers
-from lockprobe.report.prose.stopping import AT_ONE_LOOK
 from lockprobe.report.rows import Curve, Estimate, Finding
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.branch import BranchEffect, branch_effects
@@ -207,14 +205,6 @@ class StudyNumbers:
         """The answer in the heading of a section, where it has one, and the quantities that it rests on."""
         if said := self._answers.get(name):
             yield Finding(section=name, kind="answer", text=said, rests_on=rests_on)
-
-    @cached_property
-    def not_judged(self) -> str:
-        """Why no claim of the paper is judged; empty if all are.
-
-        Claims are held against agents on a box that keeps its rules, by tests that hold for one look.
-        """
-        return not_judged(self.rules) or AT_ONE_LOOK * bool(self.opened.every_look)
 
     @cached_property
     def all_broken(self) -> dict[str, int]:

@@ -13,10 +13,6 @@ _HOLDS = "Success and differences in success are shown as they hold at every loo
 
 PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
 
-AT_ONE_LOOK = (
-    "No claim is judged: the tests hold for one look, at a number of trials that was planned before and is played."
-)
-
 _NAMED = 3
 """Conditions that a sentence names."""
 

@@ -1,134 +1,603 @@
-"""The paper's claims: each beside what the study measured of it, with a verdict."""
+"""The paper's claims: each beside what the study measured of it, with a verdict, from the rows of all questions.
+
+Loop rates are compared as the paper compares them, over whole trials: shorter trials hold fewer loops by chance alone.
+Claims about effects and onset of loops are compared with tests at equal steps. A claim about all three modalities can
+be contradicted by an agent that was not shown the box in all of them, and not borne out.
+"""
 
 from __future__ import annotations
 
+import math
+import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+from itertools import pairwise
+from statistics import NormalDist
+from typing import NamedTuple
 
-from lockprobe.foundation.formatting import bracketed, p_cell
-from lockprobe.report.claims.claim_tests import ClaimFinding
-from lockprobe.report.claims.paper import CLAIMS, PaperClaim
-from lockprobe.report.claims.verdicts import claim_rows
+from lockprobe.foundation.formatting import bracketed, p_cell, p_value, percent, points, range_of, share
+from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import false_reports
-from lockprobe.report.rows import Estimate, Finding, Results, Row
+from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results
 from lockprobe.report.section import Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics import published
 from lockprobe.statistics.conditions.factors import READING_FACTORS
-from lockprobe.statistics.summary import StudySummary
+from lockprobe.statistics.conditions.modalities import by_fidelity, spoken
+from lockprobe.statistics.distributions import welch_test
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.proportions import (
+    ALPHA,
+    Difference,
+    Proportion,
+    difference,
+    opposed_shares,
+    proportion,
+    ratio,
+)
+from lockprobe.trial.record import PLAIN_WORDS, STATES
 
-NOT_JUDGED = "not judged"
-"""What stands in place of a verdict where attempts broke the rules of the box."""
+_PAPERS_STRATEGY = "the paper's strategy"
+"""What the facts that name its reconstructions are about."""
 
-_TITLE = "The paper's claims"
+_NEAR = 0.1
+"""How far a minimum "near 40 %" may lie from it: the next flip rate of the paper."""
 
-_UNMEASURED = "not measured"
-"""The verdict on a claim that no agent of the study speaks to; it has no row."""
+_LOOPS = ("no change with the flip rate", "fewer loops at higher flip rates", "more loops at higher flip rates")
+"""By what is detected: nothing, the pattern of the paper, its opposite."""
 
-_LONGEST = 125
-"""Characters of a quotation that stand in a heading."""
-
-
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    """The verdicts; a claim about several modalities names none. The words of the paper ship with the package."""
-    first = dict[tuple[str, str], ClaimFinding]()
-    for axis, summary in _readings(numbers):
-        modalities = {one.name: (one.agent, one.modality) for one in summary.agents}
-        for claim, name, found in claim_rows(summary):
-            agent, modality = modalities.get(name, (name, ""))
-            if not name or (first.setdefault((claim.name, agent), found) == found and axis):
-                continue  # of another reading only what differs
-            yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": axis})
-    yield from _of_reading(numbers)
-
-
-def _readings(numbers: StudyNumbers) -> Iterator[tuple[str, StudySummary]]:
-    """The numbers over flip rates under each reading of a false report; the first one without the name of its axis."""
-    yield "", numbers.flips
-    for number, series, summary in numbers.series:
-        if (axis := series.axis).of_flips:
-            yield axis_key(axis.name, axis.options, axis.rest, number), summary
+_OVER_RATES = "permutation test, corrected for all flip rates"
 
 
-def _of_claim(
-    numbers: StudyNumbers, claim: PaperClaim, found: ClaimFinding, of: Mapping[str, Any]
-) -> Iterator[Estimate | Finding]:
-    """A verdict and its words."""
-    here, verdict, test, p_value = found
-    not_judged = numbers.not_judged
-    yield Estimate(
-        quantity="claim",
-        of=claim.name,
-        unit="verdict",
-        p_value=None if not_judged else p_value,
-        test=not_judged or test,
-        note=NOT_JUDGED if not_judged else verdict,
-        **of,
+class PaperClaim(NamedTuple):
+    """A claim as ``paper_claims.toml`` has it."""
+
+    measure: str
+    place: str
+    quote: str
+    value: str = ""
+    recomputed: str = ""
+    modality: str = "symbolic"
+
+
+class Judged(NamedTuple):
+    """What was measured of a claim, the verdict, what it rests on, and the P value of the test that this begins with.
+
+    ``agent`` is what tables call who was measured.
+    """
+
+    here: str
+    verdict: str
+    test: str
+    p_value: float | None = None
+    agent: str = ""
+
+
+@cache
+def paper_claims() -> tuple[PaperClaim, ...]:
+    """The claims, in the order of the paper."""
+    text = files("lockprobe.report").joinpath("paper_claims.toml").read_text("utf-8")
+    return tuple(PaperClaim(**one) for one in tomllib.loads(text)["claim"])
+
+
+def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
+    """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
+    if claim.measure == "reading":
+        yield from _reading(found)
+    axes = [one for one in found.design.axes if one.of_flips and one.players]
+    seen = set[tuple[str, str, Judged]]()
+    for axis, courses in ((None, found.courses()), *((axis, found.courses(axis)) for axis in axes)):
+        for agent, modality, one in _of_agents(found, claim, courses):
+            if one is not None and (agent, modality, one) not in seen:
+                seen.add((agent, modality, one))
+                reading = f", {false_reports(axis.options)}" if axis else ""
+                yield one._replace(agent=found.label(agent, modality) + reading)
+
+
+def _of_agents(
+    found: Results, claim: PaperClaim, courses: Sequence[Course]
+) -> Iterator[tuple[str, str, Judged | None]]:
+    """Agent, modality (none for a claim about several) and what it says to a claim; None if it says nothing."""
+    measure, papers = claim.measure, found.facts_about(_PAPERS_STRATEGY)
+    if judge := _OF_MODALITIES.get(measure):
+        for agent in dict.fromkeys(one.agent for one in courses if one.subject):
+            own = [one for one in courses if one.agent == agent and one.cells[0].trials and one.cells[0].dose == 0]
+            if own and found.where("modality_effect", agent=agent):
+                shown = {one.modality: one for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
+                yield agent, "", judge(_Shown(found, agent, shown))
+        return
+    for one in courses:
+        speaks = one.agent in papers if measure.startswith("reference") else one.subject
+        if speaks and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
+            yield one.agent, one.modality, _of_agent(measure, one)
+
+
+def _of_agent(measure: str, course: Course) -> Judged | None:
+    first, top = (
+        course.played[0],
+        next((one for one in course.played if math.isclose(one.dose or 0.0, published.PEAK)), None),
     )
-    # a number in words, which stays where nobody is judged
-    about = {name: of[name] for name in ("agent", "modality")} | {"kind": _kind(claim.name, of["axis"])}
-    yield Finding(section="claims", **about, text=here, rests_on=("claim",), judges=False)
+    if measure in _AT_0:
+        return _AT_0[measure](first)
+    if measure == "loops":
+        return _loops(course, first)
+    if measure in _TO_PEAK and top is not None and not course.blind:
+        return _TO_PEAK[measure](course, first, top)
+    return _OVER_FLIPS[measure](course) if measure in _OVER_FLIPS and not course.blind else None
 
 
-def _kind(claim: str, axis: str) -> str:
-    return f"{claim}; {axis}" if axis else claim
+# A sign is what a valid test says of the pattern of a claim: 1 shows it, -1 its opposite, 0 neither.
 
 
-def _of_reading(numbers: StudyNumbers) -> Iterator[Estimate | Finding]:
+def sign_of(p: float | None, direction: float) -> int:
+    """From a two-sided test, where a positive direction is that of the claim."""
+    return 0 if p is None or p >= ALPHA or not direction else 1 if direction > 0 else -1
+
+
+def borne_out(sign: int) -> str:
+    """The verdict on a claim that is a pattern and no figure."""
+    return ("not decided", "borne out", "not compatible")[sign]
+
+
+def verdict_of(p: float | None, sign: int = 1) -> str:
+    """On a claim of a figure and a pattern, from the test that may tell the two figures apart."""
+    if sign < 0 or (p is not None and p < ALPHA):
+        return "not compatible"
+    return "compatible" if sign > 0 else "not decided"
+
+
+def _signs(changes: Sequence[Difference], direction: int) -> list[int]:
+    """Which changes are shown to have this direction, corrected for their number (Holm)."""
+    corrected = holm([one.p_value for one in changes])
+    return [sign_of(p, direction * one.value) for p, one in zip(corrected, changes, strict=True)]
+
+
+def _share(cell: Cell, quantity: str = "success") -> Proportion:
+    row = cell.get(quantity)
+    if row is None or row.count is None or row.n is None or row.low is None or row.high is None:
+        raise LookupError(f"{quantity} of {cell.agent} under {cell.condition} has no row")
+    broken = int(cell.value("broken") or 0) if quantity == "success" else 0
+    return replace(proportion(row.count, row.n), low=row.low, high=row.high, broken=broken)
+
+
+def _change(first: Cell, second: Cell, quantity: str = "loop_rate") -> Difference:
+    found = difference(_share(first, quantity), _share(second, quantity))
+    assert found is not None  # both have trials
+    return found
+
+
+def _same_share(here: Proportion, paper: Proportion) -> Judged:
+    """A share against one of the paper's."""
+    found = difference(paper, here)
+    p = found.p_value if found else None
+    said = f"{here.count}/{here.n}, {here.value:.3f} [{here.low:.3f}, {here.high:.3f}]"
+    return Judged(said, verdict_of(p), f"Fisher, against {paper.count}/{paper.n}", p)
+
+
+def _same_step(cell: Cell, paper: int) -> Judged:
+    """The step by which 80 % of the trials are solved against the paper's."""
+    row = cell.get("steps_to_80")
+    step, early, late = (row.value, row.low, row.high) if row else (None, None, None)
+    inside = (early or math.inf) <= paper <= (late or math.inf)
+    said, *ends = ("not reached" if one is None else f"{one:g}" for one in (step, early, late))
+    here = f"80 % by step {said} [{', '.join(ends)}]"
+    return Judged(here, "compatible" if inside else "not compatible", "95 % interval of the step, from the band")
+
+
+def _apart(here: float, paper: float, *errors: float) -> float:
+    """P value, two-sided, of two independent estimates with these standard errors being of one truth."""
+    return 2 * NormalDist().cdf(-abs(here - paper) / math.hypot(*errors))
+
+
+def _rise(first: Proportion, second: Proportion) -> tuple[float, float]:
+    """A difference of shares, and its standard error with two more trials of each kind (Agresti and Coull)."""
+    smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
+    return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
+
+
+def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
+    """The logarithm of a ratio of shares, second over first, and its standard error (Walter 1975)."""
+    (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
+    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
+
+
+def _unlike(of: Callable[[Proportion, Proportion], tuple[float, float]], *here: Proportion) -> float:
+    """P value of what two shares give (a number and its standard error) being what the paper's success gives.
+
+    If trials broke, the larger of both ends, and 1 if the paper's number lies between these.
+    """
+    paper, paper_error = of(published.SOLVED_AT_0, published.SOLVED_AT_40)
+    ends = [of(*end) for end in opposed_shares(*here)]
+    between = len({value > paper for value, _ in ends}) > 1
+    return 1.0 if between else max(_apart(value, paper, error, paper_error) for value, error in ends)
+
+
+def _in_points(found: Difference) -> str:
+    return f"{points(found.value)} points [{points(found.low)}, {points(found.high)}]"
+
+
+# Claims about one agent over its flip rates, from 0 (Secs. 3.1 to 3.3).
+
+
+def _misread(cell: Cell) -> Judged | None:
+    """Misreadings occur as often as in the paper."""
+    rate, spread, total = map(cell.get, ("misinterpretation_rate", "misinterpretation_rate_sd", "misinterpretations"))
+    if rate is None or rate.value is None or spread is None or spread.value is None or total is None:
+        return None
+    if not total.value:
+        return _never_misread(cell)
+    paper, affected = published.TABLE1[spec_name(cell.modality)], cell.get("trials_with_misinterpretation")
+    p = welch_test((paper.mean, paper.sd, paper.trials), (rate.value, spread.value, rate.n or 0))
+    here = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
+    here += f", in {affected.count} of {affected.n} trials" if affected else ""
+    return Judged(here, verdict_of(p), "Welch, on the rates per trial", p)
+
+
+def _hallucinated(cell: Cell) -> Judged | None:
+    """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
+    row = cell.get("said_moved_of_misread")
+    if row is None or row.low is None or row.high is None:
+        return _never_misread(cell)
+    here = f"{row.count} of {row.n} misreadings claim moved after a report of blocked, "
+    here += share(row.value, row.low, row.high)
+    verdict = borne_out(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
+    return Judged(here, verdict, "95 % interval above or below one half, clustered by trial")
+
+
+def _never_misread(cell: Cell) -> Judged | None:
+    """Not one misreading: could that be chance, if as many trials had one as in the paper?"""
+    paper, misread, rate = (
+        published.TABLE1[spec_name(cell.modality)],
+        cell.get("misread"),
+        cell.get("misinterpretation_rate"),
+    )
+    found = difference(proportion(paper.affected, paper.trials), proportion(0, rate.n or 0)) if rate else None
+    if misread is None or rate is None or found is None:
+        return None
+    here = f"none in {misread.n} claims of {rate.n} trials, at most {percent(misread.high, 1)}"
+    test = f"Fisher, trials with a misreading, against {paper.affected}/{paper.trials}"
+    return Judged(here, borne_out(sign_of(found.p_value, -1)), test, found.p_value)
+
+
+def _changes(course: Course) -> list[tuple[float, Estimate]]:
+    """Flip rates with success there minus that at the lowest, corrected for looking at all of them."""
+    doses = {cell.condition: cell.dose or 0.0 for cell in course.cells}
+    return [(doses[row.condition], row) for row in course.against_lowest("success_difference")]
+
+
+def _shown(change: Estimate) -> int:
+    return sign_of(change.p_value, change.value or 0.0)
+
+
+def _rise_to_peak(course: Course) -> tuple[int, float | None]:
+    """Whether success at the paper's peak is shown to be above that at 0, and the P value."""
+    return next(
+        ((_shown(row), row.p_value) for dose, row in _changes(course) if math.isclose(dose, published.PEAK)), (0, None)
+    )
+
+
+def _peak(course: Course, first: Cell, top: Cell) -> Judged:
+    """Success rises to 0.4 by as much as in the paper, and is nowhere shown to be higher."""
+    rise = _change(first, top, "success")
+    here = f"from 0 to 0.4 {_in_points(rise)}"
+    if 1 in _signs([_change(top, one, "success") for one in course.played], 1):
+        return Judged(here, "not compatible", "Fisher, against every flip rate (Holm): higher at another")
+    sign, p = _rise_to_peak(course)
+    if sign:
+        return Judged(here, verdict_of(None, sign), _OVER_RATES, p)
+    of_paper, p = published.SOLVED_AT_40.value - published.SOLVED_AT_0.value, _unlike(_rise, _share(first), _share(top))
+    test = f"z test against the paper's rise of {100 * of_paper:.0f} points; no rise to 0.4 was detected"
+    return Judged(here, borne_out(-1 if rise.value < of_paper and p < ALPHA else 0), test, p)
+
+
+def _ratio(course: Course, first: Cell, top: Cell) -> Judged:
+    """Success rises from 0 to 0.4, and as many times as in the paper."""
+    one, two = _share(first), _share(top)
+    here = f"{two.count}/{two.n} at 0.4 over {one.count}/{one.n} at 0"
+    if found := ratio(one, two):
+        here += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
+    p, (sign, _) = _unlike(_log_ratio, one, two), _rise_to_peak(course)
+    rise = ("no rise", "a rise", "a fall")[sign]
+    test = f"z test of the log ratios, with half a trial added to each count; {rise} to 0.4 was detected"
+    return Judged(here, verdict_of(p, sign), test, p)
+
+
+def _effect(course: Course) -> Judged | None:
+    """Success is above that at 0 for some flip rate; the opposite is a fall at the paper's moderate noise, 0.4."""
+    changes = _changes(course)
+    if not changes:
+        return None
+    rises = sorted((row.p_value or 0.0, -(row.value or 0.0), dose) for dose, row in changes if _shown(row) > 0)
+    at_peak = [dose for dose, _ in changes if math.isclose(dose, published.PEAK)]
+    largest = max(changes, key=lambda one: one[1].value or 0.0)[0]
+    chosen = rises[0][2] if rises else at_peak[0] if at_peak else largest
+    row = dict(changes)[chosen]
+    here = f"{points(row.value or 0.0)} points from 0 to {chosen:g}"
+    sign = 1 if rises else _rise_to_peak(course)[0]
+    return Judged(here, borne_out(sign), _OVER_RATES, row.p_value)
+
+
+def _lines(row: Estimate) -> int:
+    """1 if a rise is shown to come before a fall, -1 if a fall comes before a rise."""
+    return sign_of(row.p_value, {"inverted U": 1, "U": -1}.get(row.note, 0))
+
+
+def _shape(course: Course) -> Judged | None:
+    """Success rises and falls again, as the sentence goes on; a fall and a rise are the opposite."""
+    row = course.get("success_two_lines")
+    if row is None or row.p_value is None:
+        return None
+    return Judged(f"the lines meet at {row.value:.2f}", borne_out(_lines(row)), "two lines", row.p_value)
+
+
+def _fewer(course: Course) -> int:
+    """Whether loops are rarer than at 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
+    first, *others = course.played
+    if 1 in _signs([_change(first, one) for one in others], 1):
+        return -1
+    drops = [_change(first, one) for one in others if math.isclose(one.dose or 0.0, published.PEAK)]
+    return sign_of(drops[0].p_value, -drops[0].value) if drops else 0
+
+
+def _loops(course: Course, first: Cell) -> Judged:
+    """As many trials loop at 0 as in the paper, and more than elsewhere."""
+    here, _, test, p, _ = _same_share(_share(first, "loop_rate"), published.LOOPS_AT_0)
+    low, high = (first.value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+    here += "" if low is None or high is None else f"; by chance {range_of(low, high)}"
+    sign = 0 if course.blind else _fewer(course)
+    why = "loops of a blind agent cannot depend on reports" if course.blind else f"{_LOOPS[sign]} detected"
+    return Judged(here, verdict_of(p, sign), f"{test}; {why}", p)
+
+
+def _drop(course: Course, first: Cell, top: Cell) -> Judged:
+    """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
+    one, two, drop = _share(first, "loop_rate"), _share(top, "loop_rate"), _change(first, top)
+    of_paper, paper_error = _rise(published.LOOPS_AT_0, published.LOOPS_AT_40)
+    p = _apart(drop.value, of_paper, _rise(one, two)[1], paper_error)
+    far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > _NEAR + 1e-9]
+    lower = 1 in _signs([_change(top, cell) for cell in far], -1)
+    sign = -1 if lower else sign_of(drop.p_value, -drop.value)
+    here = f"{one.count}/{one.n} to {two.count}/{two.n}, {_in_points(drop)}"
+    why = "fewer loops far from 0.4" if lower else _LOOPS[_fewer(course)]
+    return Judged(here, verdict_of(p, sign), f"z test of the two differences; {why} detected", p)
+
+
+def _loops_again(course: Course) -> Judged | None:
+    """First loops come later and then sooner again; a first line that rises, or a second that falls, contradicts it."""
+    row, *lines = (course.get("first_loop_two_lines", of) for of in ("", "first line", "second line"))
+    known = [(line.value, line.p_value) for line in lines if line is not None and line.value is not None]
+    if row is None or len(known) < 2:
+        return None
+    slopes = [
+        f"{'rises' if z > 0 else 'falls' if z < 0 else 'is constant'}{'' if p is None else f' ({p_value(p)})'}"
+        for z, p in known
+    ]
+    here = f"hazard of a first loop {slopes[0]} up to {row.value:.2g}, {slopes[1]} above"
+    first, second = holm([p for _, p in known])
+    against = -1 in (sign_of(first, -known[0][0]), sign_of(second, known[1][0]))
+    sign = -1 if against and not course.where("broken_share") else -_lines(row)
+    test = "loop onset, two lines; assumes that solved trials would have looped like the others"
+    return Judged(here, borne_out(sign), test, row.p_value)
+
+
+def _later(course: Course) -> Judged | None:
+    """An agent loops later at higher flip rates, at equal steps."""
+    row = course.get("hazard_ratio_of_first_loop")
+    if row is None or row.p_value is None:
+        return None
+    ratio_of = "hazard ratio of a first loop, higher flip rates over the lowest"
+    sign = sign_of(row.p_value, {"later": 1, "sooner": -1}.get(row.note, 0))
+    here = f"{row.value:.2f} ({ratio_of})" if row.value is not None else ""
+    return Judged(here, borne_out(sign), "loop onset, log-rank", row.p_value)
+
+
+def _correlation(course: Course) -> Judged | None:
+    """R is negative, and as large as in the paper."""
+    row = course.get("loop_success_correlation")
+    if row is None or row.value is None or row.low is None or row.n is None or row.n < 4 or abs(row.value) == 1:
+        return None
+    errors = (1 / math.sqrt(n - 3) for n in (row.n, published.CORRELATION_POINTS))
+    p, sign = (
+        _apart(math.atanh(row.value), math.atanh(published.CORRELATION), *errors),
+        sign_of(row.p_value, -row.value),
+    )
+    here = f"{bracketed(row.value, row.low, row.high, '{:.2f}', 1)} over {row.n} points"
+    which = ("no correlation was detected", "r is negative", "r is positive")[sign]
+    return Judged(here, verdict_of(p, sign), f"Fisher's z test; {which}; neither value is evidence of harm by loops", p)
+
+
+_AT_0: Mapping[str, Callable[[Cell], Judged | None]] = {
+    "reference": lambda cell: _same_share(_share(cell), published.REFERENCE),
+    "reference-steps": lambda cell: _same_step(cell, published.REFERENCE_STEPS),
+    "baseline": lambda cell: _same_share(_share(cell), published.SOLVED_AT_0),
+    "misinterpretation": _misread,
+    "hallucination": _hallucinated,
+}
+_TO_PEAK: Mapping[str, Callable[[Course, Cell, Cell], Judged]] = {"peak": _peak, "ratio": _ratio, "loops-drop": _drop}
+_OVER_FLIPS: Mapping[str, Callable[[Course], Judged | None]] = {
+    "effect": _effect,
+    "shape": _shape,
+    "loops-rise": _loops_again,
+    "onset": _later,
+    "correlation": _correlation,
+}
+"""What judges a claim about an agent: told the truth, at 0 and 0.4, over all its flip rates."""
+
+
+# Claims about several modalities, told the truth (Sec. 3.1).
+
+
+class _Shown(NamedTuple):
+    """One agent by the modality in which it was shown the box, from low to high fidelity."""
+
+    found: Results
+    agent: str
+    by: Mapping[str, Course]
+
+    def first(self, modality: str) -> Cell:
+        return self.by[modality].played[0]
+
+    @property
+    def three(self) -> tuple[str, str, str]:
+        """The paper's modalities. Its ground truth is a state; reports that tell outcomes too stand for it if alone."""
+        return "rgb", "rgbd", next((one for one in PLAIN_WORDS if one in self.by), STATES)
+
+    def borne_out(self, sign: int) -> str:
+        """Only all three modalities can show what is said of three."""
+        return borne_out(0 if sign > 0 and not set(self.three) <= self.by.keys() else sign)
+
+    @property
+    def pairs(self) -> Mapping[tuple[str, str], Estimate]:
+        """Every two modalities, the one of lower fidelity first: the hazard ratio of solving, second over first."""
+        rows = self.found.where("hazard_ratio_of_modalities", agent=self.agent, of="Holm")
+        return {(row.versus_modality, row.modality): row for row in rows if row.value is not None}
+
+    def sooner(self, first: str, second: str) -> tuple[int, float | None]:
+        """Whether the box is solved sooner in the first of two modalities, corrected for the pairs."""
+        row = self.pairs.get((first, second))
+        return (sign_of(row.p_value, 1 - (row.value or 0.0)), row.p_value) if row else (0, None)
+
+
+def _joined(said: Mapping[str, str]) -> str:
+    return "; ".join(f"{one} with {spoken(modality)}" for modality, one in said.items())
+
+
+def _final(shown: _Shown) -> Judged:
+    """As many trials are solved as in the paper, in every modality."""
+    same = {modality: _same_share(_share(shown.first(modality)), published.MODALITY) for modality in shown.by}
+    p = min((p for p in holm([one.p_value for one in same.values()]) if p is not None), default=None)
+    verdict = verdict_of(p, int(set(shown.three) <= shown.by.keys()))
+    test = "Fisher, against 8/10 in each modality, corrected for their number"
+    return Judged(_joined({modality: one.here for modality, one in same.items()}), verdict, test, p)
+
+
+def _order(shown: _Shown) -> Judged | None:
+    """The box is solved sooner the lower the fidelity is, with RGB-D in between."""
+    trend = shown.found.get("modality_effect", agent=shown.agent, of="trend over fidelity")
+    if trend is None or trend.p_value is None:
+        return None
+    means = {modality: shown.first(modality).value("mean_steps_all") or 0.0 for modality in shown.by}
+    sign, pairs = (
+        sign_of(trend.p_value, -(trend.value or 0.0)),
+        [shown.sooner(*one)[0] for one in pairwise(shown.three)],
+    )
+    if sign > 0 and (-1 in pairs or [*means.values()] != sorted(means.values())):
+        sign = -1 if -1 in pairs else 0
+    here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(modality)}" for modality, mean in means.items())
+    test = "log-rank test for a trend over fidelity, and the order of the mean steps"
+    return Judged(here, shown.borne_out(sign), test, trend.p_value)
+
+
+def _steps(shown: _Shown) -> Judged | None:
+    """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
+    lowest, _, highest = shown.three
+    steps = {lowest: published.STEPS_TO_80["rgb"], highest: published.STEPS_TO_80["symbolic"]}
+    same = {one: _same_step(shown.first(one), step) for one, step in steps.items() if one in shown.by}
+    if not same:
+        return None
+    sign, p = shown.sooner(lowest, highest)
+    outside = any(one.verdict == "not compatible" for one in same.values())
+    test = "95 % intervals of the steps, from the bands, and log-rank of RGB against positions in words"
+    return Judged(_joined({one: said.here for one, said in same.items()}), verdict_of(None, -outside or sign), test, p)
+
+
+def _ratios(pairs: Mapping[tuple[str, str], Estimate]) -> str:
+    said = (f"{row.value:.2f} ({spoken(second)} over {spoken(first)})" for (first, second), row in pairs.items())
+    return f"hazard ratio of solving: {', '.join(said)}"
+
+
+def _depth(shown: _Shown) -> Judged | None:
+    """The box is solved sooner with RGB than with RGB-D, however its depth is shown."""
+    pair = next((one for one in shown.pairs if tuple(map(spec_name, one)) == ("rgb", "rgbd")), None)
+    if pair is None:
+        return None
+    sign, p = shown.sooner(*pair)
+    return Judged(_ratios({pair: shown.pairs[pair]}), borne_out(sign), "log-rank, corrected for the pairs", p)
+
+
+def _outpaces(shown: _Shown) -> Judged | None:
+    """RGB is faster than RGB-D, and RGB-D faster than ground truth."""
+    pairs = [pair for pair in pairwise(shown.three) if set(pair) <= shown.by.keys()]
+    if not pairs:
+        return None
+    tests = [shown.sooner(*pair) for pair in pairs]
+    sign = min(sign for sign, _ in tests)
+    p = max((p for _, p in tests if p is not None), default=None)
+    here = _ratios({pair: shown.pairs[pair] for pair in pairs if pair in shown.pairs})
+    return Judged(here, shown.borne_out(sign), "log-rank of the two pairs, corrected; the larger P value", p)
+
+
+def _faster(shown: _Shown) -> Judged | None:
+    """The human-inspired strategy, told the state, is faster than an agent in every modality."""
+    papers, hazards = shown.found.facts_about(_PAPERS_STRATEGY), dict[str, tuple[float, float]]()
+    for row in shown.found.where("hazard_ratio", of=""):  # of the row's agent over the other one
+        sides = (row.versus, row.versus_modality), (row.agent, row.modality)
+        power = -1 if sides[0][0] in papers and sides[0][1] in PLAIN_WORDS else 1
+        (name, told), (slower, modality) = sides[::-power]
+        known = name in papers and told in PLAIN_WORDS and slower == shown.agent and modality in shown.by
+        if known and row.p_value is not None and row.value:
+            hazards[modality] = row.value**power, row.p_value
+    if not hazards:
+        return None
+    refuted = [p for p in holm([p for hazard, p in hazards.values() if hazard < 1]) if p is not None and p < ALPHA]
+    every = hazards.keys() >= shown.by.keys() and all(sign_of(p, hazard - 1) > 0 for hazard, p in hazards.values())
+    ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in hazards.items())
+    here = f"hazard ratio of solving, human-inspired over this agent: {ratios}"
+    test = "log-rank, clustered by block; the largest P value"
+    return Judged(here, shown.borne_out(-1 if refuted else int(every)), test, max(p for _, p in hazards.values()))
+
+
+_OF_MODALITIES: Mapping[str, Callable[[_Shown], Judged | None]] = {
+    "modalities": _final,
+    "modality-order": _order,
+    "modality-outpaces": _outpaces,
+    "modality-steps": _steps,
+    "depth": _depth,
+    "reference-faster": _faster,
+}
+
+
+def _reading(found: Results) -> Iterator[Judged]:
     """Whether what a false report is makes a difference here, for each agent that was told several kinds."""
-    (claim,) = (one for one in CLAIMS if one.measure == "reading")
-    effects = [one for one in (numbers.others.on_factors if numbers.others else ()) if one.axis in READING_FACTORS]
-    for agent in dict.fromkeys(one.agent for one in effects if one.agent in numbers.subjects):
-        own = [(one, each) for one in effects if one.agent == agent for each in one.effects]
-        found_in, clearest = min(own, key=lambda both: (both[1].difference.p_value, -abs(both[1].difference.value)))
-        gap, modality = clearest.difference, found_in.modality
-        detected = sum(each.detectable for _, each in own)
-        here = (
-            f"{detected} of {len(own)} differences between readings were detected; the clearest: {clearest.condition} "
-            f"minus {found_in.control} "
-            f"{bracketed(gap.value, gap.low, gap.high)} points"
-        )
-        found: ClaimFinding = (here, "not decided", "McNemar, and interval", gap.p_value)
-        yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": ""})
+    rows = [one for one in found.where("success_difference", of="", versus="") if one.axis in READING_FACTORS]
+    for agent in dict.fromkeys(row.agent for row in rows if row.agent in found.subjects):
+        own = [row for row in rows if row.agent == agent]
+        row = min(own, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)))
+        detected = sum(row.p_value is not None and row.p_value < ALPHA for row in own)
+        here = f"{detected} of {len(own)} differences between readings were detected; the clearest: {row.condition} "
+        here += f"minus {row.control} {bracketed(row.value, row.low, row.high)} points"
+        label = found.label(agent, row.modality)
+        yield Judged(here, "not decided", "McNemar, and interval", row.p_value, label)
 
 
-def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:
-    """Every claim with its rows; none if the rows could not be made."""
-    if all(one.section != _TITLE for one in found.sections_left_out):
-        yield from ((claim, found.where("claim", of=claim.name)) for claim in CLAIMS)
+def not_judged(found: Results) -> str:
+    """Why no claim is judged; empty if all are.
 
-
-def _here(found: Results, row: Estimate) -> str:
-    return found.said("claims", _kind(row.of, row.axis), agent=row.agent, modality=row.modality)[0]
-
-
-def _label(found: Results, row: Estimate) -> str:
-    """The agent, and the reading of a false report if it is not the first."""
-    reading = next((false_reports(options) for axis, options in found.readings if axis.key == row.axis), "")
-    return found.label(row.agent, row.modality) + f", {reading}" * bool(reading)
+    Claims are held against agents on a box that keeps its rules, by tests that hold for one look.
+    """
+    rows = found.where("against_rules")
+    if against := sum(row.count or 0 for row in rows):
+        attempts = sum(row.n or 0 for row in rows)
+        return f"No claim is judged: {against} of {attempts} attempts broke the rules of the box."
+    one_look = "No claim is judged: the tests hold for one look, when all planned trials are played."
+    return one_look * bool(found.progress.every_look)
 
 
 def _table(found: Results) -> TextTable:
-    head = ["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]
-    table = [head]
-    for claim, rows in _measured(found):
+    table = [["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]]
+    why = not_judged(found)
+    for claim in paper_claims():
         paper = [claim.place, claim.quote, claim.value, claim.recomputed]
-        for row in rows:
-            here = [_label(found, row), _here(found, row), row.note, row.test, p_cell(row.p_value)]
-            table.append([*paper, *here])
-        if not rows:
-            table.append([*paper, "", "", _UNMEASURED, "", p_cell(None)])
+        for one in judged(found, claim):
+            verdict = ["not judged", why, p_cell(None)] if why else [one.verdict, one.test, p_cell(one.p_value)]
+            table.append([*paper, one.agent, one.here, *verdict])
+        if table[-1][1] != claim.quote:
+            table.append([*paper, "", "", "not measured", "", p_cell(None)])
     return table
-
-
-def _show(found: Results) -> Iterator[Part]:
-    counts = Counter(row.note for _, rows in _measured(found) for row in rows)
-    said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
-    unjudged = Text(found.not_judged) if found.not_judged else None
-    notes = [one for one in (unjudged, _VERDICTS, _CLAIMS, _NOTE) if one]
-    yield Part(_TITLE, f"Of {counts.total()} comparisons with its statements: {said}." if counts else "", notes)
 
 
 _CLAIMS = Table("claims", _table, numeric_from=7)
@@ -140,17 +609,27 @@ _NOTE = Note(
     "replication. Each test is at the 5 % level, not corrected for the number of statements.",
 )
 
-_VERDICTS = Listed(
-    (
-        (
-            "Compatible: no difference from the paper's value was detected, which may only mean that there are few "
-            "trials, and the study shows the pattern that the statement describes, if it describes one."
-        ),
-        "Borne out: the study shows the pattern of a statement without a value.",
-        "Not compatible: the study contradicts its value or pattern.",
-        "Not decided: the study neither shows nor contradicts it. This is no evidence against it.",
-    )
-)
+_VERDICTS = """
+Compatible: no difference from the paper's value was detected, which may only mean that there are few trials, and the \
+study shows the pattern that the statement describes, if it describes one.
+Borne out: the study shows the pattern of a statement without a value.
+Not compatible: the study contradicts its value or pattern.
+Not decided: the study neither shows nor contradicts it. This is no evidence against it.
+"""
 
 
-SECTIONS = (Section(name="claims", title=_TITLE, rows=_rows, show=_show, tables=(_CLAIMS,)),)
+def _show(found: Results) -> Iterator[Part]:
+    counts = Counter(verdict for *_, verdict, _, _ in _table(found)[1:] if verdict != "not measured")
+    said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
+    answer = f"Of {counts.total()} comparisons with its statements: {said}." if counts else ""
+    why = [Text(not_judged(found))] if not_judged(found) else []
+    yield Part("The paper's claims", answer, [*why, Listed(_VERDICTS.strip().splitlines()), _CLAIMS, _NOTE])
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
+    for agent in numbers.study.agents:
+        if spec_kind(agent) == "human-inspired":
+            yield Fact(about=_PAPERS_STRATEGY, name=numbers.study.label_of(agent), text="human-inspired")
+
+
+SECTIONS = (Section(name="claims", title="The paper's claims", rows=_rows, show=_show, tables=(_CLAIMS,)),)

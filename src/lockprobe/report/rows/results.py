@@ -43,7 +43,6 @@ class Results(Part):
     settings_hash: str = Field(description="Hash of the settings, as lockprobe verify DIR --settings takes it.")
     results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
     answer: str = Field(default="", description="What the study found, in one sentence.")
-    not_judged: str = Field(default="", description="Why no claim of the paper is judged; empty if all are.")
     progress: Progress = Field(description="How many of its planned trials are finished.")
     design: Design = Field(description="What differs between its trials.")
     rows: tuple[Estimate, ...] = Field(default=(), description="Every number, one a row.")
@@ -61,7 +60,7 @@ class Results(Part):
         return {
             name: value.plain() if isinstance(value, Part) else value
             for name, value in written.items()
-            if value or name not in ("not_judged", "sections_left_out")
+            if value or name != "sections_left_out"
         }
 
     def __repr__(self) -> str:

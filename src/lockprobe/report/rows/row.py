@@ -49,7 +49,7 @@ IDENTITY = (
 
 
 UNITS = (
-    *("share", "points", "ratio", "yes or no", "direction", "verdict", "order", "dose"),
+    *("share", "points", "ratio", "yes or no", "direction", "order", "dose"),
     *(
         "steps",
         "trials",

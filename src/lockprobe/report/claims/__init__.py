@@ -1,1 +1,0 @@
-"""The paper's claims, and what a study says of each."""
