@@ -10,7 +10,6 @@ from typed import typed
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.report.prose.readings import untested_said
 from lockprobe.report.rows import Estimate, Fact, Results
 
 HOW = "--readings fresh,kept"
@@ -109,7 +108,11 @@ def test_what_is_open_is_the_next_step(played):
     for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
         more = [
             found.findings[0].model_copy(
-                update={"section": "overview", "kind": kind, "text": untested_said(["a:b", "c"], HOW, 8)}
+                update={
+                    "section": "overview",
+                    "kind": kind,
+                    "text": f"Not tested for a:b: whether false reports that stay do the same ({HOW}: 8 trials more).",
+                }
             )
         ]
         steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]

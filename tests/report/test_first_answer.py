@@ -17,7 +17,7 @@ from lockprobe.report.prose.first_screen import (
 )
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.statistics import rationality
-from lockprobe.statistics.conditions.effects import Effects
+from lockprobe.statistics.contrast import Effects
 from lockprobe.statistics.proportions import proportion
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.summary import summarise
@@ -105,7 +105,6 @@ def effects(*changes, agents=1):
         modality="symbolic",
         control="truth",
         effects=tuple(effect(*change) for change in changes),
-        interplays=(),
         agents=agents,
     )
 

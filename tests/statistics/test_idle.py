@@ -57,10 +57,6 @@ def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction
     (effects,) = crossed.effects
     assert [one.condition for one in effects.effects] == ["flip?p=0.4 + history?last=50"]
     assert [one.condition for own in crossed.on_axes for one in own.effects] == ["flip?p=0.4"]
-    assert effects.interplays == ()
-    (acting,) = summary("flip?p=0.4", "tremble?p=0.2", "flip?p=0.4 + tremble?p=0.2").effects
-    assert acting.interplays == ()
-    assert [one.interaction is not None for one in acting.grids] == [True]
 
 
 def test_a_dose_that_never_acted_is_in_no_test_of_its_series():

@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.factorial.design import factorials_of
+from lockprobe.statistics.factorial import factorials_of
 from lockprobe.studies.looks import FACTORS, PLAIN
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of

@@ -16,6 +16,7 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.section_answers import section_answers
 from lockprobe.report.rows import Curve, Estimate, Finding
+from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.clustered import ClusteredProportion
@@ -107,6 +108,12 @@ def share_rows(quantity: str, found: Proportion | ClusteredProportion, **columns
     clusters = {} if isinstance(found, Proportion) else {"clusters": found.clusters}
     row = {"value": found.value, "low": found.low, "high": found.high, "n": found.n, "count": found.count}
     return [Estimate(quantity=quantity, **row | clusters | columns)]
+
+
+def of_blocks(found: BlockMean) -> dict[str, Any]:
+    """The columns of a mean over blocks."""
+    counted = {"n": found.pairs, "clusters": found.blocks}
+    return counted | {name: getattr(found, name) for name in ("value", "low", "high", "p_value")}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """The conditions of the study ``looks``: which features of pictures make agents misread them?
 
 The paper has one box, one camera and one light, and says so among its limitations. Here eight features of the scene
-vary at once, in 16 of their 256 combinations (:func:`lockprobe.statistics.factorial.design.fraction`).
+vary at once, in 16 of their 256 combinations (:func:`lockprobe.statistics.factorial.fraction`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.statistics.factorial.design import fraction
+from lockprobe.statistics.factorial import fraction
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.options.paper import Extent
 from lockprobe.trial.condition import Condition

@@ -20,7 +20,6 @@ from lockprobe.foundation.formatting import p_value
 from lockprobe.report.figures import files, render
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.differences import side_by_side
-from lockprobe.report.figures.dose_grid import dose_grid
 from lockprobe.report.figures.first_screen import draw_overview
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
@@ -29,6 +28,7 @@ from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
 from lockprobe.report.figures.people import people
 from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
 from lockprobe.report.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
+from lockprobe.report.questions import crossings
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
@@ -281,16 +281,14 @@ AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 
 def grid(rows, columns):
     """The texts of a grid in whose cells none, one, two, … of 20 trials were solved, and its cells."""
-    facts = {"first dose": "flip rate", "second dose": "tremble p"}
-    facts |= {f"{which} doses": ", ".join(map(str, own)) for which, own in (("first", rows), ("second", columns))}
-    of = {"quantity": "success_in_grid", "agent": "llm:$\\frac{" + "x" * 80, "axis": AXIS}
-    made = []
+    facts, made = {"first dose": "flip rate", "second dose": "tremble p"}, []
     for i, (row, column) in enumerate((row, column) for row in rows for column in columns):
         share = proportion(min(i, 20), 20)
         numbers = {name: getattr(share, name) for name in ("value", "low", "high", "count", "n")}
-        made.append(Estimate(**of, of=f"{row:g}, {column:g}", **numbers))
+        facts[f"{row:g}, {column:g}"] = f"c{i}"
+        made.append(Estimate(quantity="success", agent="llm:$\\frac{" + "x" * 80, condition=f"c{i}", **numbers))
     known = [Fact(about=AXIS, name=name, text=text) for name, text in facts.items()]
-    figure = dose_grid(Results.model_construct(rows=made, facts=known), AXIS)
+    figure = crossings.draw(Results.model_construct(rows=made, facts=known), AXIS)
     figure.draw_without_rendering()
     (axes,) = figure.axes
     return axes.texts, axes.patches

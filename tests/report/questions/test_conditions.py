@@ -5,10 +5,11 @@ from itertools import combinations
 import pytest
 from builders import write_study
 
-from lockprobe.report.page import page_of, parts_of, tables_of
+from lockprobe.foundation.formatting import NONE, p_cell
+from lockprobe.report.page import figures_of, parts_of, tables_of
 from lockprobe.report.results import results
+from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.read_records import load
 
 READER = "cognitive:perseverant"
 LAB = {
@@ -40,9 +41,8 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory):
-    """The directory of a study of crossed doses, and its results."""
-    directory = tmp_path_factory.mktemp("grid") / "study"
-    return directory, found_in(directory, **GRID)
+    """A study of crossed doses."""
+    return found_in(tmp_path_factory.mktemp("grid") / "study", **GRID)
 
 
 def test_differences_are_to_the_control_and_paired(lab):
@@ -62,33 +62,43 @@ def test_differences_are_to_the_control_and_paired(lab):
 def test_what_was_crossed_has_its_interaction(lab):
     rows = lab.where("success_interaction")
     assert [row.value for row in rows] == [0, 0]  # neither agent reads words
-    assert [row[1:4] for row in tables_of(lab)["crossings"][1:]] == [["nudge", "flip?p=0.6", "nudge + flip?p=0.6"]] * 2
-    assert "Interactions of interventions" in page_of(lab)
+    both = "nudge \N{MULTIPLICATION SIGN} flip?p=0.6"
+    assert [row[:2] for row in tables_of(lab)["crossings"][1:]] == [[READER, both], ["random", both]]
+    (part,) = [part for part in parts_of(lab) if part.name == "crossings"]
+    assert (part.heading, part.answer) == ("Interactions", "0 of 2 interactions were detected.")
 
 
-def test_cells_of_a_grid_are_the_counts_of_the_records(grid):
-    directory, found = grid
-    played, rows = load(directory), found.where("success_in_grid", axis=AXIS)
-    assert found.facts_about(AXIS) == {
-        "first dose": "flip rate", "first doses": "0, 0.2, 0.4", "second dose": "tremble p",
-        "second doses": "0, 0.1, 0.4",
-    }  # fmt: skip
-    assert len(rows) == 2 * 9
-    for row in rows:
-        own = [one.solved for one in played if (one.agent, one.condition) == (row.agent, row.condition)]
-        assert (row.n, row.count) == (len(own), sum(own))
+def test_the_table_of_all_conditions_has_what_each_changes_and_the_answer_counts_what_was_detected(lab):
+    head, *rows = tables_of(lab)["conditions"]
+    shown = {(row[0], row[1]): dict(zip(head, row, strict=True)) for row in rows}
+    compared = lab.against_control()
+    assert {*shown} == {(cell.agent, cell.condition) for cell in lab.cells}
+    for row in compared:
+        own = shown[row.agent, row.condition]
+        assert (own["minus the control, points"], own["P"]) == (points_cell(row), p_cell(row.p_value))
+    assert shown[READER, "truth"]["P"] == shown["random", "flip?p=0.3"]["P"] == NONE
+    (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
+    assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences were detected."
+
+
+def test_cells_of_a_grid_are_its_conditions(grid):
+    facts = grid.facts_about(AXIS)
+    assert (facts["first dose"], facts["second dose"]) == ("flip rate", "tremble p")
+    conditions = {
+        one.name: (one.doses.get("flip.p", 0), one.doses.get("tremble.p", 0)) for one in grid.design.conditions
+    }
+    places = {name: condition for name, condition in facts.items() if ", " in name}
+    assert len(places) == 9
+    assert all(name == "{:g}, {:g}".format(*conditions[condition]) for name, condition in places.items())
 
 
 def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
-    _, found = grid
-    first, random = found.where("success_interaction")
+    first, random = grid.where("success_interaction")
     assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
     assert random.corrected_for == 2  # agents
-    assert not any(part.name == "crossings" for part in parts_of(found))
-    tables = tables_of(found)
-    assert len(tables["grids"]) == 1 + 2 * 9
-    assert [row[1] for row in tables["trends"][1:]] == [AXIS] * 2
-    assert "with" not in tables["trends"][0]
+    head, *rows = tables_of(grid)["crossings"]
+    assert [row[1] for row in rows] == [AXIS] * 2
+    assert "with" not in head
 
 
 def test_grids_of_one_name_are_told_apart(tmp_path):
@@ -96,15 +106,16 @@ def test_grids_of_one_name_are_told_apart(tmp_path):
     sticky = "flip?p=0.4&others=kept"
     conditions = ["tremble?p=0.3", *(f"{flip} + tremble?p=0.3" for flip in ("flip?p=0.4", sticky)), sticky]
     found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], condition=conditions, trials=2, repetitions=1)
-    assert list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))) == [AXIS, f"{AXIS} (2)"]
-    assert [row[1] for row in tables_of(found)["trends"][1:]] == [AXIS] * 2
+    assert [row.axis for row in found.where("success_interaction")] == [AXIS, f"{AXIS} (2)"]
+    assert [row[1] for row in tables_of(found)["crossings"][1:]] == [AXIS] * 2
+    assert [one.name for one in figures_of(parts_of(found)) if "grid" in one.name] == ["grid-1", "grid-2"]
 
 
 def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
     found = found_in(tmp_path / "alone", condition=acts, **more)
     assert found.against_control() == []
-    assert not any(part.name == "effects" for part in parts_of(found))
+    assert "effects" not in [one.name for one in figures_of(parts_of(found))]
     found = found_in(tmp_path / "beside", condition=[acts, "distract?p=0.3"], **more)
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
 
@@ -138,9 +149,10 @@ def test_every_factor_has_an_effect_on_both_measures(factorial):
 
 def test_the_page_says_which_matter(factorial):
     answer = factorial.answer_of("overview")
-    assert f"{AGENT} misreads" in answer
+    assert answer.startswith(f"{AGENT}: misreading changes with ")
     assert "misreading changes with flip.p=0.4 (+" in answer
-    assert "Which features matter?" in page_of(factorial)
+    (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
+    assert (part.heading, part.answer) == ("Which features matter?", answer)
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == [
         "factor",
         "tremble.p=0.6",

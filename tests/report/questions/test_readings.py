@@ -3,10 +3,11 @@
 import pytest
 from builders import write_study
 
-from lockprobe.report.figures.readings import readings as drawn
+from lockprobe.foundation.formatting import NONE
 from lockprobe.report.page import tables_of
-from lockprobe.report.questions.readings import SECTIONS
+from lockprobe.report.questions.readings import SECTIONS, draw
 from lockprobe.report.results import results
+from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -53,20 +54,20 @@ def test_a_row_for_every_reading_and_rate_and_the_difference_between_readings_in
         (AGENT, "outcome inverted, then corrected", "0.4"), (AGENT, "outcome inverted, then corrected", "0.6"),
         (AGENT, "outcome inverted, stays", "0.4"), (AGENT, "outcome inverted, stays", "0.6"),
     ]  # fmt: skip
-    (row, _) = [one for one in table(found, "readings-compared") if one["agent"] == AGENT]
-    assert (row["condition"], row["control"]) == (KEPT, "flip?p=0.4")
     gap = found.one("success_difference", agent=AGENT, condition=KEPT, control="flip?p=0.4")
+    assert [row["minus the first reading, points"] for row in shown[:3]] == [NONE, NONE, points_cell(gap)]
     kept, fresh = (found.one("success", agent=AGENT, condition=name) for name in (KEPT, "flip?p=0.4"))
     assert gap.value == pytest.approx(kept.value - fresh.value)
     assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
 
 
 def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
-    rows = table(found, "against-no-feedback")
-    assert {row["control"] for row in rows} == {"no-feedback"}
-    assert [row["condition"] for row in rows if row["agent"] == AGENT] == [
-        "flip?p=0.4", "flip?p=0.6", KEPT, "flip?p=0.6&others=kept",
-    ]  # fmt: skip
+    rows = found.where("success_difference", agent=AGENT, axis="no feedback")
+    assert [(row.condition, row.control) for row in rows] == [
+        (name, "no-feedback") for name in ("flip?p=0.4", "flip?p=0.6", KEPT, "flip?p=0.6&others=kept")
+    ]
+    shown = [row["minus no feedback, points"] for row in table(found, "readings") if row["agent"] == AGENT]
+    assert shown == [*map(points_cell, rows)]
     gap = found.one("success_difference", agent=AGENT, condition="flip?p=0.4", axis="no feedback")
     lied, none = (found.one("success", agent=AGENT, condition=name) for name in ("flip?p=0.4", "no-feedback"))
     assert (gap.value, gap.corrected_for) == (pytest.approx(lied.value - none.value), 4)
@@ -93,6 +94,6 @@ def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     )
     assert said in " ".join(found.said("overview", "untested"))
     assert len(table(found, "readings")) == 1
-    assert drawn(found) is None
+    assert draw(found) is None
     truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))
     assert not list(SECTIONS[0].show(truth))

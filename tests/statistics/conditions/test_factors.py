@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.statistics.conditions.factors import factor_effects, factors_of
-from lockprobe.studies.running.single import run_trial
+from lockprobe.statistics.conditions.factors import factors_of, no_feedback_factor
 from lockprobe.studies.study_design import arms_of
 
 STICKY = "flip?p=0.4&others=kept"
@@ -40,17 +39,9 @@ def test_the_order_of_conditions_changes_no_contrast(specs):
     assert {*groups} == {("flip?p=0.4", STICKY), ("flip?p=0.4 + nudge", f"{STICKY} + nudge")}
 
 
-def test_other_conditions_change_no_p_value_and_every_contrast_is_corrected_for_all_of_its_factor():
-    specs = ("flip?p=0.2", "flip?p=0.2&others=kept", "flip?p=0.4", STICKY)
-    agent = "cognitive:perseverant"
-    cells = {
-        (agent, spec): [run_trial(agent=agent, condition=spec, trial=i + 1, seed=3) for i in range(12)]
-        for spec in specs
-    }
-    (factor,) = factors_of(arms_of(map(read_condition, specs)))
-    found = [make() for make in factor_effects(cells, factor, (agent,))]
-    assert [(one.control, one.effects[0].condition, one.agents) for one in found] == [
-        ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", STICKY, 2),
-    ]  # fmt: skip
-    (beside,) = factors_of(arms_of(map(read_condition, ("nudge", *specs, "truth"))))
-    assert [make() for make in factor_effects(cells, beside, (agent,))] == found
+def test_every_condition_of_flips_alone_is_compared_with_one_that_withholds_every_report():
+    none, flips = "drop?p=1", ["flip?p=0.2", "flip?p=0.4"]
+    (found,) = no_feedback_factor(arms_of(map(read_condition, ["truth", *flips, "flip?p=0.4 + nudge", none])))
+    assert (found.name, found.groups) == ("no feedback", ((none, *flips),))
+    for less in (["truth", *flips, "drop?p=0.9"], ["truth", none], ["truth", *flips, "drop?p=1&luck=flip"]):
+        assert no_feedback_factor(arms_of(map(read_condition, less))) == []

@@ -15,11 +15,10 @@ from lockprobe.foundation.formatting import bracketed, minus
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, around, forest, height
-from lockprobe.report.figures.frame import agent_label, from_to, safe_name, title, title_lines
-from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style, colours
+from lockprobe.report.figures.frame import agent_label, safe_name, title, title_lines
+from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style
 from lockprobe.report.figures.primitives import Interval
-from lockprobe.report.figures.settings import FAINT, INK, own_settings
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.figures.settings import FAINT, own_settings
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -36,7 +35,7 @@ _WIDEST = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class _Panel:
+class Panel:
     """Differences around a line at none. An axis without a label has no numbers either.
 
     ``room`` is the height of the axes, where they stand beside some with more rows.
@@ -49,11 +48,13 @@ class _Panel:
     room: float = 0.0
 
     @classmethod
-    def of(cls, rows: Sequence[ForestRow], *titles: str, label: str = "difference, points") -> _Panel:
+    def of(cls, rows: Sequence[ForestRow], *titles: str, label: str = "difference, points") -> Panel:
+        """Rows with an axis that holds them all."""
         return cls(rows, label, titles, _reach(rows))
 
 
-def _sheet(panels: Sequence[_Panel], columns: int, note: str = "") -> Figure | None:
+@own_settings()
+def panels_sheet(panels: Sequence[Panel], columns: int, note: str = "") -> Figure | None:
     """The panels on one axis, so that they can be compared, each row of them as high as the longest in it."""
     bands = [panels[i : i + columns] for i in range(0, len(panels), columns)]
     heights = [max(height(one.rows) for one in band) for band in bands]
@@ -69,7 +70,7 @@ def _reach(rows: Sequence[ForestRow]) -> float:
     return 1.06 * max([0.1, *(abs(end) for end in ends if end is not None)])
 
 
-def _draw(axes: Axes, panel: _Panel) -> None:
+def _draw(axes: Axes, panel: Panel) -> None:
     """Rows of differences of shares, on an axis in points."""
     reach = panel.reach
     forest(axes, panel.rows, (-reach, reach), levels=((0.0, FAINT, "-"),), room=panel.room)
@@ -81,40 +82,15 @@ def _draw(axes: Axes, panel: _Panel) -> None:
     title(axes, *panel.title)
 
 
-def _row(
+def difference(
     name: str, found: Interval, *, detected: bool, colour: str = SUBJECTS[0], marker: Marker = "o", where: str = ""
 ) -> ForestRow:
+    """A row of a difference; one without an interval that says something has no mark."""
     if found.low is not None and found.high is not None and found.high - found.low > _WIDEST:
         few = f"{where}too few trials to compare"
         return ForestRow(name, few, Estimate(quantity="none"), Style(colour=colour, marker=marker, lead=False))
     said = where + bracketed(found.value, found.low, found.high)
     return ForestRow(name, said, found, Style(colour=colour, marker=marker, lead=detected))
-
-
-@own_settings()
-def effects(found: Results) -> Figure | None:
-    """Every condition against the control, and crossings of two interventions that stand in no grid.
-
-    A panel for each agent that has conditions to compare, those with most of them first.
-    """
-    own = grouped(found.against_control(), lambda row: (row.agent, row.control))
-    shown = {one.name: one.modality for one in found.design.conditions}
-    names = {(one.agent, one.modality): agent_label(one, _LONGEST) for one in found.courses()}
-    panels, looks = [], colours(found.courses())
-    for (agent, control), compared in own.items():
-        modality = shown[control]
-        crossed = found.where("success_interaction", agent=agent, modality=modality, axis="")
-        colour = looks.get((agent, modality), INK)
-        rows = [_row(safe_name(one.condition, _LONGEST), one, detected=one.detected, colour=colour) for one in compared]
-        for one in crossed:
-            name = safe_name(one.of, _LONGEST)
-            rows.append(_row(name, one, detected=one.detected, colour=colour, marker="s"))
-        who = names.get((agent, modality)) or safe_name(Subject.of(agent).name, _LONGEST)
-        pairs = f"n = {from_to(one.n for one in compared)} pairs of trials; filled: detected"
-        label = f"success minus that under {safe_name(control, _LONGEST)}, points"
-        panels.append(_Panel.of(rows, who, pairs, label=label))
-    panels.sort(key=lambda one: -len(one.rows))
-    return _sheet(panels, min(2, len(panels)) or 1)
 
 
 @own_settings()
@@ -130,12 +106,12 @@ def side_by_side(found: Results) -> Figure | None:
         return None
     pairs, left = pairs[:SHOWN], len(pairs[SHOWN:])
     more = f"the first {SHOWN} pairs, {left} more in the tables" if left else ""
-    rows = [_row(_versus(found, row), row, detected=row.detected) for row in pairs]
+    rows = [difference(_versus(found, row), row, detected=row.detected) for row in pairs]
     over = "success over all flip rates" if found.several_p else "success"
-    panels = [_Panel.of(rows, over, more)]
+    panels = [Panel.of(rows, over, more)]
     if changes := [row for pair in pairs for row in _clearest_change(found, pair)]:
-        panels.append(_Panel.of(changes, "change from the lowest flip rate, at the clearest difference"))
-    return _sheet(panels, 1)
+        panels.append(Panel.of(changes, "change from the lowest flip rate, at the clearest difference"))
+    return panels_sheet(panels, 1)
 
 
 def _clearest_change(found: Results, pair: Estimate) -> list[ForestRow]:
@@ -149,7 +125,7 @@ def _clearest_change(found: Results, pair: Estimate) -> list[ForestRow]:
     tested = found.one("success_change_difference", **pair.pair, of="any flip rate")
     detected = tested.p_value is not None and tested.p_value < ALPHA
     where = f"to {rates[clearest.condition]:g}: "
-    return [_row(_versus(found, clearest), clearest, detected=detected, where=where)]
+    return [difference(_versus(found, clearest), clearest, detected=detected, where=where)]
 
 
 def _versus(found: Results, row: Estimate) -> str:
@@ -179,12 +155,12 @@ def by_condition(found: Results) -> Figure | None:
         more = f"the first {SHOWN}, {left} more in the tables" if left else ""
         compared = grouped(pairs[:SHOWN], lambda row: _versus(found, row))
         rows = {pair: [_under(row) for row in under] for pair, under in compared.items()}
-        panels += [_Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
-    return _sheet(panels, 1)
+        panels += [Panel.of(under, said, *pair.split("\n"), more) for pair, under in rows.items()]
+    return panels_sheet(panels, 1)
 
 
 def _under(row: Estimate) -> ForestRow:
-    return _row(safe_name(row.condition, _LONGEST), row, detected=row.detected)
+    return difference(safe_name(row.condition, _LONGEST), row, detected=row.detected)
 
 
 @own_settings()
@@ -200,10 +176,10 @@ def comparison_drawing(found: Sequence[StudyDifference], names: Mapping[Side, st
     for i, ((first, second), rows) in enumerate(pairs.items(), start=1):
         label = "difference in success, points" if i == len(pairs) else ""
         named = (safe_name(names[second], _WHOLE), f"\N{MINUS SIGN} {safe_name(names[first], _WHOLE)}")
-        panels.append(_Panel.of(rows, *named, label=label))
+        panels.append(Panel.of(rows, *named, label=label))
     left = len(found) - sum(len(one.rows) for one in panels)
     note = f"{left} more differences are in the tables" if left else ""
-    return _sheet(panels, 1, note)
+    return panels_sheet(panels, 1, note)
 
 
 def pair_rows(found: Sequence[StudyDifference]) -> dict[tuple[Side, Side], list[ForestRow]]:
@@ -214,7 +190,8 @@ def pair_rows(found: Sequence[StudyDifference]) -> dict[tuple[Side, Side], list[
     pairs: dict[tuple[Side, Side], list[ForestRow]] = {}
     for one in found:
         colour, marker = (SUBJECTS[0], "o") if one.paired else (ACCENT, "s")
-        row = _row(safe_name(one.condition, _WHOLE), one, detected=bool(one.verdict), colour=colour, marker=marker)
+        name = safe_name(one.condition, _WHOLE)
+        row = difference(name, one, detected=bool(one.verdict), colour=colour, marker=marker)
         pairs.setdefault((one.first, one.second), []).append(row)
     kept: dict[tuple[Side, Side], list[ForestRow]] = {}
     for pair, rows in pairs.items():

@@ -18,8 +18,8 @@ from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis
-from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects
 from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
+from lockprobe.statistics.contrast import CONTROLS, Effect, Effects
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.statistics.sequential.shares import SequentialShare

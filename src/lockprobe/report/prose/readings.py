@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.flip import OutcomeFlip
 
@@ -65,17 +64,3 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
     if flip.inverts == "position":
         return f"{_POSITION} {'until its next attempt' if flip.keep == 1 else 'in one report'}"
     return f"{_OUTCOME}; {_STAY if flip.keep == 1 else _CORRECTED}"
-
-
-def untested_said(agents: Sequence[str], how: str, trials: int) -> str:
-    """That agents played only false reports that are soon corrected, and what the others would take, or nothing.
-
-    Args:
-        agents: What tables call them.
-        how: The options that play the others.
-        trials: Trials that they would play more, all together.
-    """
-    if not agents:
-        return ""
-    said = f"Not tested for {listed(list(agents), named=3)}: whether false reports that stay do the same"
-    return f"{said} ({how}: {trials} trials more)."

@@ -11,8 +11,8 @@ from lockprobe.report.prose.doses import cause
 from lockprobe.report.prose.first_screen import baselines_answer, effects_answer, flips_answer, heeding_baselines
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.conditions.effects import CONTROLS, Effects
 from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.contrast import CONTROLS, Effects
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary

@@ -9,7 +9,7 @@ from statistics import NormalDist
 from lockprobe.report.prose.first_screen import NARROW
 from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.conditions.effects import Effects
+from lockprobe.statistics.contrast import Effects
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.statistics.summary import StudySummary

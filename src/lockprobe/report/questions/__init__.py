@@ -10,9 +10,9 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "factorial", "stopping", "success", "readings", "effects",
+    "first_screen", "trials", "people", "stopping", "success", "readings", "conditions", "crossings",
     "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
-    "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules", "conditions",
+    "agents_by_condition", "speed", "optimal_actions", "misinterpretations", "seen", "robot", "rules",
     "study_design", "agents", "broken", "limits", "claims", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and

@@ -1,114 +1,224 @@
-"""All conditions: success of every agent under every condition, what acted there, and what packages measure."""
+"""All conditions: what each agent did under each, what acted there, and what it changes against the control."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
-from lockprobe.foundation.formatting import NONE, percent
+import numpy as np
+from markupsafe import Markup
+
+from lockprobe.foundation.formatting import NONE, p_cell, percent
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.captions import success_and_loops_said
-from lockprobe.report.format import TextTable
+from lockprobe.report.every_look import note_at
+from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
-from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
+from lockprobe.report.rows.primary import CONTROL
+from lockprobe.report.section import Block, Caption, Figure, Heading, Note, Part, Section, Table
+from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers, share_rows
+from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
+from lockprobe.statistics.broken_trials import begun
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.contrast import CONTROLS, Cells, Effects, against_control
+from lockprobe.statistics.course import never_acted
+from lockprobe.statistics.idle import steps_changed
+from lockprobe.statistics.outcomes import points
+from lockprobe.statistics.rules import rule_breaks
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.studies.study_design import design_of
 
-_AGAINST = "against the rules"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+_LONGEST = 38
+"""Characters of a name in the figure."""
+
+_GAP, _AGAINST = "minus the control, points", "against the rules"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_cell(cell)
+        yield from _of_cell(cell, numbers)
 
 
-def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
-    found = cell.summary
-    yield cell.estimate("trials", found.success.n, unit="trials")
-    yield from cell.share("success", found.success, note="never acted" if found.never_acted else "")
-    if (share := found.success).broken and share.n:
+def _of_cell(cell: PlayedCell, numbers: StudyNumbers) -> Iterator[Estimate]:
+    n, order = len(cell.ended), cell.order
+    yield cell.estimate("trials", n, unit="trials")
+    every, solved = begun(cell.ended, cell.broke)
+    if order is None or every.crossed:
+        share = share_of(solved, every.player, every.luck)
+    else:
+        share = share_at_every_look(solved[np.argsort(order.rank(every.repetition, every.trial))])
+    yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
+    if share.broken and share.n:
         for end, bound in zip(BOUNDS, share.bounds, strict=True):
-            yield cell.estimate("success", bound, of=end, n=share.n + share.broken)
-    for point in found.points:
+            yield cell.estimate("success", bound, of=end, n=len(every))
+    for point in points(cell.ended):
         of = f"rep={point.repetition}"
         yield cell.estimate("success", point.success, n=point.n, of=of)
         yield cell.estimate("loop_rate", point.loop_rate, n=point.n, of=of)
-    yield cell.estimate("broken", sum(found.errors.values()), unit="trials")
-    for boundary, count in found.errors.items():
+    yield cell.estimate("broken", len(cell.broke), unit="trials")
+    boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
+    for boundary, count in sorted(boundaries.items()):
         yield cell.estimate("broken", count, of=boundary, unit="trials")
-    yield cell.estimate("distinct_sequences", found.distinct_sequences, unit="sequences", n=found.success.n)
-    yield cell.estimate("steps", found.steps, unit="steps")
-    if found.changed is not None:
-        yield cell.estimate("changed_steps", found.changed.changed, unit="steps", n=found.changed.steps)
-        for spec, changed in found.changed.by_intervention.items():
-            yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=found.changed.steps)
-    if (rules := found.rules) is not None and rules.attempts:
-        n, count = rules.attempts, rules.against
-        yield cell.estimate("against_rules", count / n, count=count, n=n)
+    yield cell.estimate("steps", int(cell.ended.length.sum()), unit="steps")
+    if (changed := steps_changed(cell.trials)) is not None:
+        for of, count in {"": changed.changed, **changed.by_intervention}.items():
+            yield cell.estimate("changed_steps", count, of=of, unit="steps", n=changed.steps)
+    if (rules := rule_breaks(cell.trials, numbers.study.box)) is not None and rules.attempts:
+        yield cell.estimate("against_rules", rules.against / rules.attempts, count=rules.against, n=rules.attempts)
+
+
+def cells_of(numbers: StudyNumbers) -> Cells:
+    """Every agent under every condition, as contrasts take them."""
+    return {(cell.agent, cell.condition): cell for cell in numbers.cells}
+
+
+def compared_rows(found: Iterable[Effects], numbers: StudyNumbers) -> Iterator[Estimate]:
+    """Success under conditions minus success under another one, and both shares."""
+    for of in found:
+        for one in of.effects:
+            gap, condition = one.difference, numbers.conditions[one.condition]
+            pair: dict[str, Any] = {"agent": of.agent, "modality": condition.modality, "axis": of.axis}
+            pair |= {"condition": one.condition, "control": of.control, "doses": dict(condition.doses)}
+            paired = "McNemar, and interval" if gap.pairs else "permutation within blocks, and interval"
+            yield Estimate(
+                quantity="success_difference", **pair, unit="points", n=gap.first.n, value=gap.value, low=gap.low,
+                high=gap.high, p_value=gap.p_value, family=of.family, corrected_for=len(of.effects) * of.agents,
+                test=E_PROCESS if gap.course else paired,
+            )  # fmt: skip
+            yield from share_rows("success_in_pairs", gap.second, **pair)
+            yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
+
+
+def _effects(numbers: StudyNumbers) -> Iterator[Row]:
+    if not numbers.study.of_flips:
+        yield from compared_rows(against_control(cells_of(numbers), design_of(numbers.study)), numbers)
+
+
+def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:
+    """Conditions that are compared with others, one row each; no table without any."""
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
+    table = [head] * bool(rows)
+    for row in rows:
+        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
+        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
+        table.append([row.agent, row.condition, row.control, *counts, *tested_cells(row)])
+    return table
+
+
+def tested_cells(row: Estimate) -> list[str]:
+    """A difference in points, its P value, and what is concluded."""
+    return [points_cell(row), p_cell(row.p_value), DETECTED[row.detected]]
+
+
+def detected_said(rows: Sequence[Estimate], what: str) -> str:
+    """How many of how many were detected; empty if none was tested."""
+    tested = [row for row in rows if row.p_value is not None]
+    return f"{sum(row.detected for row in tested)} of {len(tested)} {what}" if tested else ""
+
+
+def draw(found: Results) -> Drawing | None:
+    """Every condition against the control, and crossings of two interventions that stand in no grid.
+
+    A panel for each agent that has conditions to compare, those with most of them first.
+    """
+    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
+    from lockprobe.report.figures.frame import agent_label, from_to, safe_name
+    from lockprobe.report.figures.palette import colours
+    from lockprobe.report.figures.settings import INK
+
+    shown = {one.name: one.modality for one in found.design.conditions}
+    known = {(one.agent, one.modality): one for one in found.courses()}
+    panels, looks = [], colours(found.courses())
+    for (agent, control), own in grouped(found.against_control(), lambda row: (row.agent, row.control)).items():
+        of = agent, shown[control]
+        crossed = found.where("success_interaction", agent=agent, modality=shown[control], axis="")
+        rows = [
+            difference(safe_name(name, _LONGEST), row, detected=row.detected, colour=looks.get(of, INK), marker=marker)
+            for row, name, marker in (*((r, r.condition, "o") for r in own), *((r, r.of, "s") for r in crossed))
+        ]
+        who = agent_label(known[of], _LONGEST) if of in known else safe_name(Subject.of(agent).name, _LONGEST)
+        pairs = f"n = {from_to(row.n for row in own)} pairs of trials; filled: detected"
+        label = f"success minus that under {safe_name(control, _LONGEST)}, points"
+        panels.append(Panel.of(rows, who, pairs, label=label))
+    panels.sort(key=lambda one: -len(one.rows))
+    return panels_sheet(panels, min(2, len(panels)) or 1)
+
+
+def _compared(found: Results) -> bool:
+    """Whether conditions beside flip rates were compared; flip rates alone have a question of their own."""
+    return found.beside_flips and bool(found.against_control())
+
+
+def _caption(found: Results) -> Caption:
+    squares = bool(found.where("success_interaction", axis=""))
+    return Caption(
+        f"{'Circles: success' if squares else 'Success'} under each condition minus success under the control"
+        f"{'. Squares: interactions of two interventions' * squares}; filled marks were detected.",
+        f"Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions"
+        f"{' (squares: of interactions)' * squares} and of agents.",
+    )
+
+
+_FIGURE = Figure(
+    "effects",
+    "Difference in success from the control, one row per condition",
+    _caption,
+    draw=f"{__name__}:draw",
+    applies=_compared,
+)
+
+
+_BOTH, _BESIDE, _FLIPS = "", "conditions beside flip rates", "flip rates alone"
+
+_COLUMNS: tuple[tuple[str, str, Callable[[Cell, Estimate | None, str], str]], ...] = (
+    ("agent", _BOTH, lambda cell, gap, acts: cell.agent),
+    ("condition", _BESIDE, lambda cell, gap, acts: cell.condition),
+    ("interventions", _BESIDE, lambda cell, gap, acts: acts or NONE),
+    ("modality", _BOTH, lambda cell, gap, acts: cell.modality),
+    ("flip rate", _FLIPS, lambda cell, gap, acts: f"{cell.p:g}"),
+    ("trials", _BOTH, lambda cell, gap, acts: str(cell.trials)),
+    ("solved", _FLIPS, lambda cell, gap, acts: str(one.count if (one := cell.get("success")) else 0)),
+    ("success", _BOTH, lambda cell, gap, acts: share_of_row(cell.get("success"))),
+    (_GAP, _BESIDE, lambda cell, gap, acts: points_cell(gap)),
+    ("P", _BESIDE, lambda cell, gap, acts: p_cell(gap.p_value) if gap else NONE),
+    ("mean steps", _BESIDE, lambda cell, gap, acts: value_cell(cell.get("mean_steps_all"), "{:.1f}")),
+    ("loop rate", _BOTH, lambda cell, gap, acts: share_of_row(cell.get("loop_rate"))),
+    ("by chance", _BOTH, lambda cell, gap, acts: chance_cell(cell)),
+    ("coverage", _FLIPS, lambda cell, gap, acts: percent(cell.value("coverage"), 0)),
+    ("redundant", _FLIPS, lambda cell, gap, acts: percent(cell.value("redundant_share"), 0)),
+    ("misread", _BESIDE, lambda cell, gap, acts: percent(cell.value("misread"), 1)),
+    ("false reports", _BESIDE, lambda cell, gap, acts: percent(cell.value("false_report", "steps"), 1)),
+    ("changed steps", _BESIDE, lambda cell, gap, acts: _changed(cell)),
+    (_AGAINST, _BOTH, lambda cell, gap, acts: _against(cell)),
+    ("errors", _BOTH, lambda cell, gap, acts: f"{cell.value('broken'):g}"),
+)
+"""Name of a column, in which studies it is, and its cell: of an agent under a condition, its difference, what acts."""
 
 
 def _table(found: Results) -> TextTable:
-    return _by_conditions(found) if found.beside_flips else _by_flip_rate(found)
-
-
-def _by_flip_rate(found: Results) -> TextTable:
-    head = ["agent", "modality", "flip rate", "trials", "solved", "success", "loop rate", "by chance", "coverage"]
-    table = [[*head, "redundant", _AGAINST, "errors"]]
-    table += [
-        [
-            cell.agent,
-            cell.modality,
-            f"{cell.p:g}",
-            str(cell.trials),
-            str(success.count if (success := cell.get("success")) else 0),
-            share_of_row(success),
-            share_of_row(cell.get("loop_rate")),
-            chance_cell(cell),
-            percent(cell.value("coverage"), 0),
-            percent(cell.value("redundant_share"), 0),
-            _against(cell),
-            f"{cell.value('broken'):g}",
-        ]
-        for cell in found.cells
-    ]
-    table = _without_empty(table, _AGAINST)
-    return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
-
-
-def _by_conditions(found: Results) -> TextTable:
+    """Every agent under every condition; a column that says nothing is left out."""
     acts = {one.name: " + ".join(one.specs) for one in found.design.conditions}
-    head = ["agent", "condition", "interventions", "modality", "trials", "success", "mean steps", "loop rate"]
-    table = [[*head, "by chance", "misread", "false reports", "changed steps", _AGAINST, "errors"]]
-    table += [
-        [
-            cell.agent,
-            cell.condition,
-            acts[cell.condition] or NONE,
-            cell.modality,
-            str(cell.trials),
-            share_of_row(cell.get("success")),
-            value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            share_of_row(cell.get("loop_rate")),
-            chance_cell(cell),
-            percent(cell.value("misread"), 1),
-            percent(cell.value("false_report", "steps"), 1),
-            _changed(cell),
-            _against(cell),
-            f"{cell.value('broken'):g}",
-        ]
-        for cell in found.cells
-    ]
-    said = {row[2] for row in table[1:]} - {NONE}
-    kept = [i for i in range(len(table[0])) if len({row[i] for row in table[1:]}) > 1 or i not in (2, 3)]
-    if said <= {row[1] for row in table[1:]}:
-        kept = [i for i in kept if i != 2]  # unnamed conditions are called by their interventions
-    return _without_empty([[row[i] for i in kept] for row in table], _AGAINST)
-
-
-def _without_empty(table: TextTable, name: str) -> TextTable:
-    """The table without a column that says nothing."""
-    at = table[0].index(name)
-    return table if {row[at] for row in table[1:]} - {NONE} else [[*row[:at], *row[at + 1 :]] for row in table]
+    gaps = {(row.agent, row.condition): row for row in found.against_control()}
+    where = (_BOTH, _BESIDE if found.beside_flips else _FLIPS)
+    made = {
+        name: [of(cell, gaps.get((cell.agent, cell.condition)), acts[cell.condition]) for cell in found.cells]
+        for name, shown, of in _COLUMNS
+        if shown in where
+    }
+    said = {*made.get("interventions", ())} - {NONE}
+    empty = [name for name in ("interventions", "modality") if len({*made.get(name, ())}) < 2]
+    empty += [name for name in (_GAP, "P", _AGAINST) if {*made.get(name, ())} <= {NONE}]
+    empty += ["interventions"] * (said <= {*made.get("condition", ())})  # unnamed conditions are called by these
+    kept = {name: column for name, column in made.items() if name not in empty}
+    return [[*kept], *([*row] for row in zip(*kept.values(), strict=True))]
 
 
 def _against(cell: Cell) -> str:
@@ -120,10 +230,6 @@ def _against(cell: Cell) -> str:
 def _changed(cell: Cell) -> str:
     row = cell.get("changed_steps")
     return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
-
-
-_CONDITIONS = Table("conditions", _table, numeric_from=0)
-_MIXED = Table("conditions", _table)
 
 
 def _measures(found: Results) -> TextTable:
@@ -138,15 +244,20 @@ def _measures(found: Results) -> TextTable:
     ]
 
 
-_MEASURES = Table("measures", _measures, numeric_from=4)
+_CONDITIONS, _MEASURES = Table("conditions", _table), Table("measures", _measures, numeric_from=4)
 
 
-def _show(found: Results) -> Iterator[Part]:
-    yield Part("All conditions", _range(found), list(_blocks(found)))
-
-
-def _range(found: Results) -> str:
-    """Between which shares of trials solved all conditions of all agents lie."""
+def _answer(found: Results) -> str:
+    """How many differences were detected, or between which shares all conditions of all agents lie."""
+    rows = found.against_control() if _compared(found) else []
+    between = [row for row in rows if row.family == CONTROLS]
+    others = [row for row in rows if row.family != CONTROLS]
+    counted = [
+        detected_said(others, "differences from the control" if between else "differences"),
+        detected_said(between, "between modalities"),
+    ]
+    if any(counted):
+        return f"{' and '.join(filter(None, counted))} were detected."
     shares = [(row.value, row) for row in found.where("success", of="") if row.value is not None and row.condition]
     if not shares:
         return ""
@@ -158,22 +269,40 @@ def _range(found: Results) -> str:
     return f"From {percent(low)} of trials solved ({least.agent}) to {percent(high)} ({most.agent})."
 
 
-def _intervals(found: Results) -> str:
-    agents = (cell.agent for cell in found.cells)
-    of = "Intervals of success and loop rate"
-    return success_and_loops_said(agents, of, every_look=bool(found.progress.every_look))
+_PAIRED = Note(
+    Markup(
+        "The control is subtracted in the trials finished under both conditions. <em>Not detected</em> does not show "
+        "that there is no difference."
+    ),
+    Markup(
+        "Trials of equal repetition and number use common random numbers under every condition (a block) and are "
+        "compared in pairs. <i>P</i> is the larger of McNemar's exact one (over the doses of an axis, and with people, "
+        "that of a permutation within blocks) and that of the interval. Each axis is a family of its own, so are the "
+        "modalities and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
+    ),
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    yield Part("All conditions", _answer(found), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
-    mixed = found.beside_flips
-    yield _MIXED if mixed else _CONDITIONS
+    mixed, compared = found.beside_flips, _compared(found)
+    if compared:
+        yield _FIGURE
+    yield _CONDITIONS
+    if compared:
+        yield note_at(found, _PAIRED)
+    agents = (cell.agent for cell in found.cells)
+    of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
     yield Note(
         "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
         "in the same true configuration, mean over trials.",
-        f"{_intervals(found)} By chance: loop rate of random actions in trials of the same lengths, from uniform to "
-        "without immediate repeats.",
+        f"{success_and_loops_said(agents, of, every_look=every_look)} By chance: loop rate of random actions in trials "
+        "of the same lengths, from uniform to without immediate repeats.",
     )
     if _measures(found):
         yield Heading("Measures of installed packages")
@@ -192,6 +321,8 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_CONDITIONS, _MEASURES),
+        figures=(_FIGURE,),
     ),
+    Section(name="effects", title="Every condition against the control", rows=_effects),
     Section(name="measures", title="Measures", rows=measure_rows),
 )

@@ -1,40 +1,41 @@
-"""Factors: options that are no numbers, such as what becomes of a false report, each level against the first."""
+"""Factors: options that are no numbers, each level against the first; and the effects of a factorial design."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from lockprobe.report.format import TextTable
-from lockprobe.report.questions.effects import compared_rows, compared_table
-from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.foundation.formatting import listed, p_cell
+from lockprobe.foundation.grouping import grouped
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
+from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.conditions.factors import LEVELS, READING_FACTORS
-from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
+from lockprobe.report.table_rows import points_cell
+from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
+from lockprobe.statistics.contrast import LEVELS, against_first
+from lockprobe.statistics.factorial import FactorialEffects, factorial_effects
+from lockprobe.studies.study_design import design_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    found = numbers.others.on_factors if numbers.others else ()
-    for one in found:
-        yield from compared_rows(one, numbers.conditions)
-    if effects := [effect for one in found if one.axis not in READING_FACTORS for effect in one.effects]:
-        said = f"{sum(one.detectable for one in effects)} of {len(effects)} differences were detected."
-        yield Finding(section="factors", kind="answer", text=said, rests_on=("success_difference",))
+    if not numbers.study.of_flips:
+        design = design_of(numbers.study)
+        yield from compared_rows(against_first(cells_of(numbers), design.factors, design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:
     rows = [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
-    return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # these have a section of their own
+    return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # readings.py has these
 
 
-def _table(found: Results) -> TextTable:
-    rows = _compared(found)
-    return compared_table(found, rows) if rows else []
-
-
-_FACTORS = Table("factors", _table)
+_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)))
 
 _NOTE = Note(
     Markup(
@@ -42,9 +43,8 @@ _NOTE = Note(
         "<em>Not detected</em> does not show that there is no difference."
     ),
     Markup(
-        "Trials of equal repetition and number use common random numbers and are compared in pairs. <i>P</i> is the "
-        "larger of two: that of McNemar's exact test (with people: of a permutation) and that of the interval; both "
-        "are corrected for all comparisons of the option and for the agents (baselines apart)."
+        "Compared and tested as conditions against their control are; corrected for all comparisons of the option and "
+        "for the agents (baselines apart)."
     ),
 )
 
@@ -52,7 +52,114 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if rows := _compared(found):
         names = ", ".join(dict.fromkeys(row.axis for row in rows))
-        yield Part(f"Options compared: {names}", found.answer_of("factors"), [_FACTORS, _NOTE])
+        said = detected_said(rows, "differences")
+        yield Part(f"Options compared: {names}", f"{said} were detected." * bool(said), [_FACTORS, _NOTE])
 
 
-SECTIONS = (Section(name="factors", title="Options compared", rows=_rows, show=_show, tables=(_FACTORS,)),)
+def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
+    cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
+    for found in () if numbers.study.of_flips else factorial_effects(cells, design_of(numbers.study)):
+        yield from factor_rows(found)
+
+
+def factor_rows(found: FactorialEffects) -> list[Estimate]:
+    """The effects of all factors on one agent."""
+    return [
+        Estimate(
+            quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=one.measure,
+            axis=f"{one.factor}={found.design.levels[one.factor][1]}", unit="points", value=one.value, low=one.low,
+            high=one.high, n=found.blocks * len(found.design.runs), clusters=found.blocks, p_value=one.p_value,
+            family="factors", corrected_for=len(found.design.factors), test="Student over blocks",
+        )
+        for one in found.effects
+    ]  # fmt: skip
+
+
+def factorial_said(rows: Sequence[Estimate]) -> str:
+    """Which factors change what, and by how much, of one agent."""
+    said = []
+    for measure, own in grouped(rows, lambda row: row.of).items():
+        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in _largest_first(own) if row.detected]
+        said.append(f"{measure} changes with {listed(clear)}" if clear else f"no factor is shown to change {measure}")
+    return f"{rows[0].agent}: {'; '.join(said)}." if said else ""
+
+
+def _name(row: Estimate) -> str:
+    """A factor with its named level, without the plant whose option it is."""
+    return row.axis.removeprefix("plant.")
+
+
+def _largest_first(rows: Sequence[Estimate]) -> list[Estimate]:
+    return sorted(rows, key=lambda row: -abs(row.value or 0.0))
+
+
+def _factorial(found: Results) -> TextTable:
+    head = ["agent", "of", "factor", "change, points", "P", "conclusion"]
+    rows = found.where("factor_effect")
+    return [head] * bool(rows) + [
+        [row.agent, row.of, _name(row), points_cell(row), p_cell(row.p_value), DETECTED[row.detected]] for row in rows
+    ]
+
+
+def draw(found: Results) -> Drawing | None:
+    """A panel for each agent and measure: the effects of the factors, the largest on top."""
+    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
+    from lockprobe.report.figures.frame import safe_name
+
+    panels = []
+    for (agent, of), own in grouped(found.where("factor_effect"), lambda row: (row.agent, row.of)).items():
+        rows = [difference(safe_name(_name(row)), row, detected=row.detected) for row in _largest_first(own)]
+        blocks = f"n = {own[0].clusters} blocks of scenes; filled: detected"
+        panels.append(Panel.of(rows, safe_name(agent, 38), blocks, label=f"change of {of}, points"))
+    return panels_sheet(panels, min(2, len(panels)) or 1)
+
+
+_TABLE = Table("factorial", _factorial, numeric_from=3)
+
+_FIGURE = Figure(
+    "factorial",
+    "What each factor does to misreading and to success",
+    Caption(
+        "The named level of every factor minus its level in the plain scene, in points, over trials of equal luck. "
+        "Filled: detected.",
+        "Bars are 95 % intervals over blocks, corrected for the number of factors.",
+    ),
+    draw=f"{__name__}:draw",
+    applies=lambda found: bool(found.where("factor_effect")),
+)
+
+_FRACTION = Note(
+    Markup(
+        "Every factor has two levels, and the study plays a balanced part of their combinations (<em>fractional "
+        "factorial</em>), so that each factor is compared in all trials. With eight factors in 16 scenes no effect of "
+        "a factor is mixed with that of another or of an interaction of two."
+    ),
+    Markup(
+        "The effect is a mean over blocks. Its interval is Student\N{RIGHT SINGLE QUOTATION MARK}s, corrected for the "
+        "number of factors (Bonferroni); <i>P</i> is corrected too (Holm)."
+    ),
+    Markup(
+        "<em>Misreading</em> is the share of statements about the last action that contradict what happened. What the "
+        "scripted <code>viewer</code> misreads, at the acuity that the pictures need, is the floor of these pictures."
+    ),
+)
+
+
+def _show_factorial(found: Results) -> Iterator[Part]:
+    agents = grouped(found.where("factor_effect"), lambda row: (row.agent, row.modality))
+    if agents:
+        said = " ".join(map(factorial_said, agents.values()))
+        yield Part("Which features matter?", said, [_FIGURE, _TABLE, _FRACTION], "factorial")
+
+
+SECTIONS = (
+    Section(
+        name="factorial",
+        title="Factors of a factorial design",
+        rows=_of_factorial,
+        show=_show_factorial,
+        tables=(_TABLE,),
+        figures=(_FIGURE,),
+    ),
+    Section(name="factors", title="Options compared", rows=_rows, show=_show, tables=(_FACTORS,)),
+)

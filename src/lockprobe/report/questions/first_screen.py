@@ -12,7 +12,6 @@ from lockprobe.report.answer_list import answer_list, headline, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose.doses import at_dose, cause
-from lockprobe.report.prose.factorial import factorial_said
 from lockprobe.report.prose.first_screen import (
     Varied,
     all_broken_said,
@@ -32,14 +31,15 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
 from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.factors import factor_rows, factorial_said
 from lockprobe.report.questions.readings import untested
 from lockprobe.report.questions.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
-from lockprobe.statistics.conditions.effects import Effects
-from lockprobe.statistics.factorial.design import factorials_of
+from lockprobe.statistics.contrast import Effects
+from lockprobe.statistics.factorial import factorials_of
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
@@ -303,7 +303,8 @@ def _of_factorial(found: ConditionStudySummary, study: Study) -> _Screen:
     return _Screen(
         question=f"Which features of the scene change how agents open {study.box.name}?",
         trial=trial_said(study.max_steps, "scenes" if study.plants[1:] and study.has_pictures else "conditions"),
-        answer=" ".join(map(factorial_said, found.factorials[:_ANSWERS])) or f"{_FEW} in every condition.",
+        answer=" ".join(factorial_said(factor_rows(one)) for one in found.factorials[:_ANSWERS])
+        or f"{_FEW} in every condition.",
         figure="factorial" * bool(found.factorials),
     )
 

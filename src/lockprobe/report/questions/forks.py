@@ -11,10 +11,9 @@ from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.branch import found_said, value_said
 from lockprobe.report.prose.robot import broken_said
-from lockprobe.report.questions.effects import of_blocks
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.rules import rule_breaks

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, listed, percent
+from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.captions import interval_kind
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
+from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.questions.effects import compared_rows, compared_table
-from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
+from lockprobe.report.questions.conditions import cells_of, compared_rows, detected_said
+from lockprobe.report.rows import Course, Estimate, Finding, Results, Row
+from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.conditions.factors import READING_FACTORS
-from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
-from lockprobe.trial.condition import Condition
+from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
+from lockprobe.statistics.contrast import against_first
+from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.why.arms import arms_of
+from lockprobe.studies.study_design import design_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+    from lockprobe.report.figures.palette import Style
 
 _NAME = "readings"
 
@@ -33,29 +43,30 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         return
     said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
     yield Finding(section=_NAME, kind="what", text=said, judges=False)
-    for one in numbers.others.against_none if numbers.others else ():
-        yield from compared_rows(one, numbers.conditions)
+    if not study.of_flips:
+        design = design_of(study)
+        yield from compared_rows(against_first(cells_of(numbers), design.no_feedback, design), numbers)
     if said := untested(numbers):
         yield Finding(section=_NAME, kind="untested", text=said, judges=False)
 
 
 def untested(numbers: StudyNumbers) -> str:
     """That agents were played with only false reports that are soon corrected, and what the others would take."""
-    study, rates = numbers.study, sum(rate > 0 for rate in numbers.study.p)
-    crossed = bool(numbers.others and numbers.others.whys)  # a study of controls has one reading: the other is a study
-    rates, how = (len(study.conditions), "--flip integrated") if crossed else (rates, "--readings fresh,kept")
-    heeding = {one.agent for one in numbers.flips.subjects if not one.blind}
-    asked = [agent for agent in study.run_agents if study.label_of(agent) in heeding]
-    alone = [agent for agent in asked if not any(map(_stays, study.conditions_of(agent)))]
+    study, rates, how = numbers.study, sum(rate > 0 for rate in numbers.study.p), "--readings fresh,kept"
+    design = design_of(study)
+    if any(arms_of(design.shown(modality)) for modality in design.modalities):
+        rates, how = len(study.conditions), "--flip integrated"  # a study of controls has one: the other is a study
     if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
         return ""
-    more = [rates * study.repetitions * study.trials_of(agent) for agent in alone]
-    return untested_said([Subject.of(study.label_of(agent)).name for agent in alone], how, sum(more))
-
-
-def _stays(condition: Condition) -> bool:
-    """Whether false positions survive reports under a condition."""
-    return condition.doses.get("flip.keep", 0.0) > 0
+    subjects = [course for course in numbers.courses if not course.baseline] or numbers.courses
+    heeding = {course.agent for course in subjects if not course.blind}
+    asked = [agent for agent in study.run_agents if study.label_of(agent) in heeding]
+    alone = [a for a in asked if not any(one.doses.get("flip.keep", 0.0) > 0 for one in study.conditions_of(a))]
+    if not alone:
+        return ""
+    more = sum(rates * study.repetitions * study.trials_of(agent) for agent in alone)
+    names = listed([Subject.of(study.label_of(agent)).name for agent in alone], named=3)
+    return f"Not tested for {names}: whether false reports that stay do the same ({how}: {more} trials more)."
 
 
 def _compared(found: Results) -> list[Estimate]:
@@ -71,36 +82,33 @@ def _against_none(found: Results) -> list[Estimate]:
 def _against_none_said(found: Results) -> Iterator[str]:
     """Whether false reports are worse than none, for each agent that the study is about."""
     for agent, rows in grouped(_against_none(found), lambda row: row.agent).items():
-        if agent not in found.subjects:
-            continue
-        better, worse = (
-            [
-                f"{row.condition} ({points_cell(row)} points)"
-                for row in rows
-                if row.detected and sign * (row.value or 0.0) > 0
-            ]
-            for sign in (1, -1)
-        )
-        open_ = [row.condition for row in rows if not row.detected]
-        said = [
-            f"{what} with {listed(those)}"
-            for what, those in (("more", better), ("fewer", worse), ("no difference detected", open_))
-            if those
-        ]
-        yield f"Trials that {Subject.of(agent).name} solved, against no feedback at all: {'; '.join(said)}."
+        kinds: dict[str, list[str]] = {}
+        for row in sorted(rows, key=lambda row: (not row.detected, -(row.value or 0.0))):
+            more = "more with" if (row.value or 0.0) > 0 else "fewer with"
+            said = f"{row.condition} ({points_cell(row)} points)" if row.detected else row.condition
+            kinds.setdefault(more if row.detected else "no difference detected with", []).append(said)
+        if agent in found.subjects:
+            said = "; ".join(f"{what} {listed(those)}" for what, those in kinds.items())
+            yield f"Trials that {Subject.of(agent).name} solved, against no feedback at all: {said}."
 
 
 def _answer(found: Results) -> str:
+    """The largest difference between readings that was detected, or how many were."""
     rows, kind = _compared(found), found.design.flip_kind
     if not rows:
         alone = len({options for _, options in found.readings}) < 2
         return f"One kind was played: {kind}." if kind and alone else ""
     detected = [row for row in rows if row.detected and row.agent in found.subjects]
-    counted = f"{sum(row.detected for row in rows)} of {len(rows)} differences between readings were detected."
     if not detected:
-        return counted
-    clearest = max(detected, key=lambda row: abs(row.value or 0.0))
-    return f"{capital(_difference(found, clearest))}."
+        said = detected_said(rows, "differences between readings")
+        return f"{said} were detected." * bool(said)
+    largest = max(detected, key=lambda row: abs(row.value or 0.0))
+    rate = next(one.doses.get("flip.p", 0.0) for one in found.design.conditions if one.name == largest.condition)
+    kept, fresh = (_words(found, name) for name in (largest.condition, largest.control))
+    fresh += " that are corrected" * (kept == f"{fresh} that stay")
+    more = "more" if (largest.value or 0.0) > 0 else "fewer"
+    said = f"at a flip rate of {rate:g} {Subject.of(largest.agent).name} solved {more} trials with {kept} than with "
+    return capital(f"{said}{fresh} ({points_cell(largest)} points).")
 
 
 def _words(found: Results, condition: str) -> str:
@@ -109,61 +117,116 @@ def _words(found: Results, condition: str) -> str:
     acts = [Spec.parse(spec, "condition") for spec in specs]
     if [one.kind for one in acts] != ["flip"]:
         return condition
-    return false_reports("&".join(f"{name}={value}" for name, value in acts[0].without(["p"]).options.items()))
+    return false_reports("&".join(f"{name}={value}" for name, value in acts[0].options.items() if name != "p"))
 
 
-def _difference(found: Results, row: Estimate) -> str:
-    doses = {one.name: one.doses.get("flip.p", 0.0) for one in found.design.conditions}
-    kept, fresh = (_words(found, name) for name in (row.condition, row.control))
-    if kept == f"{fresh} that stay":
-        fresh += " that are corrected"
-    more = "more" if (row.value or 0.0) > 0 else "fewer"
-    return (
-        f"at a flip rate of {doses[row.condition]:g} {Subject.of(row.agent).name} solved {more} trials with {kept} "
-        f"than with {fresh} ({points_cell(row)} points)"
-    )
-
-
-def _shares(found: Results) -> TextTable:
-    """How often reports were false, and success, under every reading and flip rate."""
+def _table(found: Results) -> TextTable:
+    """Every reading at every flip rate: how often reports were false, success, and what it is minus others."""
+    gaps = [{(row.agent, row.condition): row for row in rows} for rows in (_compared(found), _against_none(found))]
+    courses = [(course, reading_name(options)) for axis, options in found.readings for course in found.courses(axis)]
+    table = [
+        [
+            course.label, name, f"{cell.dose:g}", str(cell.trials),
+            percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_positions"), 1),
+            share_of_row(cell.get("success")), *chain(*(_gap(gap.get((cell.agent, cell.condition))) for gap in gaps)),
+        ]
+        for course, name in courses
+        for cell in course.played
+        if cell.dose
+    ]  # fmt: skip
+    if not table or not found.said(_NAME, "what"):
+        return []
     head = ["agent", "what a false report is", "flip rate", "trials", "false outcomes", "reports with a false position"]
-    table = [[*head, "success"]]
-    for axis, options in found.readings:
+    head += ["success", "minus the first reading, points", "P", "minus no feedback, points", "P of that"]
+    order = list(dict.fromkeys(row[0] for row in table))
+    kept = [i for i in range(len(head)) if i < 7 or {row[i] for row in table} != {NONE}]
+    return [[row[i] for i in kept] for row in (head, *sorted(table, key=lambda row: order.index(row[0])))]
+
+
+def _gap(row: Estimate | None) -> tuple[str, str]:
+    return points_cell(row), NONE if row is None else p_cell(row.p_value)
+
+
+_TABLE = Table("readings", _table, numeric_from=2)
+
+
+_SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_positions", "")}
+"""What the strip below success holds: false outcomes of all steps, and reports with a false position."""
+
+_BLOCK = len(_SHARES) + 1.4
+"""Rows of a reading in the strip: its name, its shares and what stands between it and the next."""
+
+_Panel = Sequence[tuple[str, "Style", Course]]
+"""An agent under several readings: what each is, how it looks, and the agent's course."""
+
+
+def draw(found: Results) -> Drawing | None:
+    """A panel for each agent that heeds reports and was played under several readings.
+
+    The shares of a reading stand below its line and its name, so the figure needs no legend of readings.
+    """
+    from lockprobe.report.figures.compose import sheet
+    from lockprobe.report.figures.palette import Dash, Marker, Style, of_agent
+    from lockprobe.report.figures.settings import INK
+
+    dashes: list[Dash] = ["-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1.2))]
+    markers: list[Marker] = ["o", "s", "^", "D"]
+    own: dict[tuple[str, str], list[tuple[str, Style, Course]]] = {}
+    for i, (axis, options) in enumerate(found.readings):
+        style = Style(colour=INK, marker=markers[i % 4], dash=dashes[i % 4])
         for course in found.courses(axis):
-            table += [
-                [
-                    course.label, reading_name(options), f"{cell.dose:g}", str(cell.trials),
-                    percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_positions"), 1),
-                    share_of_row(cell.get("success")),
-                ]
-                for cell in course.played
-                if cell.dose
-            ]  # fmt: skip
-    table[1:] = sorted(table[1:], key=lambda row: list(dict.fromkeys(one[0] for one in table)).index(row[0]))
-    return table if len(table) > 1 and found.said(_NAME, "what") else []
+            if len(course.played) > 1 and not course.blind:
+                look = of_agent(course, style, 0.15 * (i % 4))
+                own.setdefault((course.agent, course.modality), []).append((reading_name(options), look, course))
+    panels = sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject)
+    rows = _BLOCK * max(map(len, panels), default=0)
+    return sheet(panels, _success, _strip, heights=(2.3, 0.18 * rows + 0.2))
 
 
-def _none_table(found: Results) -> TextTable:
-    rows = _against_none(found)
-    return compared_table(found, rows) if rows else []
+def _success(axes: Axes, panel: _Panel) -> None:
+    from lockprobe.report.figures.frame import agent_label, counts, p_axis, share_axis, title
+    from lockprobe.report.figures.primitives import by_dose, published, published_by_p
+
+    first = panel[0][2]
+    for _, style, course in panel:
+        by_dose(axes, course.played, "success", style, linestyle=style.dash)
+    cells = [cell for _, _, course in panel for cell in course.played]
+    if first.subject:
+        published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
+    share_axis(axes, "success rate")
+    p_axis(axes, cells)
+    kind = "confidence sequences" if first.found.progress.every_look else "Wilson intervals"
+    title(axes, agent_label(first), f"{counts(first.played)} per flip rate; 95 % {kind}")
 
 
-def _compared_table(found: Results) -> TextTable:
-    rows = _compared(found)
-    return compared_table(found, rows) if rows else []
+def _strip(axes: Axes, panel: _Panel) -> None:
+    """The shares as numbers below the flip rates, those of each reading below its name and its line."""
+    from lockprobe.report.figures.frame import p_axis
+    from lockprobe.report.figures.settings import INK
 
-
-_SHARES = Table("readings", _shares, numeric_from=2)
-_COMPARED = Table("readings-compared", _compared_table)
-_NONE = Table("against-no-feedback", _none_table)
+    across, names = axes.get_yaxis_transform(), {}
+    for i, (words, style, course) in enumerate(panel):
+        top = i * _BLOCK
+        axes.plot([-0.3, -0.2, -0.1], [top] * 3, markevery=[1], transform=across, clip_on=False, **style.line)
+        axes.text(-0.06, top, words, transform=across, color=INK, ha="left", va="center")
+        for below, (name, (quantity, of)) in enumerate(_SHARES.items(), start=1):
+            names[top + below] = name
+            for cell in course.played:
+                if (share := cell.value(quantity, of)) is not None:
+                    axes.text(cell.dose or 0.0, top + below, percent(share), color=INK, ha="center", va="center")
+    p_axis(axes, [cell for _, _, course in panel for cell in course.played])
+    axes.set(ylim=(len(panel) * _BLOCK - 0.9, -0.5), xticks=[], xlabel="share of reports that were false")
+    axes.set_yticks(list(names), list(names.values()))
+    axes.tick_params(length=0, pad=7)
+    axes.spines[:].set_visible(False)
+    axes.grid(visible=False)
 
 
 def _caption(found: Results) -> Caption:
-    bars = interval_kind(found.progress.every_look)
     return Caption(
         "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
         "were reported falsely, and of reports that showed a joint in a false position.",
-        f"Bars are 95 % {bars}. The flip rate is the assigned dose; how many outcomes and positions are false depends "
+        f"Bars are 95 % {interval_kind(found.progress.every_look)}. How many outcomes and positions are false depends "
         "on the reading and on what the agent does.",
     )
 
@@ -172,48 +235,32 @@ _FIGURE = Figure(
     "readings",
     "Success by flip rate under each reading of a false report, with the share of reports that were false",
     _caption,
-    draw="lockprobe.report.figures.readings:readings",
+    draw=f"{__name__}:draw",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    what = found.said(_NAME, "what")
-    if what:
+    if what := found.said(_NAME, "what"):
         yield Part("What a false report is", _answer(found), list(_blocks(found, what)), _NAME)
 
 
 def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
-    compared = _compared(found)
-    said = [*what, *([BOTH_FIT] if compared else []), *found.said(_NAME, "untested")]
-    said += _against_none_said(found)
-    for text in said:
-        yield Text(text)
+    said = [*what, *[BOTH_FIT] * bool(_compared(found)), *found.said(_NAME, "untested"), *_against_none_said(found)]
+    yield from map(Text, said)
     if len(found.readings) > 1:
         yield _FIGURE
-    numbers: list[Block] = [_SHARES]
-    if compared:
-        numbers += [
-            _COMPARED,
-            Note(
-                "Success under one reading minus success under another at the same flip rate: the difference between "
-                "their effects, since both are compared with the same true reports.",
-                Markup(
-                    "Trials of equal repetition and number use common random numbers and are compared in pairs. "
-                    "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip "
-                    "rates and for the agents (baselines apart)."
-                ),
+    if _table(found):
+        yield _TABLE
+    if _compared(found) or _against_none(found):
+        yield Note(
+            "Differences are within pairs of trials at the same flip rate. A positive difference from no feedback: "
+            "false reports are better than none. Strategies that ship learn from reports alone what they have tried: "
+            "without any, round-robin and human-inspired repeat one joint.",
+            Markup(
+                "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip rates "
+                "and for the agents (baselines apart); the contrasts with no feedback are a family of their own."
             ),
-        ]
-    if _against_none(found):
-        note = Note(
-            "Success with false reports minus success without any report. A positive difference: false reports are "
-            "better than none. Strategies that ship learn from reports alone what they have tried: without any, "
-            "round-robin and human-inspired repeat one joint.",
-            Markup("Compared and tested as above; the contrasts with no feedback are a family of their own."),
         )
-        numbers += [_NONE, note]
-    if _shares(found):
-        yield Detail("False reports and comparisons, in numbers", numbers)
 
 
 SECTIONS = (
@@ -222,7 +269,7 @@ SECTIONS = (
         title="What a false report is",
         rows=_rows,
         show=_show,
-        tables=(_SHARES, _COMPARED, _NONE),
+        tables=(_TABLE,),
         figures=(_FIGURE,),
     ),
 )

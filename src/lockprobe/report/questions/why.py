@@ -12,7 +12,6 @@ from lockprobe.report.captions import interval_kind
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
-from lockprobe.report.questions.effects import of_blocks
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import (
     Block,
@@ -27,7 +26,7 @@ from lockprobe.report.section import (
     Table,
     Text,
 )
-from lockprobe.report.study_numbers import StudyNumbers, share_rows
+from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.why.contrasts import Why

@@ -61,7 +61,7 @@ UNITS = (
         "records",
         "lines",
     ),
-    *("boxes", "blocks", "sequences", "restarts", "interlocks", "permutations"),
+    *("boxes", "blocks", "restarts", "interlocks", "permutations"),
     *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
 )
 """The units of Lockprobe's numbers."""

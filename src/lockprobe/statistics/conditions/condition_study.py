@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from operator import call
 from types import MappingProxyType
 
@@ -15,19 +15,16 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, condition_summary
-from lockprobe.statistics.conditions.design import Comparison, Design
-from lockprobe.statistics.conditions.effects import CONDITIONS, CONTROLS, Effect, Effects, effects
-from lockprobe.statistics.conditions.factors import Factor, factor_effects
-from lockprobe.statistics.conditions.no_feedback import no_feedback_factors
+from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import Series
+from lockprobe.statistics.contrast import Effect, Effects, against_control, against_first, idle_conditions
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.factorial.design import factorials_of
-from lockprobe.statistics.factorial.effects import FactorialEffects, factorial_effects
-from lockprobe.statistics.idle import Idle, Unheeded, idle_interventions, unheeded
+from lockprobe.statistics.factorial import FactorialEffects, factorial_effects
+from lockprobe.statistics.idle import Idle, Unheeded, unheeded
+from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import StudySummary, summarise
@@ -53,7 +50,6 @@ class ConditionStudySummary:
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
         on_factors: Conditions that differ in one option that is no number, against its first level.
-        against_none: False reports against no feedback at all.
         agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
@@ -69,7 +65,6 @@ class ConditionStudySummary:
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
     on_factors: tuple[Effects, ...]
-    against_none: tuple[Effects, ...]
     agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
@@ -120,7 +115,8 @@ def summarise_conditions(
     }
     found = dict(zip(jobs, each(call, jobs.values()), strict=True))
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
-    idle = _idle(conditions, design)
+    own = {name: _Cell(tuple(cells[name]), orders.get(name[0])) for name in conditions}
+    idle = idle_conditions(own, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
     series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle), orders=orders, known=conditions))
     # the doses of every axis whose lowest level is the control, against it
@@ -128,14 +124,9 @@ def summarise_conditions(
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
-        effects=section(
-            "Every condition against the control", lambda: _effects(acting, design, _names(idle), orders), tuple
-        ),
+        effects=section("Every condition against the control", lambda: tuple(against_control(own, design)), tuple),
         on_axes=tuple(one for summary in by_axis for agent in summary.agents if (one := _axis_effects(agent))),
-        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders, each), tuple),
-        against_none=section(
-            "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders, each), tuple
-        ),
+        on_factors=section("Factors", lambda: tuple(against_first(own, design.factors, design)), tuple),
         agents_compared=section(
             "Agents compared under conditions",
             lambda: agents_by_condition(acting, design, orders, each=each),
@@ -143,11 +134,25 @@ def summarise_conditions(
         ),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
-        factorials=section("Factors of a factorial design", lambda: _factorials(cells, design), tuple),
+        factorials=section("Factors of a factorial design", lambda: tuple(factorial_effects(cells, design)), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
         unheeded=_unheeded(acting, design),
     )
+
+
+@dataclass(frozen=True)
+class _Cell:
+    trials: tuple[Trial, ...]
+    order: BlockOrder | None
+
+    @cached_property
+    def ended(self) -> Outcomes:
+        return outcomes(self.trials, order=self.order)
+
+    @cached_property
+    def broke(self) -> Outcomes:
+        return broken_off(self.trials, order=self.order)
 
 
 def _condition_if_possible(
@@ -168,17 +173,6 @@ _Names = frozenset[tuple[str, str]]
 """Agents and conditions."""
 
 
-def _idle(conditions: Mapping[tuple[str, str], ConditionSummary], design: Design) -> tuple[Idle, ...]:
-    """What changed nothing, in the order of the conditions; a control is to change nothing."""
-    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
-    return tuple(
-        one
-        for (agent, label), summary in conditions.items()
-        if label not in design.controls
-        for one in idle_interventions(agent, label, summary.changed, acting.get(label, []))
-    )
-
-
 def _unheeded(cells: _Cells, design: Design) -> tuple[Unheeded, ...]:
     """Conditions beside flip rates under which an agent played as under its control."""
     known = {arm.label for arm in design.arms} - design.axis - design.controls
@@ -194,93 +188,6 @@ def _names(idle: Sequence[Idle], *, whole: bool = False) -> _Names:
     return frozenset((one.agent, one.condition) for one in idle if not (whole and one.intervention))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Compared:
-    """The conditions of one agent in one modality, or the controls of all modalities, with what they are compared with.
-
-    Attributes:
-        agent: Its name.
-        spec: Its spec.
-        trials: Condition -> its trials, those of the modality that are in no comparison too.
-        of: The comparisons of the modality.
-        name: Which of its two families is meant.
-    """
-
-    agent: str
-    spec: str
-    trials: Mapping[str, Sequence[Trial]]
-    of: Comparison
-    name: str
-
-    @property
-    def family(self) -> tuple[str, str, bool]:
-        """What is judged together with it: its family, the control, and whether the agent is a baseline."""
-        return self.name, self.of.control, is_baseline(self.spec)
-
-    @property
-    def others(self) -> tuple[str, ...]:
-        """What is compared with the control."""
-        return self.of.others if self.name == CONDITIONS else self.of.controls
-
-    @property
-    def counts(self) -> bool:
-        """Whether a difference can be found: it heeds something, and another condition has trials too."""
-        others = [self.trials[name] for name in self.others if name in self.trials]
-        if not others or self.of.control not in self.trials:
-            return False
-        members = [self.trials[self.of.control], *others]
-        return heeded_at_most([trial for own in members for trial in own]) is None
-
-    def effects(self, idle: frozenset[str], agents: int, order: BlockOrder | None) -> Effects | None:
-        """The differences, and with conditions their interactions; ``agents`` are judged together."""
-        beside = [name for name in self.of.labels if name not in (self.of.control, *self.others)]
-        crossed = (self.of.crossings, self.of.grids) if self.name == CONDITIONS else ((), ())
-        return effects(
-            self.trials,
-            self.of.control,
-            *crossed,
-            idle,
-            axis=beside,
-            agents=agents,
-            family=self.name,
-            order=order,
-        )
-
-
-def _effects(cells: _Cells, design: Design, idle: _Names, orders: Mapping[str, BlockOrder]) -> tuple[Effects, ...]:
-    """Each modality's other conditions against its control, and the controls of all modalities against the first.
-
-    In each, what the report says of the agents that the study is about is one family, and of baselines another.
-    """
-    compared = [
-        _Compared(agent=agent, spec=design.spec_of(agent), trials=_of_agent(cells, agent, of), of=of, name=name)
-        for agent in design.agents
-        for of in map(design.comparison, design.modalities)
-        for name in (CONDITIONS, *([CONTROLS] if of.controls else []))
-    ]
-    sizes = Counter(one.family for one in compared if one.counts)
-    found = (
-        one.effects(
-            frozenset(label for name, label in idle if name == one.agent),
-            max(1, sizes[one.family]),
-            orders.get(one.agent),
-        )
-        for one in compared
-    )
-    return tuple(one for one in found if one)
-
-
-def _of_agent(cells: _Cells, agent: str, of: Comparison) -> dict[str, Sequence[Trial]]:
-    return {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
-
-
-def _of_factors(
-    cells: _Cells, factors: Iterable[Factor], design: Design, orders: Mapping[str, BlockOrder], each: Each
-) -> tuple[Effects, ...]:
-    made = [make for factor in factors for make in factor_effects(cells, factor, design.agents, orders)]
-    return tuple(one for one in each(call, made) if one is not None)
-
-
 def _axis_effects(found: AgentSummary) -> Effects | None:
     """The doses of an axis against the lowest one, with the P values of the axis; None if none was compared."""
     tested = found.inference.difference
@@ -292,7 +199,6 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
         modality=found.modality,
         control=names[tested.lowest],
         effects=tuple(Effect(condition=names[one.dose], difference=one) for one in tested.at),
-        interplays=(),
         agents=tested.agents,
         axis=found.axis.name,
     )
@@ -312,17 +218,6 @@ def _whys(cells: _Cells, design: Design, orders: Mapping[str, BlockOrder]) -> tu
     answered = [(make, (one.modality, is_baseline(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
-
-
-def _factorials(cells: _Cells, design: Design) -> tuple[FactorialEffects, ...]:
-    """What each factor of a factorial design does to each agent."""
-    found = (
-        factorial_effects({label: cells.get((agent, label), ()) for label in made.runs}, made)
-        for agent in design.agents
-        for modality in design.modalities
-        for made in factorials_of(design.arms, modality)
-    )
-    return tuple(one for one in found if one is not None)
 
 
 def dose_series(

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.dose_grid import Grid, grids
-from lockprobe.statistics.conditions.factors import Factor, factors_of
+from lockprobe.statistics.conditions.factors import Factor, factors_of, no_feedback_factor
 from lockprobe.statistics.conditions.series import (
     Crossing,
     Series,
@@ -140,6 +140,11 @@ class Design:
             for one in factors_of(self.arms, self.controls)
         )
         return tuple(one for one in found if one.groups)
+
+    @property
+    def no_feedback(self) -> tuple[Factor, ...]:
+        """False reports against no report at all, in each modality that has both."""
+        return tuple(one for modality in self.modalities for one in no_feedback_factor(self.shown(modality)))
 
     @property
     def series(self) -> tuple[Series, ...]:

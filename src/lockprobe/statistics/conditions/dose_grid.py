@@ -1,28 +1,21 @@
-"""Factorial designs: two crossed doses, of two interventions or of one, and the interaction of both doses.
+"""Crossed doses: two doses, of two interventions or of one, in all their combinations.
 
-The interaction is the *linear-by-linear contrast* of all cells: the least-squares slope over the product of both doses
-in a model with an effect for every row and column. It is scaled to the whole range: how much more the highest dose of
-one changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is the difference of
-differences. It is computed within blocks of equal luck that have a trial in every cell.
+Their interaction is the *linear-by-linear contrast* of all cells: the least-squares slope over the product of both
+doses in a model with an effect for every row and column. It is scaled to the whole range: how much more the highest
+dose of one changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is the
+difference of differences.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, product
 
-import numpy as np
-
-from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
-from lockprobe.statistics.broken_trials import begun, bounded, opposed
-from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.series import SeriesArm
-from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import ALPHA, Proportion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,55 +38,21 @@ class Grid:
     modality: str
 
     @property
-    def complete(self) -> bool:
-        """Whether every combination is played."""
-        return len(self.conditions) == len(self.row_doses) * len(self.column_doses)
+    def weights(self) -> dict[str, int]:
+        """The weight of each condition in the interaction; none if a combination is not played."""
+        if len(self.conditions) < len(self.row_doses) * len(self.column_doses):
+            return {}
+        return dict(zip(self.conditions.values(), trend_weights(self.row_doses, self.column_doses)[0], strict=True))
+
+    @property
+    def factor(self) -> float:
+        """What the weighted sum is multiplied with."""
+        return float(trend_weights(self.row_doses, self.column_doses)[1])
 
     @property
     def name(self) -> str:
         """Both doses, as sentences and figures name them."""
         return f"{self.rows.name} \N{MULTIPLICATION SIGN} {self.columns.name}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GridCell:
-    """One combination of doses.
-
-    Attributes:
-        row, column: Doses of the first and the second intervention.
-        condition: Name of the condition.
-        success: Share of trials solved, with its 95 % Wilson interval.
-    """
-
-    row: float
-    column: float
-    condition: str
-    success: Proportion
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GridSummary:
-    """The results of one agent on a grid.
-
-    Attributes:
-        grid: The doses and conditions.
-        cells: Those that are played, by row, then by column.
-        interaction: The linear-by-linear contrast over both ranges, in shares, tested by sign flips of whole blocks;
-            interval and P value are corrected for ``choices``. None if a combination is not played, or no block of
-            luck has a trial in every cell.
-        choices: Number of interactions of all agents that are judged together.
-    """
-
-    grid: Grid
-    cells: tuple[GridCell, ...]
-    interaction: BlockMean | None
-    choices: int
-
-    @property
-    def detectable(self) -> bool:
-        """Whether the test rejects and the interval excludes 0."""
-        found = self.interaction
-        return found is not None and found.p_value is not None and found.p_value < ALPHA and found.clear
 
 
 def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
@@ -151,12 +110,12 @@ def _grid(members: Sequence[_Crossed], known: Mapping[tuple[str, tuple[str, ...]
     )
 
 
-def contrast(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
+def trend_weights(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
     """The weights of all cells in the linear-by-linear contrast, as whole numbers, and their common factor.
 
-    >>> contrast((0, 0.4), (0, 0.1))
+    >>> trend_weights((0, 0.4), (0, 0.1))
     ([1, -1, -1, 1], Fraction(1, 1))
-    >>> contrast((0, 0.1, 0.2), (0, 0.1))
+    >>> trend_weights((0, 0.1, 0.2), (0, 0.1))
     ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
 
     Weights are by row, then by column. Doses are ascending, at least two.
@@ -174,48 +133,3 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
     common = math.gcd(*whole)
     factor = (exact[-1] - exact[0]) * common / most / sum((one * one for one in away), Fraction(0))
     return [one // common for one in whole], factor
-
-
-def grid_summary(
-    grid: Grid, trials: Mapping[str, Outcomes], broken: Mapping[str, Outcomes], choices: int = 1
-) -> GridSummary:
-    """The results of one agent.
-
-    Args:
-        grid: The grid.
-        trials: Condition -> its ended trials.
-        broken: Condition -> those that broke.
-        choices: Interactions that are judged together.
-    """
-    cells = tuple(
-        GridCell(row=row, column=column, condition=name, success=share_of(solved, (), every.luck))
-        for (row, column), name in grid.conditions.items()
-        if (one := trials.get(name)) is not None and len(one)
-        for every, solved in [begun(one, broken[name])]
-    )
-    interaction = _interaction(grid, trials, broken, choices)
-    return GridSummary(grid=grid, cells=cells, interaction=interaction, choices=choices)
-
-
-def _interaction(
-    grid: Grid, trials: Mapping[str, Outcomes], broken: Mapping[str, Outcomes], choices: int
-) -> BlockMean | None:
-    if not grid.complete or not all(len(trials.get(name, ())) for name in grid.conditions.values()):
-        return None
-    weights, factor = contrast(grid.row_doses, grid.column_doses)
-
-    def change(groups: Sequence[Outcomes]) -> BlockMean:
-        _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in groups])
-        sums = sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True))
-        sums = np.asarray(sums)[~np.isnan(sums)]
-        most = float(factor) * sum(weight for weight in weights if weight > 0)
-        mean = block_mean(float(factor) * sums[:, None], unit=most, choices=choices)
-        return replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
-
-    own, broke = ([of[name] for name in grid.conditions.values()] for of in (trials, broken))
-    found = change(own)
-    if not found.pairs:
-        return None
-    if any(map(len, broke)):
-        found = bounded(found, *opposed(change, own, broke, [weight > 0 for weight in weights]))
-    return found

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import isnan
+from typing import ClassVar
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
@@ -94,6 +95,13 @@ class Crossing:
     first: str
     second: str
     both: str
+
+    factor: ClassVar[float] = 1.0
+
+    @property
+    def weights(self) -> dict[str, int]:
+        """The weight of each in the interaction: the effect of the second with the first, minus its effect alone."""
+        return {self.neither: 1, self.first: -1, self.second: -1, self.both: 1}
 
 
 def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:

@@ -1,0 +1,184 @@
+"""What is crossed: does the effect of one intervention, or of one dose, depend on another?"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from lockprobe.foundation.formatting import NONE, bracketed, p_value, percent
+from lockprobe.report.captions import share_intervals_said
+from lockprobe.report.format import TextTable
+from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.conditions import cells_of, detected_said, tested_cells
+from lockprobe.report.rows import Estimate, Fact, Results, Row
+from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.dose_grid import Grid
+from lockprobe.statistics.contrast import interactions
+from lockprobe.studies.study_design import design_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+_BETWEEN = " \N{MULTIPLICATION SIGN} "
+
+_FIRST, _SECOND = "first dose", "second dose"
+"""Facts of a grid; of a place in it, such as ``0.4, 0.1``, the fact is its condition."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    if numbers.study.of_flips:
+        return
+    design, named, known = design_of(numbers.study), list[tuple[Grid, str]](), Counter[tuple[str, str]]()
+    for grid in (grid for modality in design.modalities for grid in design.comparison(modality).grids):
+        known[grid.name, grid.rows.rest] += 1
+        axis = axis_key(grid.name, rest=grid.rows.rest, number=known[grid.name, grid.rows.rest])
+        named.append((grid, axis))
+        facts = {_FIRST: grid.rows.name, _SECOND: grid.columns.name, "with": grid.rows.rest}
+        facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
+        yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
+    for agent, crossed, found, choices in interactions(cells_of(numbers), design):
+        if isinstance(crossed, Grid):
+            axis = next(axis for grid, axis in named if grid is crossed or grid == crossed)
+            of: dict[str, object] = {"modality": crossed.modality, "axis": axis}
+        else:
+            both = numbers.conditions[crossed.both]
+            of = {"modality": both.modality, "condition": crossed.both, "control": crossed.neither}
+            of |= {"of": f"{crossed.first}{_BETWEEN}{crossed.second}", "doses": dict(both.doses)}
+        yield Estimate.model_validate(
+            {"quantity": "success_interaction", "agent": agent, **of, **of_blocks(found), "unit": "points"}
+            | {"family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
+        )
+
+
+def _places(found: Results, axis: str) -> dict[str, str]:
+    """Every combination of doses of a grid -> its condition."""
+    return {name: condition for name, condition in found.facts_about(axis).items() if ", " in name}
+
+
+def _interactions(found: Results) -> list[Estimate]:
+    return found.where("success_interaction", versus="")
+
+
+def _table(found: Results) -> TextTable:
+    rows = _interactions(found)
+    head = ["agent", "interaction of", "with", "blocks", "interaction, points", "P", "conclusion"]
+    table = [head] * bool(rows)
+    for row in rows:
+        name = f"{found.fact(row.axis, _FIRST)}{_BETWEEN}{found.fact(row.axis, _SECOND)}" if row.axis else row.of
+        beside = found.fact(row.axis, "with") if row.axis else ""
+        table.append([row.agent, name, beside or NONE, str(row.n), *tested_cells(row)])
+    alone = {row[2] for row in table[1:]} <= {NONE}
+    return [[*row[:2], *row[2 + alone :]] for row in table]
+
+
+def draw(found: Results, axis: str) -> Drawing | None:
+    """Success over two doses, a panel for each agent with a cell for each combination."""
+    from lockprobe.report.figures.compose import sheet
+
+    own = _places(found, axis)
+    rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
+    shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
+    agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
+    lines = _lines(len(columns))
+    height = 1.25 + len(rows) * 0.155 * (lines + 0.9)
+    return sheet(agents, partial(_draw, found, axis, rows, columns), heights=[height], cells=True)
+
+
+def _lines(columns: int) -> int:
+    """Lines that a cell beside so many others has room for: the share, its count, its interval."""
+    return 3 if columns <= 4 else 2 if columns <= 6 else 1
+
+
+def _draw(
+    found: Results, axis: str, rows: Sequence[str], columns: Sequence[str], axes: Axes, player: tuple[str, str]
+) -> None:
+    """Share of trials solved under every combination of doses; darker is more. A cross is not played."""
+    import matplotlib as mpl
+    from matplotlib.patches import Rectangle
+
+    from lockprobe.report.figures.frame import axis_label, safe_name, title
+    from lockprobe.report.figures.settings import FAINT, INK
+
+    agent, modality = player
+    facts, lines = found.facts_about(axis), _lines(len(columns))
+    for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
+        condition = facts.get(f"{row}, {column}", "")
+        own = {"agent": agent, "condition": condition, "control": "", "versus": "", "axis": ""}
+        cell = found.get("success", **own) if condition else None
+        share = cell.value or 0.0 if cell else 0.0
+        face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
+        axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
+        colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
+        text = "\n".join(_said(cell, lines)) if cell else "\N{MULTIPLICATION SIGN}"
+        axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
+    axes.set(xlabel=axis_label(facts[_SECOND]), ylabel=axis_label(facts[_FIRST]))
+    axes.set_xticks(range(len(columns)), columns)
+    axes.set_yticks(range(len(rows)), rows)
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+    change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
+    said = "interaction not estimated"
+    if change is not None:
+        said = f"interaction {bracketed(change.value, change.low, change.high)} points"
+        said += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+    title(axes, safe_name(Subject.of(agent).name, 38), said)
+
+
+def _said(cell: Estimate, lines: int) -> list[str]:
+    share = percent(cell.value)
+    ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
+    return [share, f"{cell.count}/{cell.n}", ends][:lines] if lines > 1 else [share.removesuffix(" %")]
+
+
+def _caption(found: Results) -> Caption:
+    agents = (cell.agent for cell in found.cells)
+    said = share_intervals_said(agents, every_look=bool(found.progress.every_look))
+    return Caption(
+        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+        f"{said} Numbers are in per cent.",
+    )
+
+
+_TABLE = Table("crossings", _table, numeric_from=3)
+
+_NOTE = Note(
+    "Of two interventions: the effect of the second together with the first, minus its effect alone. Of two doses: the "
+    "effect of the whole range of the second at the highest dose of the first, minus its effect at the lowest, from "
+    "linear trends over all cells. At 0 the effect of each does not depend on the other.",
+    Markup(
+        "Each block that has a trial in every cell gives one value; <i>P</i> is that of a sign-flip permutation test "
+        "over blocks, and the interval is Student's, widened as if one more block differed. Both are corrected for the "
+        "number of interactions and of agents."
+    ),
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    grids = dict.fromkeys(fact.about for fact in found.facts if fact.name == _FIRST)
+    played = {row.condition for row in found.where("success", of="")}
+    axes, rows = [one for one in grids if played & {*_places(found, one).values()}], _interactions(found)
+    if axes or rows:
+        answer = f"{said} were detected." if (said := detected_said(rows, "interactions")) else ""
+        yield Part("Interactions", answer, list(_blocks(axes, rows)))
+
+
+def _blocks(axes: Sequence[str], rows: Sequence[Estimate]) -> Iterator[Block]:
+    for number, axis in enumerate(axes, 1):
+        alt = "Success under every combination of two doses, one cell each"
+        yield Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
+    if rows:
+        yield _TABLE
+        yield _NOTE
+
+
+SECTIONS = (Section(name="crossings", title="Interactions", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -1,0 +1,248 @@
+"""Contrasts: what conditions change in the success of one agent, in trials of equal luck.
+
+Trials of equal repetition and trial share their luck under all conditions. A contrast, its interval and its P value use
+the blocks of luck that all of its conditions have. Each belongs to one family, and is corrected for its members and for
+the agents that are judged together: those that the study is about, or baselines.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
+from lockprobe.statistics.behaviour import heeded_at_most
+from lockprobe.statistics.broken_trials import bounded, opposed
+from lockprobe.statistics.conditions.design import Comparison, Design
+from lockprobe.statistics.conditions.dose_grid import Grid
+from lockprobe.statistics.conditions.factors import Factor
+from lockprobe.statistics.conditions.series import Crossing
+from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.idle import Idle, idle_interventions, steps_changed
+from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
+from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.trial.record import Trial
+
+CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
+"""Families of comparisons beside those of axes and options: conditions, and the controls of all modalities."""
+
+LEVELS = "levels of "
+"""How the names of families of factors begin."""
+
+
+class _Cell(Protocol):
+    """One agent under one condition."""
+
+    @property
+    def trials(self) -> Sequence[Trial]: ...
+    @property
+    def ended(self) -> Outcomes: ...
+    @property
+    def broke(self) -> Outcomes: ...
+
+
+Cells = Mapping[tuple[str, str], _Cell]
+"""Every agent under every condition that it has trials of."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """Success under a condition minus success under the control."""
+
+    condition: str
+    difference: DifferenceAt
+
+    @property
+    def detectable(self) -> bool:
+        """Whether it is detected after correction for its family."""
+        return self.difference.p_value < ALPHA
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effects:
+    """The conditions of one agent that are compared with one control, as one family.
+
+    Attributes:
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown.
+        control: The condition that the others are compared with.
+        effects: The others, in the order of the study, if they share a trial with it.
+        agents: For how many agents, and further groups of conditions, they are corrected beside their number.
+        axis: The dose or the option whose levels they are; empty for other conditions.
+        family: What is judged together.
+    """
+
+    agent: str
+    modality: str
+    control: str
+    effects: tuple[Effect, ...]
+    agents: int = 1
+    axis: str = ""
+    family: str = CONDITIONS
+
+
+def contrast(
+    groups: Sequence[Outcomes],
+    broken: Sequence[Outcomes],
+    weights: Sequence[int],
+    *,
+    factor: float = 1.0,
+    choices: int = 1,
+) -> BlockMean | None:
+    """A weighted sum of success under conditions; None if no block of luck has a trial in each.
+
+    The P value is from sign flips of whole blocks. If trials broke, it and the interval hold whatever became of them.
+
+    Args:
+        groups: The ended trials of one agent by condition.
+        broken: Those of each that broke.
+        weights: The weight of each, which sum to 0.
+        factor: What the sum is multiplied with.
+        choices: How many contrasts are judged together (Bonferroni).
+    """
+    most = factor * sum(weight for weight in weights if weight > 0)
+
+    def of(trials: Sequence[Outcomes]) -> BlockMean:
+        _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in trials])
+        sums = np.asarray(sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True)))
+        sums = sums[~np.isnan(sums)]
+        mean = block_mean(factor * sums[:, None], unit=most, choices=choices)
+        return replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
+
+    if not all(map(len, groups)) or not (found := of(groups)).pairs:
+        return None
+    if any(map(len, broken)):
+        found = bounded(found, *opposed(of, groups, broken, [weight > 0 for weight in weights]))
+    return found
+
+
+def idle_conditions(cells: Cells, design: Design) -> list[Idle]:
+    """What changed nothing, in the order of the conditions; a control is to change nothing."""
+    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+    return [
+        one
+        for (agent, label), cell in cells.items()
+        if label not in design.controls
+        for one in idle_interventions(agent, label, steps_changed(cell.trials), acting.get(label, []))
+    ]
+
+
+def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
+    """The conditions in which something was changed; with ``wholly``, in which no intervention changed nothing."""
+    idle = {(one.agent, one.condition) for one in idle_conditions(cells, design) if wholly or not one.intervention}
+    return {name: cell for name, cell in cells.items() if name not in idle}
+
+
+def against_control(cells: Cells, design: Design) -> Iterator[Effects]:
+    """Each modality's other conditions against its control, and the controls of all modalities against the first."""
+    cells = acting(cells, design)
+    sizes = _family_sizes(cells, design)
+    for agent, of, family, names in _families(cells, design):
+        many = max(1, sizes[family, of.control, is_baseline(design.spec_of(agent))])
+        if (agent, of.control) in cells:
+            found = _against_first(cells, agent, names, "conditions", agents=many, family=family)
+            if found.effects:
+                yield found
+
+
+def _families(cells: Cells, design: Design) -> Iterator[tuple[str, Comparison, str, list[str]]]:
+    """Agent, comparisons, family and names of conditions with trials, the control first, of all that is compared."""
+    for agent in design.agents:
+        for of in map(design.comparison, design.modalities):
+            for family, others in ((CONDITIONS, of.others), (CONTROLS, of.controls)):
+                yield agent, of, family, [label for label in (of.control, *others) if (agent, label) in cells]
+
+
+def _family_sizes(cells: Cells, design: Design) -> Counter[tuple[str, str, bool]]:
+    """How many agents are judged together in a family, by its control: those of which a difference can be found."""
+    return Counter(
+        (family, of.control, is_baseline(design.spec_of(agent)))
+        for agent, of, family, names in _families(cells, design)
+        if _can_differ(cells, agent, [of.control, *(name for name in names if name != of.control)])
+    )
+
+
+def _can_differ(cells: Cells, agent: str, names: Sequence[str]) -> bool:
+    """Whether the first condition and another have trials, in which the agent does not play alike."""
+    found = [cells[agent, name] for name in names if (agent, name) in cells]
+    if len(found) < 2 or (agent, names[0]) not in cells:
+        return False
+    return heeded_at_most([trial for cell in found for trial in cell.trials]) is None
+
+
+def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> Iterator[Effects]:
+    """Every level of a factor against the first one; all groups of conditions that differ in it are one family."""
+    cells = acting(cells, design)
+    for factor in factors:
+        asked = [
+            (agent, group) for agent in design.agents for group in factor.groups if _can_differ(cells, agent, group)
+        ]
+        baseline = {agent: is_baseline(design.spec_of(agent)) for agent, _ in asked}
+        sizes = Counter(baseline.values())
+        for agent, group in asked:
+            names = [label for label in group if (agent, label) in cells]
+            use = factor.name, *cells[agent, names[0]].trials[0].specs
+            many, of = sizes[baseline[agent]] * len(factor.groups), LEVELS + factor.name
+            found = _against_first(cells, agent, names, *use, agents=many, family=of, axis=factor.name)
+            if found.effects:
+                yield found
+
+
+def _against_first(
+    cells: Cells, agent: str, names: Sequence[str], *use: str, agents: int, family: str, axis: str = ""
+) -> Effects:
+    """Conditions of one agent against the first; ``use`` names the stream of the permutations, which people need."""
+    own = [cells[agent, name] for name in names]
+    first = own[0].trials[0]
+    rng = generator(first.seed, "analysis", first.spec, first.modality, *use)
+    tested = each_difference([one.ended for one in own], rng, broken=[one.broke for one in own], agents=agents)
+    return Effects(
+        agent=agent,
+        modality=first.modality,
+        control=names[0],
+        effects=tuple(Effect(condition=names[place], difference=one) for place, one in tested),
+        agents=agents,
+        axis=axis,
+        family=family,
+    )
+
+
+def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossing | Grid, BlockMean, int]]:
+    """Every interaction: agent, what is crossed, the contrast, and how many are judged together.
+
+    A crossing is left out where a grid with an interaction has it. None is computed where all must hold at every look.
+    """
+    sizes, acted = _family_sizes(acting(cells, design), design), acting(cells, design, wholly=True)
+    for agent in design.agents:
+        for of in map(design.comparison, design.modalities):
+            if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
+                continue
+            grids = [one for one in of.grids if _interaction(acted, agent, one)]
+            crossed = {name for one in grids for name in one.conditions.values()}
+            single = [one for one in of.crossings if one.both not in crossed and _interaction(acted, agent, one)]
+            agents = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))])
+            choices = agents * max(1, len(grids) + len(single))
+            every: list[Crossing | Grid] = [*single, *grids]
+            for one in every:
+                if found := _interaction(acted, agent, one, choices):
+                    yield agent, one, found, choices
+
+
+def _interaction(cells: Cells, agent: str, of: Crossing | Grid, choices: int = 1) -> BlockMean | None:
+    own = [cells.get((agent, name)) for name in of.weights]
+    found = [one for one in own if one is not None]
+    if not own or len(found) < len(own):
+        return None
+    return contrast(
+        [one.ended for one in found],
+        [one.broke for one in found],
+        [*of.weights.values()],
+        factor=of.factor,
+        choices=choices,
+    )

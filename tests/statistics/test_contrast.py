@@ -1,0 +1,166 @@
+"""Contrasts of conditions: their value, their exact test, what breaks trials, and the families that they belong to."""
+
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+from builders import make_trial
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.statistics.conditions.dose_grid import trend_weights
+from lockprobe.statistics.contrast import against_control, against_first, contrast, interactions
+from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
+from lockprobe.studies.study_design import design_of
+
+CROSSING = [1, -1, -1, 1]
+TEMPLATE = outcomes([make_trial([0] * 20, trial=i, budget=20) for i in range(1, 61)])
+
+
+def group(solved):
+    """One ended trial for each entry."""
+    return replace(TEMPLATE.at(np.arange(60) < len(solved)), solved=np.asarray(solved, dtype=bool))
+
+
+def drawn(seed, chances, n=40):
+    rng = np.random.default_rng(seed)
+    return [group(rng.random(n) < chance) for chance in chances]
+
+
+def found_of(groups, weights=CROSSING, broken=None, **more):
+    return contrast(groups, broken or [one.at(np.zeros(len(one), bool)) for one in groups], weights, **more)
+
+
+@given(st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=9))
+def test_the_p_value_of_an_interaction_is_that_of_every_flip_of_the_signs_of_its_blocks(blocks):
+    solved = np.array(blocks)
+    found = found_of([group(column) for column in solved.T])
+    sums = solved.astype(int) @ CROSSING
+    flipped = [abs(np.dot(signs, sums)) for signs in product((-1, 1), repeat=len(sums))]
+    assert found.value == pytest.approx(sums.mean())
+    assert found.p_value == pytest.approx(np.mean([one >= abs(sums.sum()) for one in flipped]))
+
+
+def test_the_weights_of_a_grid_are_those_of_a_crossing_where_both_doses_have_two_levels():
+    weights, factor = trend_weights((0, 0.4), (0, 0.1))
+    groups = drawn(1, (0.1, 0.1, 0.2, 0.9))
+    assert found_of(groups) == found_of(groups, weights, factor=float(factor))
+    assert found_of(groups).clear
+
+
+def test_the_interaction_is_a_slope_whatever_its_common_factor():
+    rows, columns = (0, 0.2, 0.4), (0, 0.1, 0.2)
+    weights, factor = trend_weights(rows, columns)
+    groups = drawn(2, [0.2 + row + column for row, column in product(rows, columns)])
+    found = found_of(groups, weights, factor=float(factor))
+    assert found.value == pytest.approx(float(factor) * np.dot(weights, [one.solved.mean() for one in groups]))
+    assert not found.clear  # what adds up is no interaction
+
+
+def test_correction_only_widens():
+    one, ten = (found_of(drawn(3, [0.5] * 4), choices=choices) for choices in (1, 10))
+    assert ten.low < one.low <= one.value == ten.value
+    assert ten.p_value == min(1, 10 * one.p_value)
+
+
+def test_only_blocks_with_a_trial_under_every_condition_count():
+    first, *others = drawn(4, [0.5] * 4)
+    assert found_of([first.at(np.arange(40) < 7), *others]).pairs == 7
+    assert found_of([first.at(np.arange(40) < 0), *others]) is None
+    assert found_of([first.at(np.arange(40) < 7), others[0].at(np.arange(40) > 7), *others[1:]]) is None
+
+
+def test_under_no_interaction_the_test_keeps_its_level():
+    rng = np.random.default_rng(5)
+    weights = trend_weights((0, 0.2, 0.4), (0, 0.1))[0]
+    shown = [found_of([group(rng.random(20) < 0.5) for _ in weights], weights) for _ in range(400)]
+    assert sum(one.p_value < 0.05 and one.clear for one in shown) / 400 < 0.07
+
+
+def test_broken_trials_count_for_it_at_one_end_and_against_it_at_the_other():
+    """Five trials of each group broke: as the groups with these solved or not, by the sign of their weight."""
+    whole, broke = drawn(6, [0.5] * 4), np.arange(40) < 5
+    ends = [
+        found_of(
+            [
+                replace(one, solved=np.where(broke, (w > 0) == high, one.solved))
+                for one, w in zip(whole, CROSSING, strict=True)
+            ]
+        )
+        for high in (False, True)
+    ]
+    made = found_of([one.at(~broke) for one in whole], broken=[one.at(broke) for one in whole])
+    assert (made.low, made.high) == (min(one.low for one in ends), max(one.high for one in ends))
+    assert made.p_value == 1.0
+
+
+@dataclass
+class Played:
+    trials: list
+
+    def __post_init__(self):
+        self.ended, self.broke = outcomes(self.trials), broken_off(self.trials)
+
+
+AGENT, CAREFUL, BASELINE, BLIND = "cognitive:perseverant", "cognitive:careful", "human-inspired", "random"
+
+
+def played(conditions, agents=(AGENT,), n=6):
+    """The cells and the design of a study of these conditions beside the truth."""
+    planned = study("flips", agent=list(agents), p=[0], condition=list(conditions), trials=n, repetitions=1)
+    return {
+        (agent, one.label): Played([run_trial(agent=agent, condition=one.label, trial=i + 1, seed=3) for i in range(n)])
+        for agent in agents
+        for one in planned.conditions
+    }, design_of(planned)
+
+
+def named(found):
+    return [(one.agent, one.control, [effect.condition for effect in one.effects], one.agents) for one in found]
+
+
+def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_who_plays_alike_counts_in_none():
+    agents = (AGENT, CAREFUL, BASELINE, BLIND)
+    assert named(against_control(*played(["drop?p=0.5"], agents))) == [
+        (agent, "truth", ["drop?p=0.5"], many) for agent, many in zip(agents, (2, 2, 1, 1), strict=True)
+    ]
+
+
+def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is_compared_with_nothing():
+    cells, design = played(["history?last=50", "tremble?p=0.5", "tremble?p=0.5 + nudge"])
+    cells[AGENT, "tremble?p=0.5 + nudge"] = Played([make_trial([0], trial=1, broken="model")])
+    assert named(against_control(cells, design)) == [(AGENT, "truth", ["tremble?p=0.5"], 1)]
+    del cells[AGENT, "truth"]
+    assert named(against_control(cells, design)) == []
+
+
+def test_what_changed_nothing_beside_others_is_in_no_interaction():
+    assert list(interactions(*played(["flip?p=0.4", "history?last=50", "flip?p=0.4 + history?last=50"]))) == []
+
+
+def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_where_there_is_one():
+    parts = ["nudge", "tremble?p=0.4", "drop?p=0.4"]
+    conditions = [" + ".join(own) for size in (1, 2) for own in combinations(parts, size)]
+    found = list(interactions(*played(conditions)))
+    assert [choices for *_, choices in found] == [3] * 3  # two crossings with a nudge, and a grid
+    assert [(one.both if hasattr(one, "both") else one.name) for _, one, *_ in found] == [
+        *conditions[3:5], "tremble p \N{MULTIPLICATION SIGN} drop p"
+    ]  # fmt: skip
+    whole = list(interactions(*played(["flip?p=0.4", "tremble?p=0.1", "flip?p=0.4 + tremble?p=0.1"])))
+    assert [(one.weights, choices) for _, one, _, choices in whole] == [
+        ({"truth": 1, "tremble?p=0.1": -1, "flip?p=0.4": -1, "flip?p=0.4 + tremble?p=0.1": 1}, 1)
+    ]
+
+
+def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corrected_for_all_of_it():
+    sticky = [f"flip?p={p}{option}" for p in (0.2, 0.4) for option in ("", "&others=kept")]
+    cells, design = played(sticky, n=12)
+    found = list(against_first(cells, design.factors, design))
+    assert named(found) == [
+        (AGENT, "flip?p=0.2", ["flip?p=0.2&others=kept"], 2), (AGENT, "flip?p=0.4", ["flip?p=0.4&others=kept"], 2),
+    ]  # fmt: skip
+    more, beside = played(["nudge", *sticky], n=12)
+    assert list(against_first(more, beside.factors, beside)) == found
