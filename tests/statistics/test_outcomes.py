@@ -3,7 +3,7 @@
 import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.statistics.behaviour import has_loop
+from lockprobe.statistics.loops import any_loop
 from lockprobe.statistics.outcomes import onset, outcomes, solved_in_pairs
 
 
@@ -12,7 +12,7 @@ def test_columns_are_the_records():
     found = outcomes(trials)
     assert found.length.tolist() == [len(trial.steps) for trial in trials]
     assert found.solved.tolist() == [trial.solved for trial in trials]
-    assert found.looped.tolist() == [has_loop(trial) for trial in trials]
+    assert found.looped.tolist() == [any_loop(trial.actions) for trial in trials]
     assert list(zip(found.dose, found.repetition, found.trial, strict=True)) == [
         (trial.p, trial.repetition, trial.trial) for trial in trials
     ]

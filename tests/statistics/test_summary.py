@@ -8,7 +8,6 @@ from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
-from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.success import finding
 from lockprobe.statistics.summary import summarise
 
@@ -121,7 +120,6 @@ def test_nothing_solved_and_one_condition_and_nothing_ended():
     assert "no difference to test" in finding(only(condition(0.0, 3, 10)))
     broken = only([make_trial([0], agent=AGENT, broken="model")])
     assert "No trial" in finding(broken)
-    assert loop_finding(broken) == ""
     assert broken.conditions[0].success.n == 0
     assert summarise([]).agents == ()
 

@@ -17,7 +17,6 @@ from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_at, contrast
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.infer import Inference, infer
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
 from lockprobe.statistics.outcomes import Point, outcomes
@@ -38,8 +37,6 @@ class AgentSummary:
         heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
         conditions: The results by dose, ascending. Those that never acted are in no fit, test or contrast.
         success_fit: Trend of success over p (Fig. 4).
-        loop_fit: Trend of the loop rate over p (Fig. 5b).
-        correlation: Loop rate against success (Fig. 5a).
         inference: The tests.
         contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
         axis: The dose in which its conditions differ.
@@ -53,8 +50,6 @@ class AgentSummary:
     heeded: float | None
     conditions: tuple[ConditionSummary, ...]
     success_fit: TrendFit
-    loop_fit: TrendFit
-    correlation: Correlation
     inference: Inference
     contrast: Contrast | None
     axis: Axis = FLIPS
@@ -158,8 +153,6 @@ class _Fits(TypedDict):
     """The curves over the dose, as fields of :class:`AgentSummary`."""
 
     success_fit: TrendFit
-    loop_fit: TrendFit
-    correlation: Correlation
 
 
 def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
@@ -175,16 +168,6 @@ def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
             "Trend of success",
             lambda: trend_fit(shares, "success", draws.success),
             lambda: trend_fit((), "success", empty),
-        ),
-        loop_fit=section(
-            "Trend of loops",
-            lambda: trend_fit(shares, "loop_rate", draws.loop_rate),
-            lambda: trend_fit((), "loop_rate", empty),
-        ),
-        correlation=section(
-            "Correlation of loops and success",
-            lambda: correlation(shares, draws.loop_rate, draws.success),
-            lambda: correlation((), empty, empty),
         ),
     )
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
-from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.conditions.design import Comparison, Design
 from lockprobe.statistics.conditions.dose_grid import Grid
@@ -25,7 +24,7 @@ from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions, steps_changed
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.outcomes import Outcomes, heeded_at_most
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.trial.record import Trial
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_kind
-from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.idle import steps_changed
-from lockprobe.statistics.outcomes import Outcomes, ended
+from lockprobe.statistics.outcomes import Outcomes, Point, ended, heeded_at_most, points
+from lockprobe.statistics.resample import Resamples, resample
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
@@ -96,6 +96,16 @@ class Course:
     def broke(self) -> Outcomes:
         """Those of them that broke."""
         return self.tested.broken_off
+
+    @cached_property
+    def points(self) -> list[Point]:
+        """Their shares by dose and repetition, which the paper's fits and its correlation are of."""
+        return points(self.ended)
+
+    @cached_property
+    def draws(self) -> Resamples:
+        """Bootstrap resamples of these points."""
+        return resample(self.ended, self.stream("bootstrap"))
 
     def stream(self, use: str) -> np.random.Generator:
         """The random stream of a resampling test."""

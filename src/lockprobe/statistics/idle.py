@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.statistics.behaviour import REPORTS
-from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.outcomes import REPORTS, ended
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import Trial
 

@@ -21,9 +21,9 @@ from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
-from lockprobe.statistics.behaviour import has_loop, loop_coverage, redundant_share
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, two_way_variance
 from lockprobe.statistics.distributions import student_quantile
+from lockprobe.statistics.loops import cover, onset
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import LEVEL, proportion
 from lockprobe.trial.record import Trial
@@ -51,17 +51,18 @@ def _repeated(trial: Trial) -> float | None:
 
 def _redundant(trial: Trial) -> float | None:
     """Share of steps that retry a joint in a true configuration in which it was already tried, [0, 1]."""
-    return redundant_share(trial) if trial.steps else None
+    pairs = {(step.state, step.joint) for step in trial.steps}
+    return 1.0 - len(pairs) / len(trial.steps) if trial.steps else None
 
 
 def _loop(trial: Trial) -> bool:
     """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
-    return has_loop(trial)
+    return onset(trial.actions) > 0
 
 
 def _covered(trial: Trial) -> float | None:
     """Share of steps in the best cover by action loops, [0, 1] (Sec. 3.3)."""
-    return loop_coverage(trial) if trial.steps else None
+    return cover(trial.actions).share if trial.steps else None
 
 
 def _told_falsely(trial: Trial) -> float | None:

@@ -11,8 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
+
+REPORTS = 10
+"""Fewest differing reports, each with an action after it, for an agent that plays alike to be called blind."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,3 +239,29 @@ def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
         success, loop_rate = counted.solved[here].sum() / n, counted.looped[here].sum() / n
         found.append(Point(dose=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
     return found
+
+
+def heeded_at_most(trials: Sequence[Trial]) -> float | None:
+    """Upper 95 % bound of the share of reports that a blind agent acts on, (0, 1); None if it is not blind.
+
+    An agent is *blind* if it played each repetition and trial identically at every p though reports differed. Only
+    reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People who play as
+    one agent are never blind, because different people play each p.
+
+    The bound is that of Clopper and Pearson for none of n blocks, those in which reports differed. It also holds if the
+    agent heeds all reports of some trials and none of the others.
+    """
+    if trials[0].player:
+        return None
+    acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
+    told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
+    for trial in ended(trials):
+        luck = trial.repetition, trial.trial
+        acted.setdefault(luck, set()).add(trial.actions)
+        told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
+    if any(len(ways) > 1 for ways in acted.values()):
+        return None
+    differing = [sum(len(set(reports)) > 1 for reports in zip(*ways, strict=False)) for ways in told.values()]
+    if sum(differing) < REPORTS:
+        return None
+    return float(1 - ALPHA ** (1 / sum(many > 0 for many in differing)))

@@ -19,12 +19,12 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.agent_comparison.pairs import Entrant, comparisons
 from lockprobe.statistics.agent_summary import AgentSummary, agent_summary
-from lockprobe.statistics.behaviour import heeded_at_most
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Course, courses, is_baseline
+from lockprobe.statistics.outcomes import heeded_at_most
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
@@ -42,6 +42,7 @@ class StudySummary:
         reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
         axis: The dose in which conditions differ.
+        courses: The agents over it, with their trials; none over flip rates.
     """
 
     agents: tuple[AgentSummary, ...]
@@ -50,6 +51,7 @@ class StudySummary:
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     axis: Axis = FLIPS
+    courses: tuple[Course, ...] = ()
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -116,6 +118,7 @@ def summarise(
         reference=reference,
         modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
         axis=axis,
+        courses=() if axis == FLIPS else courses(trials, axis, axis.name, place, several=one_of_several, orders=orders),
     )
 
 

@@ -23,12 +23,11 @@ from lockprobe.report.figures.differences import side_by_side
 from lockprobe.report.figures.first_screen import draw_overview
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
-from lockprobe.report.figures.loops import loops_by_p, loops_with_chance
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
 from lockprobe.report.figures.people import people
 from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
 from lockprobe.report.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
-from lockprobe.report.questions import crossings
+from lockprobe.report.questions import crossings, loops
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
@@ -112,9 +111,6 @@ def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, n
 def test_a_single_flip_rate_is_no_axis(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
     assert not {"fig4", "fig4-corrected", "fig5a", "fig5b", "fig3-by-p"} & pictures(studies["one p"]).keys()
-    axes, *_ = loops_with_chance(studies["one p"]).axes
-    assert not len(axes.get_xticks())
-    assert axes.get_xlabel() == "flip rate $p$ = 0"
 
 
 def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies):
@@ -167,7 +163,7 @@ def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical, studies)
     (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
     assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
     assert published(*success_curves(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
-    assert published(*loops_by_p(typical).axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper, reconstructed"])
+    assert published(*loops.draw(typical, "fig5b").axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
     places, _ = published(*draw_overview(studies["three"]).axes)
     assert len(places) == 2
 
@@ -233,34 +229,24 @@ def test_staircases_are_the_success_curves(typical, model):
     assert all(b - a > 0.079 for a, b in pairwise(sorted(names.values())))
 
 
-def test_loop_rates_stand_beside_two_levels_of_chance(typical, model):
-    axes, _ = loops_with_chance(typical).axes
-    rates = [cell.get("loop_rate") for cell in model.cells]
-    assert np.allclose(bars(axes), [(c.p, r.value, r.low, r.high) for c, r in zip(model.cells, rates, strict=True)])
+def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, model):
+    (axes,) = loops.draw(typical, "fig5b").axes
+    rates, fit = [(cell.p, cell.get("loop_rate")) for cell in model.cells], model.curve("loop_fit")
+    assert np.allclose(bars(axes), [(p, row.value, row.low, row.high) for p, row in rates])
+    assert fit.value in [tuple(y) for _, y in lines(axes)]
     (band,) = shades(axes)
-    for of, dash in (("uniform", ":"), ("no-repeat", "--")):
-        chance = [cell.value("loop_rate_chance", of) for cell in model.cells]
-        assert band >= set(zip([cell.p for cell in model.cells], chance, strict=True))
-        assert [list(line.get_ydata()) for line in axes.lines if line.get_linestyle() == dash] == [chance]
+    assert band >= {
+        (cell.p, cell.value("loop_rate_chance", of)) for cell in model.cells for of in ("uniform", "no-repeat")
+    }
 
 
-def test_loop_onset_of_the_lowest_p_against_all_higher(typical, model):
-    _, axes = loops_with_chance(typical).axes
-    groups = [typical.curve("loop_onset", agent=model.agent, of=of) for of in ("lowest", "higher")]
-    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [group.value for group in groups]
-    for band, group in zip(shades(axes), groups, strict=True):
-        assert band >= set(enumerate(group.low)) | set(enumerate(group.high))
-    ratio, said = model.get("hazard_ratio_of_first_loop"), " ".join(axes.get_title(loc="left").split())
-    assert f"hazard ratio {ratio.value:.2f}, log-rank: $P$ = {ratio.p_value:.2g}" in said
-
-
-def test_loop_rates_of_figure_5b(typical, model):
-    (axes,) = loops_by_p(typical).axes
-    fit = model.curve("loop_fit")
-    assert [tuple(y) for _, y in lines(axes)] == [fit.value, tuple(cell.value("loop_rate") for cell in model.cells)]
-    assert set(dots(axes)) == {(cell.p, loops.value) for cell in model.cells for _, loops in cell.points}
-    (band,) = shades(axes)
-    assert band >= set(zip(fit.x, fit.low, strict=True)) | set(zip(fit.x, fit.high, strict=True))
+def test_dots_line_and_r_of_figure_5a(typical, model):
+    (axes,) = loops.draw(typical, "fig5a").axes
+    assert set(dots(axes)) == {(rate.value, success.value) for cell in model.cells for success, rate in cell.points}
+    (x, y), r = lines(axes)[0], model.value("loop_success_correlation")
+    slope = model.value("loop_success_line", "slope")
+    assert np.allclose((y[1] - y[0]) / (x[1] - x[0]), slope)
+    assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in axes.get_title(loc="left")
 
 
 def test_shares_of_people_and_agents_stand_at_their_p(tmp_path):

@@ -7,7 +7,6 @@ from builders import write_study
 from captions import too_long
 from page_parts import part
 
-from lockprobe.report.figures.loops import loops_by_dose
 from lockprobe.report.figures.palette import Style, colours, of_agent
 from lockprobe.report.figures.success_by_flip_rate import success_by_dose
 from lockprobe.report.page import page_of
@@ -25,7 +24,7 @@ def found_in(directory, **asked):
 
 
 def section(found):
-    drawn = {"series-1-success": image(b"<svg />"), "series-1-loops": image(b"<svg />")}
+    drawn = {"series-1-success": image(b"<svg />")}
     return unescape(part(page_of(found, drawn), "doses"))
 
 
@@ -40,7 +39,7 @@ def test_a_dose_is_called_by_its_name(lab):
     assert axis.key == "tremble p"
     assert axis.doses == {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4}
     findings = [one for one in lab.findings if one.section == "doses"]
-    assert {one.kind for one in findings} == {"finding", "loops"}
+    assert {one.kind for one in findings} == {"finding"}
     assert "Tremble p</h3>" in section(lab)
     said = [one.text for one in findings] + [row.note for row in lab.where("test", axis=axis.key)]
     assert any("tremble" in one for one in said)
@@ -115,4 +114,4 @@ def test_an_option_of_an_agent_is_drawn_as_an_axis_in_the_colour_of_the_agent(tm
     assert axis.name == "lapse"
     (course,) = found.courses(axis)
     assert of_agent(course, Style(colour="black")).colour == colours([course])["human-inspired", course.modality]
-    assert all(draw(found, 0).axes for draw in (success_by_dose, loops_by_dose))
+    assert success_by_dose(found, 0).axes

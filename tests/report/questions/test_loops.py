@@ -1,40 +1,63 @@
-"""Action loops: their rates beside chance, and a definition where they are first named."""
+"""Action loops: their rates beside chance, from the rows of a study to its page."""
+
+from dataclasses import replace
 
 import pytest
-from builders import make_trial, small_study
+from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
 from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.rows import Results
+from lockprobe.statistics.loops.chance import chance_level
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
+def found(tmp_path_factory) -> Results:
     return found_in(tmp_path_factory.mktemp("loops"), small_study(("random", "cognitive:perseverant")))
-
-
-def table(found, name):
-    head, *rows = tables_of(found)[name]
-    return [dict(zip(head, row, strict=True)) for row in rows]
 
 
 def test_every_loop_rate_stands_beside_two_levels_of_chance(found):
     for cell in found.cells:
-        levels = {
-            row.of: row.value for row in found.where("loop_rate_chance", condition=cell.condition, agent=cell.agent)
-        }
-        assert list(levels) == ["uniform", "no-repeat"]
-        assert levels["uniform"] <= levels["no-repeat"]
-        assert all(cell.value("loop_rate_chance_error", of) is not None for of in levels)
+        uniform, no_repeat = (cell.value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+        assert uniform <= no_repeat
         rate = cell.get("loop_rate")
         assert 0 <= rate.low <= rate.value <= rate.high <= 1
         assert rate.value == pytest.approx(sum(one.value * one.n for _, one in cell.points) / rate.n)
-    rows = table(found, "loops")
-    assert [row["flip rate"] for row in rows] == ["every flip rate", "0", "0.3", "0.6"]  # a blind agent once
-    assert list(rows[0])[3:] == ["uniform", "without repeats"]
+    head, *rows = tables_of(found)["loops"]
+    assert [row[1] for row in rows] == ["every flip rate", "0", "0.3", "0.6"]  # a blind agent once
+    assert head[3:5] == ["by chance", "compared"]
 
 
-def test_a_study_without_an_ended_trial_has_no_numbers_of_loops(tmp_path):
-    broken = [make_trial([0], agent="llm:x", broken="model")]
-    found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), broken)
+def test_numbers_of_known_trials(tmp_path):
+    """Chance is that of exactly these lengths; simulated where it cannot be counted, and then with an interval."""
+    played = [[0, 1, 0, 0, 0, 1, 0] + [1] * 13, SOLUTION]
+    trials = [make_trial(one, agent="llm:x", trial=i) for i, one in enumerate(played, 1)]
+    trials += [make_trial([0] * 3, agent="llm:x", trial=3, broken="model")]
+    (cell,) = found_in(tmp_path / "exact", small_study(("llm:x",), (0.0,), 1, 3), trials).cells
+    assert (cell.value("loop_rate"), cell.get("loop_rate").n) == (1 / 2, 2)
+    assert cell.value("loop_rate_chance", "uniform") == pytest.approx(chance_level(20).probability / 2)
+    assert cell.value("loop_rate_chance", "no-repeat") == pytest.approx(
+        chance_level(20, null="no-repeat").probability / 2
+    )
+    assert cell.get("loop_rate_chance", "uniform").low is None
+    long = [make_trial([0, 1, 2] * 9, agent="llm:x", budget=27)]
+    (cell,) = found_in(tmp_path / "long", replace(small_study(("llm:x",), (0.0,), 1, 1), max_steps=27), long).cells
+    level = cell.get("loop_rate_chance", "uniform")
+    assert (cell.value("coverage"), level.note) == (1.0, "simulation")
+    assert 0 < level.low < level.value < level.high <= 1
+
+
+@pytest.mark.parametrize(("loops", "said"), [(12, "more"), (0, "less"), (9, "no difference detected")])
+def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, said):
+    """Of 12 trials of 12 steps, in which random actions loop in 31 to 48 %."""
+    played = [[0, 1, 2] * 4 if i < loops else [0] * 5 + [1] * 5 + [0] * 2 for i in range(12)]
+    trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
+    found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
+    assert [row[4] for row in tables_of(found)["loops"][1:]] == [said]
+    assert f"(by chance 31 % to 48 %: {said})" in page_of(found)
+
+
+def test_a_study_without_an_ended_trial_has_no_loops(tmp_path):
+    found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), [make_trial([0], agent="llm:x", broken="model")])
     assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage"))
-    assert 'id="loops"' in page_of(found)
+    assert 'id="loops"' not in page_of(found)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from lockprobe.report.prose.hypothesis_tests import why_missing
-from lockprobe.statistics.inference.association import LENGTH_CAVEAT, correlation
 from lockprobe.statistics.inference.trend import trend_fit
 from lockprobe.statistics.outcomes import Point
 
@@ -74,21 +73,3 @@ def test_few_values_of_p_give_no_fit_and_say_so(p):
     fit = trend_fit(data, "success", drawn(data))
     assert (fit.quadratic, fit.order_by_aic, fit.orders) == (None, None, ())
     assert "No fit" in why_missing(fit.note)
-
-
-def test_r_of_a_straight_line():
-    data = points(lambda x: x)
-    found = correlation(data, 1 - drawn(data, 1), drawn(data, 2))
-    assert (found.r, found.n) == (pytest.approx(-1.0), 21)
-    assert (found.slope, found.intercept) == (pytest.approx(-1.0), pytest.approx(1.0))
-    assert found.p_value < 1e-9
-    assert -1 <= found.low <= found.high < -0.9
-    assert found.caveat == LENGTH_CAVEAT
-    assert correlation(data, NONE, NONE).low is None
-
-
-def test_r_of_a_constant_is_none():
-    flat = points(lambda x: 0.5)
-    assert correlation(flat, drawn(flat), drawn(flat)).r is None
-    assert correlation(points(lambda x: x)[:2], NONE[:, :2], NONE[:, :2]).r is None
-    assert correlation([], NONE[:, :0], NONE[:, :0]).n == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from lockprobe.foundation.formatting import capital, first_three, minus, percent, range_of
+from lockprobe.foundation.formatting import capital, first_three, minus, percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
@@ -25,7 +25,6 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     found = {
         "agents_compared": _best(summary),
         "speed": _said(agents, f"Area under the success curve {where} (random agent 0, shortest plan 1)", _relative),
-        "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
         "optimal_actions": _said(agents, capital(where), _optimal),
         "hypothesis_tests": _tests(agents),
         "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
@@ -45,14 +44,6 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
 
 def _relative(condition: ConditionSummary) -> str:
     return minus(f"{condition.relative.value:.2f}") if condition.relative else ""
-
-
-def _loops(condition: ConditionSummary) -> str:
-    found = condition.behaviour
-    if not found.loops.n:
-        return ""
-    chance = sorted(level for level in (found.chance_uniform, found.chance_no_repeat) if level is not None)
-    return percent(found.loops.value) + (f" ({range_of(chance[0], chance[-1])})" if chance else "")
 
 
 def _optimal(condition: ConditionSummary) -> str:

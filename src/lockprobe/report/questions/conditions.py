@@ -62,7 +62,6 @@ def _of_cell(cell: PlayedCell, numbers: StudyNumbers) -> Iterator[Estimate]:
     for point in points(cell.ended):
         of = f"rep={point.repetition}"
         yield cell.estimate("success", point.success, n=point.n, of=of)
-        yield cell.estimate("loop_rate", point.loop_rate, n=point.n, of=of)
     yield cell.estimate("broken", len(cell.broke), unit="trials")
     boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
     for boundary, count in sorted(boundaries.items()):

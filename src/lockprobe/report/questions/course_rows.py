@@ -17,7 +17,6 @@ from lockprobe.report.study_numbers import BOUNDS, share_rows
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.axis import AGENT
 from lockprobe.statistics.inference.difference import DifferenceAt
-from lockprobe.statistics.inference.logrank import EventComparison, EventGroup, LogRanks
 from lockprobe.statistics.inference.trend import TrendFit
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.inference.verdict import TestResult
@@ -25,9 +24,6 @@ from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.condition import Condition
-
-LOWEST = "lowest dose"
-"""Part of a quantity: at the lowest dose."""
 
 DOSE = "dose"
 """The unit of a dose, which is named in the column ``axis``."""
@@ -229,33 +225,6 @@ def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Itera
             if line.slope is not None:
                 yield course.estimate(quantity, line.slope, of=f"{of}, slope", unit="logits")
     yield from course.missing(quantity, found.note)
-
-
-def log_rank_rows(course: AgentCourse, ratio: str, events: str, found: LogRanks) -> Iterator[Estimate]:
-    """The time to an event, the lowest dose against all higher ones, and against each."""
-    if (primary := found.primary) is None:
-        return
-    yield _ratio(course, ratio, primary, p_value=primary.p_value)
-    groups: list[tuple[dict[str, Any], EventGroup]] = [
-        ({"of": LOWEST}, primary.lowest),
-        ({"of": "higher doses"}, primary.higher),
-    ]
-    for one in found.each:
-        (dose,) = one.higher.doses
-        many = {"family": f"every {course.dose} against the lowest", "corrected_for": len(found.each)}
-        yield _ratio(course, ratio, one, p_value=one.p_adjusted, **course.under(dose), **many)
-        yield _ratio(course, ratio, one, p_value=one.p_value, **course.under(dose, "uncorrected"))
-        groups += [(course.under(dose), one.higher), (course.under(dose, LOWEST), one.lowest)]
-    if found.p_all is not None:
-        yield course.estimate(ratio, of="any difference", p_value=found.p_all, test="log-rank")
-    for of, group in groups:
-        yield course.estimate(events, group.events, n=group.n, unit="trials", **of)
-        yield course.estimate(f"{events}_expected", group.expected, n=group.n, unit="trials", **of)
-
-
-def _ratio(course: AgentCourse, ratio: str, one: EventComparison, **more: Any) -> Estimate:
-    note = {1: "sooner", -1: "later"}.get(one.direction, "")
-    return course.estimate(ratio, one.hazard_ratio, unit="ratio", test="log-rank", note=note, **more)
 
 
 def _broken(course: AgentCourse) -> Iterator[Row]:

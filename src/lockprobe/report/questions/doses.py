@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.report.captions import model_said, share_intervals_said
-from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import finding
 from lockprobe.report.questions.course_rows import AgentCourse, course_rows
 from lockprobe.report.questions.hypothesis_tests import tables_of_tests
-from lockprobe.report.questions.loops_over_doses import loops_over_doses
+from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import DoseAxis, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Part, Section, Text
 from lockprobe.report.study_numbers import StudyNumbers
@@ -26,12 +26,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for agent in summary.agents:
             course = AgentCourse(agent, axis, numbers.conditions)
             yield from course_rows(course, summary.reference)
-            yield from loops_over_doses(course)
+        for one in summary.courses:
+            yield from loops_over_doses(replace(one, key=axis))
         for agent in summary.subjects:
             about: dict[str, Any] = {"section": _name(i), "agent": agent.agent, "modality": agent.modality}
             yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))
-            if said := loop_finding(agent):
-                yield Finding(**about, kind="loops", text=said, rests_on=("loop_rate", "loop_rate_chance"))
 
 
 def _name(number: int) -> str:
@@ -58,22 +57,19 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
-    success, loops = _figures(found, axis, number, place)
     yield from map(Text, found.said(_name(number), "finding"))
-    yield success
-    yield Detail(f"Action loops by {axis.name}", [*map(Text, found.said(_name(number), "loops")), loops])
+    yield _figure(found, axis, number, place)
     over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")
     tests = tables_of_tests(found.courses(axis), over) or [untested]
     yield Detail(f"All tests of {axis.name}", tests)
 
 
-def _figures(found: Results, axis: DoseAxis, number: int, place: int) -> tuple[Figure, Figure]:
-    """Success and loops over the axis."""
+def _figure(found: Results, axis: DoseAxis, number: int, place: int) -> Figure:
+    """Success over the axis."""
     shown = [course for course in found.courses(axis) if course.played]
-    agents = [course.agent for course in shown]
-    of_success = share_intervals_said(agents, every_look=bool(found.progress.every_look))
-    success = Figure(
+    of_success = share_intervals_said([course.agent for course in shown], every_look=bool(found.progress.every_look))
+    return Figure(
         f"series-{number}-success",
         f"Success by {axis.name}",
         Caption(
@@ -83,17 +79,6 @@ def _figures(found: Results, axis: DoseAxis, number: int, place: int) -> tuple[F
         "lockprobe.report.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),
     )
-    loops = Figure(
-        f"series-{number}-loops",
-        f"Action loops by {axis.name}",
-        Caption(
-            f"Share of trials with an action loop by {axis.name}, with chance levels in trials of the same lengths.",
-            share_intervals_said(agents),
-        ),
-        "lockprobe.report.figures.loops:loops_by_dose",
-        arguments=(place,),
-    )
-    return success, loops
 
 
 SECTIONS = (Section(name="doses", title="Doses", rows=_rows, show=_show),)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.report.questions.loops import LENGTHS
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.statistics.inference.association import LENGTH_CAVEAT
 
 _ANSWER = "An effect that was not detected may be there."
 
@@ -14,7 +14,7 @@ _ANSWER = "An effect that was not detected may be there."
 def _show(found: Results) -> Iterator[Part]:
     errors = any(row.value for row in found.where("left_out", of="ended as error"))
     answer = " ".join([_ANSWER, *_reconstructed(found)])
-    yield Part("Limits", answer, [Template("limits", {"caveat": LENGTH_CAVEAT, "errors": errors})])
+    yield Part("Limits", answer, [Template("limits", {"caveat": LENGTHS, "errors": errors})])
 
 
 def _reconstructed(found: Results) -> Iterator[str]:

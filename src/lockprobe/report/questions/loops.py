@@ -1,177 +1,244 @@
-"""Action loops: how often they occur beside what chance gives, when they begin, and what follows them."""
+"""Action loops: how often they occur beside what chance gives, and whether false reports put them off (Fig. 5)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import fmean
+from typing import Any, get_args
 
+import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import percent
-from lockprobe.report.captions import fit_said, paper_rates, share_intervals_said
+from lockprobe.foundation.formatting import bracketed, first_three, p_value, percent
+from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.loops import LOOP_DEFINITION
-from lockprobe.report.prose.section_answers import NO_NUMBERS
-from lockprobe.report.questions.course_rows import AgentCourse
-from lockprobe.report.questions.loops_over_doses import loops_over_doses
-from lockprobe.report.rows import Course, Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
+from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
+from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import distinct, share_of_row, varied
+from lockprobe.report.table_rows import chance_cell, distinct, share_of_row, varied
+from lockprobe.statistics import course as played
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.inference.association import LENGTH_CAVEAT
-from lockprobe.statistics.published import PEAK
+from lockprobe.statistics.inference.association import correlation
+from lockprobe.statistics.inference.logrank import loop_onset_logrank
+from lockprobe.statistics.inference.trend import trend_fit
+from lockprobe.statistics.inference.ushape import bounded_onset_lines
+from lockprobe.statistics.loops.chance import Null, expected_loop_rate
+from lockprobe.statistics.measures import MEASURES
+from lockprobe.statistics.outcomes import ended, points
+from lockprobe.statistics.proportions import ALPHA, Z
+from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 
-_NULLS = {
-    "uniform": "uniform",
-    "no-repeat": "without repeats",
-}
-"""The models of chance, and their columns."""
+LENGTHS = (
+    "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is expected "
+    "even if loops do no harm. It cannot tell cause from trial length."
+)
+"""Why a correlation of loops and success is no effect."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def rows(numbers: StudyNumbers) -> Iterator[Row]:
+    """Loop rates of every condition beside those of random actions, and what they do over flip rates."""
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    for agent in numbers.flips.agents:
-        yield from loops_over_doses(AgentCourse(agent, FLIPS.name, numbers.conditions))
-    yield from numbers.answer("loops", "loop_rate", "loop_rate_chance")
+    for course in numbers.courses:
+        yield from loops_over_doses(course)
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
-    found = cell.summary.behaviour
-    yield from cell.share("loop_rate", found.loops)
-    n = found.loops.n
-    for null, level in found.chance.items():
-        yield cell.estimate("loop_rate_chance", level.probability, of=null, n=n, note=level.method)
-        yield cell.estimate("loop_rate_chance_error", level.error, of=null, n=n)
-    means = {"coverage": found.coverage, "redundant_share": found.redundant_share}
-    for quantity, mean in means.items():
-        if mean is not None:
-            yield cell.estimate(quantity, mean, n=n)
-    if found.entropy is not None:
-        yield cell.estimate("policy_entropy", found.entropy, unit="bits", n=found.entropy_steps)
+    if not (trials := ended(cell.trials)):
+        return
+    found, n = cell.ended, len(trials)
+    yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck))
+    for one in points(found):
+        yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
+    for null in get_args(Null):
+        level = expected_loop_rate([trial.actions for trial in trials], null, actions=len(trials[0].joints))
+        ends = [max(0.0, level.probability - Z * level.error), min(1.0, level.probability + Z * level.error)]
+        interval = dict(zip(("low", "high"), ends, strict=True)) if level.error else {}
+        yield cell.estimate("loop_rate_chance", level.probability, of=null, n=n, note=level.method, **interval)
+    for quantity, measure in (("coverage", "covered"), ("redundant_share", "redundant")):
+        yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 
 
-def _loop_table(found: Results) -> TextTable:
-    """Loop rates and their chance levels under two null models."""
-    head = ["agent", varied(found.cells), "trials with a loop", *_NULLS.values()]
+def loops_over_doses(course: played.Course) -> Iterator[Row]:
+    """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
+    found, shares = course.ended, course.points
+    own: dict[str, Any] = {"agent": course.agent, "modality": course.modality, "axis": course.key}
+    if not len(found):
+        return
+    if fit := trend_fit(shares, "loop_rate", course.draws.loop_rate).quadratic:
+        band: dict[str, Any] = {"x": fit.dose, "value": fit.value, "low": fit.low, "high": fit.high}
+        yield Curve(quantity="loop_fit", n=len(shares), **own, **band)
+        if fit.turning is not None:
+            kind = fit.turning_kind or ""
+            yield Estimate(quantity="loop_fit_turning", value=fit.turning, of=kind, unit="dose", **own)
+    loops, success = (np.array([getattr(one, of) for one in shares]) for of in ("loop_rate", "success"))
+    if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
+        test: dict[str, Any] = dict(zip(("value", "low", "high", "p_value"), r, strict=True)) | {"n": len(shares)}
+        yield Estimate(quantity="loop_success_correlation", unit="r", test="Student's t", **own, **test)
+        fitted = np.polyfit(loops, success, 1).tolist()
+        for of, value, unit in zip(("slope", "intercept"), fitted, ("ratio", "share"), strict=True):
+            yield Estimate(quantity="loop_success_line", value=value, of=of, unit=unit, n=len(shares), **own)
+    if first := loop_onset_logrank(found).primary:
+        note = {1: "sooner", -1: "later"}.get(first.direction, "")
+        test = {"unit": "ratio", "p_value": first.p_value, "test": "log-rank", "note": note}
+        yield Estimate(quantity="hazard_ratio_of_first_loop", value=first.hazard_ratio, **own, **test)
+        for of, group in (("lowest", first.lowest), ("higher", first.higher)) if course.axis == FLIPS else ():
+            one, more = group.curve, {"axis": "step", "of": of, "n": group.n, "x": range(len(group.curve.share))}
+            yield Curve(quantity="loop_onset", **own | more, value=one.share, low=one.low, high=one.high)
+    lines = bounded_onset_lines(found, course.broke, course.tested.budget)
+    if lines.first and lines.second:
+        shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
+        yield Estimate(quantity="first_loop_two_lines", value=lines.break_p, unit="dose", **own, **shape)
+        for of, line in (("first line", lines.first), ("second line", lines.second)):
+            score: dict[str, Any] = {"value": line.z, "unit": "z", "p_value": line.p_value}
+            yield Estimate(quantity="first_loop_two_lines", of=of, **own, **score)
+
+
+def _said(found: Results) -> Iterator[str]:
+    """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
+    lowest = [(course, course.played[0]) for course in _shown(found)]
+    rates = [
+        f"{course.label} {percent(cell.value('loop_rate'))} (by chance {chance_cell(cell)}: {_compared(cell)})"
+        for course, cell in lowest
+    ]
+    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {first_three(rates, '; ')}." if rates else ""
+    changes = [
+        f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "
+        f"{row.value:.2f}, {p_value(row.p_value)})"
+        for course, _ in lowest
+        if (row := course.get("hazard_ratio_of_first_loop")) and row.value is not None and row.p_value is not None
+    ]
+    if changes:
+        yield f"First loops at higher flip rates: {first_three(changes, '; ')}."
+
+
+def _compared(cell: Cell) -> str:
+    """Whether the interval of the loop rate lies outside both levels of chance."""
+    rate, chance = cell.get("loop_rate"), [cell.value("loop_rate_chance", of) for of in get_args(Null)]
+    levels = [level for level in chance if level is not None]
+    if rate is None or rate.low is None or rate.high is None or not levels:
+        return ""
+    return "more" if rate.low > max(levels) else "less" if rate.high < min(levels) else "no difference detected"
+
+
+def _table(found: Results) -> TextTable:
+    head = ["agent", varied(found.cells), "trials with a loop", "by chance", "compared", "steps in loops", "redundant"]
     return [head] + [
         [
             cell.label,
-            p,
+            under,
             share_of_row(cell.get("loop_rate")),
-            *(percent(cell.value("loop_rate_chance", of), 0) for of in _NULLS),
+            chance_cell(cell),
+            _compared(cell),
+            *(percent(cell.value(quantity)) for quantity in ("coverage", "redundant_share")),
         ]
-        for cell, p in distinct(found.cells)
+        for cell, under in distinct(found.cells)
+        if cell.trials
     ]
 
 
-_LOOPS = Table("loops", _loop_table)
-
-
-def _fig5b_caption(found: Results) -> Caption:
-    shown = _shown(found)
-    fit = ", with the second-order fit" if fit_said(shown, "loop_fit") else ""
-    text = f"The paper's Fig. 5b: share of trials with an action loop by flip rate{fit}."
-    drawn = {rate for course in shown for rate in paper_rates([course])}
-    stars = " and ".join(said for rate, said in _STARS.items() if rate in drawn)
-    return Caption(f"{text} Hollow stars: values in the paper's text, reconstructed as {stars}." if stars else text)
-
-
-_STARS = {
-    0.0: "24 of 30 at a flip rate of 0 (“approximately 80 %”)",
-    PEAK: "16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points)",
-}
-"""Flip rate -> the paper's value there."""
-
-
-def _fig5a_caption(found: Results) -> Caption:
-    lines = [course.value("loop_success_line", "slope") for course in _shown(found)]
-    with_line = ", with the least-squares line and r" if any(slope is not None for slope in lines) else ""
-    return Caption(
-        "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and flip "
-        f"rate{with_line}.",
-        LENGTH_CAVEAT,
-    )
-
-
-def _fig5b_corrected_caption(found: Results) -> Caption:
-    wilson = share_intervals_said((course.agent for course in _shown(found)), "Intervals of loop rates")
-    onset = any(curve.quantity == "loop_onset" for curve in found.curves)  # none with a single flip rate
-    share = ", and the share that has looped by each step" * onset
-    by_step = (
-        " The share by step is one minus the Kaplan-Meier estimate, censored at success, which assumes that solved "
-        "trials would have looped like the others."
-    )
-    return Caption(
-        f"Loop rates with their chance levels in trials of the same lengths{share}. Grey: from random actions (dotted) "
-        "to those without repeats (dashed).",
-        f"{wilson}{by_step * onset}",
-    )
-
-
 def _shown(found: Results) -> list[Course]:
-    """The agents that the study is about, as far as they have an ended trial."""
-    return [course for course in found.courses() if course.subject and course.played]
+    """The agents that the study is about, or all if none of these has an ended trial."""
+    courses = [course for course in found.courses() if course.played]
+    return [course for course in courses if course.subject] or courses
 
 
-def _ended(found: Results) -> bool:
-    """Whether a trial under a flip rate has ended."""
-    return any(course.played for course in found.courses())
+def _over_rates(found: Results) -> bool:
+    return found.several_p and bool(_shown(found))
 
 
-def _over_p(found: Results) -> bool:
-    """Whether there is something to draw over flip rates."""
-    return found.several_p and _ended(found)
+def draw(found: Results, figure: str) -> Any:
+    """Fig. 5b, loop rate by flip rate beside chance, or Fig. 5a, loop rate against success, a panel for each agent."""
+    from lockprobe.report.figures.compose import sheet
+
+    return sheet(_shown(found), _by_dose if figure == "fig5b" else _against_success)
 
 
-_DRAWN = "lockprobe.report.figures.loops"
-_FIG5A = Figure(
-    "fig5a",
-    "Loop rate against success, as in the paper",
-    _fig5a_caption,
-    f"{_DRAWN}:loops_against_success",
-    _over_p,
-)
+def _by_dose(axes: Any, course: Course) -> None:
+    from lockprobe.report.figures import frame, palette, primitives
+
+    style, fit = palette.of_agent(course, palette.Style(colour="black")), course.curve("loop_fit")
+    primitives.by_dose(axes, course.played, "loop_rate", style, linestyle="none" if fit else style.dash)
+    if fit:
+        axes.plot(fit.x, primitives.numbers(fit.value), color=style.colour, linewidth=1.4)
+    frame.dose_axes(axes, course, "trials with an action loop")
+    chance = ([cell.value("loop_rate_chance", of) or 0.0 for cell in course.played] for of in get_args(Null))
+    ends, levels = primitives.widened(axes, [cell.dose or 0.0 for cell in course.played], *chance)
+    axes.fill_between(ends, *levels, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
+    primitives.published(axes, primitives.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
+    frame.title(axes, frame.heading(course), f"{frame.counts(course.played)} per flip rate")
+
+
+def _against_success(axes: Any, course: Course) -> None:
+    from lockprobe.report.figures import frame, palette, primitives
+
+    style = palette.of_agent(course, palette.Style(colour="black"))
+    cells = course.cells[:1] if course.blind else course.cells
+    shares = [(loops.value or 0.0, success.value or 0.0) for cell in cells for success, loops in cell.points]
+    primitives.dots(axes, shares, style, size=16)
+    slope, r = course.value("loop_success_line", "slope"), course.get("loop_success_correlation")
+    if slope is not None:
+        start, ends = course.value("loop_success_line", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
+        axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
+    said = f"r = {bracketed(r.value, r.low, r.high, '{:.2f}', 1)}" if r else "r is not defined"
+    frame.title(axes, frame.heading(course), f"{said}; {len(shares)} dots")
+    axes.set(xlim=(-0.04, 1.04), xlabel="trials with an action loop")
+    frame.share_ticks(axes.xaxis)
+    frame.share_axis(axes, "success rate")
+
+
+def _caption(found: Results) -> Caption:
+    shown = _shown(found)
+    fit = ", with the second-order fit" if any(course.curve("loop_fit") for course in shown) else ""
+    stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(shown))
+    return Caption(
+        f"Share of trials with an action loop by flip rate (the paper's Fig. 5b){fit}. Grey: random actions in trials "
+        "of the same lengths, between uniform ones and those without immediate repeats.",
+        share_intervals_said(course.agent for course in shown) + stars,
+    )
+
+
+_TABLE = Table("loops", _table)
 _FIG5B = Figure(
     "fig5b",
-    "Share of trials with an action loop by flip rate, as in the paper",
-    _fig5b_caption,
-    f"{_DRAWN}:loops_by_p",
-    _over_p,
+    "Share of trials with an action loop by flip rate",
+    _caption,
+    f"{__name__}:draw",
+    _over_rates,
+    ("fig5b",),
 )
-_FIG5B_CORRECTED = Figure(
-    "fig5b-corrected",
-    "Loop rates with their chance levels, and the onset of loops",
-    _fig5b_corrected_caption,
-    f"{_DRAWN}:loops_with_chance",
-    _ended,
+_FIG5A = Figure(
+    "fig5a",
+    "Loop rate against success",
+    Caption(
+        "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's Fig. "
+        "5a), with the least-squares line and r.",
+        LENGTHS,
+    ),
+    f"{__name__}:draw",
+    _over_rates,
+    ("fig5a",),
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Action loops", found.answer_of("loops") or NO_NUMBERS, list(_blocks(found)))
-
-
-def _blocks(found: Results) -> Iterator[Block]:
-    by_itself = Markup("{} A loop is no fault by itself: <code>round-robin</code> loops by design.")
-    yield Text(by_itself.format(LOOP_DEFINITION), "lead")
-    yield _FIG5B_CORRECTED
-    if _over_p(found):
-        yield Detail("The paper's Figs. 5a and 5b", [_FIG5B, _FIG5A])
-    note = Note(
-        "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, or "
-        "actions without immediate repeats.",
+    if not found.where("loop_rate"):
+        return
+    answer, *more = _said(found)
+    definition = Markup(
+        "Action loop: three or more attempts in a row that occur twice without overlap. A loop is no fault by itself: "
+        "<code>round-robin</code> loops by design."
     )
-    yield Detail("Loops and chance levels under every condition", [_LOOPS, note])
+    note = Note(
+        "By chance: loop rates of random actions in trials of the same lengths, uniform and without immediate repeats.",
+        "Shares of steps in loops, and that try a joint again in the same true configuration (redundant), are means.",
+    )
+    figures = [one for one in (_FIG5B, _FIG5A) if one.applies(found)]
+    yield Part("Action loops", answer, [Text(definition, "lead"), *map(Text, more), *figures, _TABLE, note])
 
 
 SECTIONS = (
-    Section(
-        name="loops",
-        title="Action loops",
-        rows=_rows,
-        show=_show,
-        tables=(_LOOPS,),
-        figures=(_FIG5A, _FIG5B, _FIG5B_CORRECTED),
-    ),
+    Section(name="loops", title="Action loops", rows=rows, show=_show, tables=(_TABLE,), figures=(_FIG5B, _FIG5A)),
 )

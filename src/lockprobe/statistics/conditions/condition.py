@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.left_out import section
-from lockprobe.statistics.behaviour import Behaviour, behaviour
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
@@ -44,7 +43,6 @@ class ConditionSummary:
         errors: Trials that ended as error, by boundary.
         curve: Success by step.
         relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
-        behaviour: Loops, redundancy, entropy.
         claims: Misinterpretations.
         optimal: Actions judged by an ideal observer; None if they cannot be judged.
         points: One point per repetition.
@@ -65,7 +63,6 @@ class ConditionSummary:
     errors: Mapping[str, int]
     curve: SuccessCurve
     relative: Relative | None
-    behaviour: Behaviour
     claims: Misinterpretations
     optimal: OptimalActions | None
     points: tuple[Point, ...]
@@ -143,7 +140,6 @@ def condition_summary(
             lambda: relative(curve, reference.random[:budget], reference.optimum) if reference else None,
             lambda: None,
         ),
-        behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
         claims=claims,
         optimal=section("Optimal actions", lambda: optimal_actions(trials, box), lambda: None),
         points=tuple(replace(one, dose=dose) for one in points(found)),

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.inference.logit import Counts, counts, logit_fit
@@ -131,6 +132,24 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
         for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
     )
     return _two_lines_test(float(levels[at]), first, second)
+
+
+def bounded_onset_lines(outcomes: Outcomes, broken: Outcomes, budget: int) -> TwoLines:
+    """:func:`onset_lines` of trials some of which broke: a shape only if it holds whatever became of these.
+
+    They completed a loop in the step in which they broke, or never: those at the lowest p against the others, and those
+    at the lowest and the highest p against the others, each both ways round.
+    """
+    found = onset_lines(outcomes)
+    if found.p_value is None or not len(broken):
+        return found
+    broken = broken.at(np.isin(broken.dose, outcomes.dose))
+    lowest, highest = (broken.dose == end for end in (outcomes.dose.min(), outcomes.dose.max()))
+    cases = [soon for side in (lowest, lowest | highest) for soon in (side, ~side)]
+    ends = [onset_lines(completed(outcomes, broken, soon, budget)) for soon in cases]
+    values = [one.p_value for one in ends if one.p_value is not None]
+    same = len({one.direction for one in (found, *ends)}) == 1
+    return replace(found, p_value=max(values) if same else 1.0, direction=found.direction if same else None)
 
 
 def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
