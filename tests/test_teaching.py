@@ -118,10 +118,10 @@ def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played
     assert all(one in page for one in quoted)
     shown = {*re.findall(r'Image\("(runs/\w+/\S+)"', "\n".join(CODE))}
     named = {*re.findall(r"`(runs/\S+\.\w+)`", text + sheet("student-sheet"))}
-    assert shown == {"runs/lesson/figures/overview.png", "runs/causes/figures/why.png"}
+    assert shown == {"runs/lesson/figures/fig4.png", "runs/causes/figures/why.png"}
     assert named == shown | {"runs/causes/report.html"}
     assert all((played[0] / name).is_file() for name in named)
-    assert {"overview.png", "why.png"} <= {*re.findall(r"`(\w+\.png)`", PLAN)}
+    assert {"fig4.png", "why.png"} <= {*re.findall(r"`(\w+\.png)`", PLAN)}
 
 
 def test_the_plan_has_every_minute():

@@ -1,31 +1,31 @@
-"""What an article needs: every number is of the study, the files are those of print, and TeX takes them."""
+"""What an article needs: the paper's exhibits by name, numbers of the study, methods without a spec, and TeX takes it."""
 
 import json
 import re
 import shutil
 import subprocess
-from itertools import islice
-from types import SimpleNamespace as Some
+from importlib.resources import files
 
 import pytest
-from builders import write_study
+from builders import play_study, write_study
 from placeholders import undrawn
 from typed import typed
 
-from lockprobe.report.paper import paper_files, write_paper
-from lockprobe.report.paper_table import table_tex
+from lockprobe.report.methods import methods_tex
+from lockprobe.report.paper import paper_files, results_tex, write_paper
 from lockprobe.report.results import results
+from lockprobe.report.rows import Estimate, Fact
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
+
+EXHIBITS = {"fig3.pdf", "fig4.pdf", "fig5a.pdf", "fig5b.pdf", "table1.tex"}
 
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
     path = tmp_path_factory.mktemp("paper") / "study"
-    run_study(
-        study("flips", agent=("a_50%=cognitive:perseverant", "human-inspired"), p=(0, 0.6), trials=30, repetitions=1),
-        path,
-    )
+    agents = ("a_50%=cognitive:perseverant", "human-inspired", "cognitive:careful")
+    run_study(study("flips", agent=agents, p=(0, 0.4, 0.6), trials=20, repetitions=2), path)
     return path
 
 
@@ -34,52 +34,51 @@ def found(directory):
     return results(directory)
 
 
-def test_fonts_are_in_the_pictures_and_equal_results_give_equal_files(found):
-    first, again = dict(paper_files(found)), dict(islice(paper_files(found), 6))
-    assert first == first | again
-    pictures = {name: content for name, content in first.items() if name.endswith(".pdf") and content}
-    assert {
-        "paper.pdf",
-        "figure-column.pdf",
-        "figure-wide.pdf",
-        "figures/fig4.pdf",
-        "figures/box.pdf",
-    } <= pictures.keys()
+@pytest.fixture(scope="module")
+def beside(tmp_path_factory):
+    """Two kinds of false reports and two other conditions, one of them named; a baseline beside the agent."""
+    kept = [f"flip?p={p}&others=kept" for p in (0.2, 0.6)]
+    planned = study(
+        "flips",
+        agent=("cognitive:perseverant", "round-robin"),
+        p=(0, 0.4, 0.6),
+        condition=[*kept, "drop?p=1", "late=nudge?after=3"],
+        trials=8,
+        repetitions=1,
+    )
+    return results(write_study(tmp_path_factory.mktemp("beside") / "study", planned))
+
+
+def test_the_exhibits_have_their_names_and_equal_results_give_equal_files(found):
+    first, again = dict(paper_files(found)), dict(paper_files(found))
+    assert first == again
+    assert first.keys() >= EXHIBITS | {"results.tex", "methods.tex", "references.bib", "example.tex"}
+    pictures = {name: content for name, content in first.items() if name.endswith(".pdf")}
     for name, picture in pictures.items():
         assert b"/FontFile2" in picture, name
         assert b"/Type3" not in picture, name
-    assert len(re.findall(rb"/Type /Page\b", pictures["paper.pdf"])) == 2
-    sizes = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ", pictures["paper.pdf"])
-    assert [round(float(one) / 72, 1) for one in sizes] == [3.5, 6.9]  # inches
+    used = {*re.findall(r"\\includegraphics\[.*?\]\{(.+?)\}", first["example.tex"])}
+    assert used == {name.removesuffix(".pdf") for name in pictures} - {"box"}
+    assert {*re.findall(r"\\input\{(.+?)\}", first["example.tex"])} == {"methods", "results", "table1"}
 
 
-@pytest.fixture
-def placeholders():
-    """Figures of the page take seconds, and none is looked at."""
-    with undrawn():
-        yield
-
-
-@pytest.mark.usefixtures("placeholders")
 def test_the_command_writes_it_beside_the_report_and_verify_says_nothing_of_it(directory):
-    done = typed("report", directory, "--paper", "--json")
-    assert json.loads(done.stdout)["paper"] == str(directory / "paper")
-    assert f"Paper: {directory / 'paper'}/paper.pdf" in typed("report", directory, "--paper").stdout
-    assert {"paper.pdf", "paper.tex", "methods.tex", "references.bib", "example.tex"} <= {
-        path.name for path in (directory / "paper").iterdir()
-    }
-    assert typed("verify", directory).returncode == 0
+    with undrawn():
+        done = typed("report", directory, "--paper", "--json")
+        assert json.loads(done.stdout)["paper"] == str(directory / "paper")
+        assert f"Paper: {directory / 'paper'} " in typed("report", directory, "--paper").stdout
+        assert {path.name for path in (directory / "paper").iterdir()} >= EXHIBITS
+        assert typed("verify", directory).returncode == 0
     refused = typed("report", directory, "--paper", "--watch")
     assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
 
 
-def test_nothing_is_drawn_before_a_trial_has_ended(tmp_path):
-    found = results(
-        write_study(tmp_path / "empty", study("flips", agent="random", p=(0,), trials=1, repetitions=1), [])
-    )
-    files = dict(paper_files(found))
-    assert "paper.pdf" not in files
-    assert "0 of 1 planned trials" in files["methods.tex"]
+def test_before_a_trial_has_ended_there_is_no_exhibit(tmp_path):
+    planned = study("flips", agent="random", p=(0,), trials=1, repetitions=1)
+    made = dict(paper_files(results(write_study(tmp_path / "empty", planned, []))))
+    assert EXHIBITS.isdisjoint(made)
+    assert "0 of 1 planned trials" in made["methods.tex"]
+    assert r"\emph{P}" not in made["methods.tex"]
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="TeX is not installed")
@@ -94,73 +93,97 @@ def test_a_real_tex_compiles_it(found, tmp_path):
     assert (folder / "example.pdf").stat().st_size > 10_000
 
 
-def test_the_table_has_six_columns_and_the_numbers_of_the_rows(found):
-    lines = table_tex(found).splitlines()
-    (head,) = [line for line in lines if line.startswith("agent")]
-    assert head.count("&") == 5  # two columns under one head have no sign between them
-    rows = [[cell.strip() for cell in line.split("&")] for line in lines if line.startswith("{}")]
-    assert [row[1] for row in rows] == ["0", "0.6", "0", "0.6"]
-    for row, (agent, condition) in zip(
-        rows, [(agent, c) for agent in ("a_50%", "human-inspired") for c in ("truth", "flip?p=0.6")], strict=True
-    ):
-        solved = found.one("success", agent=agent, condition=condition)
-        assert row[2:5] == [
-            str(solved.n),
-            f"{100 * solved.value:.0f}",
-            f"$[{100 * solved.low:.0f}, {100 * solved.high:.0f}]$",
-        ]
-        if condition != "truth":
-            change = found.one("success_difference", agent=agent, condition=condition, control="truth")
-            assert row[5] == f"${100 * change.value:+.0f}$"
-    assert r"a\_50\%" in rows[0][0]
+def rows_of(tex):
+    """The rows of a table in TeX, each with the agent whose it is."""
+    agent, rows = "", []
+    for line in tex.splitlines():
+        if line.startswith("{}"):
+            cells = [cell.strip() for cell in re.split(r"(?<!\\)&", line.removeprefix("{}").removesuffix(r" \\"))]
+            agent = cells[0] or agent
+            rows.append((agent, *cells[1:]))
+    return rows
 
 
-def test_every_change_of_the_table_is_from_the_control_whatever_else_is_compared(tmp_path):
-    conditions = ["flip?p=0.6&others=kept", "drop?p=1"]
-    planned = study("flips", agent=("human-inspired", "round-robin"), p=(0, 0.6), condition=conditions, trials=8)
-    found = results(write_study(tmp_path / "study", planned))
-    against = {row.control for row in found.where("success_difference", agent="human-inspired", of="", versus="")}
+def test_the_table_has_the_numbers_of_the_rows_and_changes_from_the_control_alone(found, beside):
+    rows = rows_of(results_tex(found))
+    assert [row[1] for row in rows] == ["0", "0.4", "0.6"] * 3
+    assert rows[0][0] == r"a\_50\%"
+    for row, cell in zip(rows, found.cells, strict=True):
+        solved = cell.get("success")
+        interval = f"$[{100 * solved.low:.0f}, {100 * solved.high:.0f}]$"
+        assert row[2:5] == (str(solved.n), f"{100 * solved.value:.0f}", interval)
+    against = {row.control for row in beside.where("success_difference", of="", versus="")}
     assert len(against) > 1
-    shares = {}
-    for line in table_tex(found).splitlines():
-        if not line.startswith("{}"):
-            continue
-        agent, at, _, solved, _, change, *_ = map(str.strip, re.split(r"(?<!\\)&", line.removeprefix("{}")))
-        shares[agent or next(reversed(shares))[0], at] = float(solved)
-        agent, _ = next(reversed(shares))
+    shares, changes = {}, {}
+    for agent, at, _, solved, _, change, *_ in rows_of(results_tex(beside)):
+        shares.setdefault(agent, {})[at] = float(solved)
+        changes[agent, at] = change.strip("$")
+    assert [*shares["cognitive:perseverant"]][-2:] == ["missing reports at rate 1", "late"]
+    for (agent, at), change in changes.items():
         if change:
-            truth = next(share for (of, _), share in shares.items() if of == agent)
-            assert float(change.strip("$")) == pytest.approx(float(solved) - truth, abs=1)
-    assert len(shares) == 8
+            assert float(change) == pytest.approx(shares[agent][at] - shares[agent]["truth"], abs=1)
+    assert sum(map(bool, changes.values())) >= 5
 
 
-def of_many(agents):
-    """Results with so many conditions of each agent, all of them solved in 3 of 10 trials."""
-    share = Some(value=0.3, n=10, low=0.1, high=0.6)
-    cells = [
-        Some(agent=agent, label=agent, condition=f"c{i}", p=None, modality="", get=lambda quantity: share)
-        for agent, conditions in agents.items()
-        for i in range(conditions)
-    ]
-    return Some(beside_flips=True, cells=cells, against_control=list, design=Some(conditions=()))
+def test_a_long_table_goes_on_in_another_float(tmp_path):
+    planned = study("flips", agent=("random", "round-robin"), p=[i / 20 for i in range(18)], trials=1, repetitions=1)
+    said = results_tex(results(write_study(tmp_path / "study", planned)))
+    assert [len(rows_of(part)) for part in said.split(r"\end{table*}")[:-1]] == [32, 4]
+    assert said.count("(continued)") == said.count(r"\addtocounter{table}{-1}") == 1
+    assert all(not part.strip().startswith("{} &") for part in said.split(r"\midrule")[1:])
 
 
-@pytest.mark.parametrize(
-    ("agents", "parts"),
-    [
-        ({"a": 33}, [33]),
-        ({"a": 34}, [33, 1]),
-        ({"a": 20, "b": 12}, [32]),
-        ({"a": 20, "b": 13}, [20, 13]),
-        ({"a": 70, "b": 2}, [33, 33, 6]),
-        (dict.fromkeys("abcdefghijklmnopqrstuvwxyz", 1), [22, 4]),
-    ],
-)
-def test_a_long_table_goes_on_on_the_next_page(agents, parts):
-    said = table_tex(of_many(agents))
-    assert [one.count("{}") for one in said.split(r"\end{table*}")[:-1]] == parts
-    rows = [line.split(" & ")[:2] for line in said.splitlines() if line.startswith("{}")]
-    assert [at for _, at in rows] == [f"c{i}" for many in agents.values() for i in range(many)]
-    assert said.count("(continued)") == said.count(r"\addtocounter{table}{-1}") == len(parts) - 1
-    starts = [one[one.index("{}") :].split(" & ")[0] for one in said.split(r"\midrule")[1:]]
-    assert all(start != "{}" for start in starts)  # every part begins with the name of an agent
+def test_every_number_of_the_methods_is_in_the_results(found, beside):
+    """But those of the article's conventions: 95 % intervals and the level of 0.05."""
+    for one in (found, beside):
+        counted = f" {len(one.study['agents'])} {len(one.design.conditions)} {len(one.study['box']['joints'])} "
+        known = json.dumps(one.plain()) + counted
+        for number in re.findall(r"\d[\d.]*\d|\d", methods_tex(one)):
+            assert number in known or number in ("95", "0.05", "1927"), number
+
+
+def test_the_methods_hold_no_spec(beside):
+    said = methods_tex(beside)
+    assert (
+        "There were 7 conditions: the truth, false reports at rates 0.4 and 0.6, false reports that stay at rates 0.2 "
+        "and 0.6, missing reports at rate 1 and late (a sentence against repetition, after 3)."
+    ) in said
+    assert not re.search(r"\w\?\w|\w=\w|&", said)
+    assert "Of these, round-robin is a baseline." in said
+
+
+def test_the_settings_of_a_language_model_are_said(found):
+    model = {
+        "model": "acme/m",
+        "answered by": "m-2026",
+        "host": "127.0.0.1",
+        "temperature": "0.7",
+        "top_p": "provider default",
+        "effort": "not taken",
+        "max_tokens": "1000",
+        "repairs": "4",
+    }
+    facts = [Fact(about="human-inspired", name=name, text=text) for name, text in model.items()]
+    again = Estimate(quantity="replies_asked_again", agent="human-inspired", value=0.25, count=29, n=116)
+    said = methods_tex(found.changed(rows=(*found.rows, again), facts=(*found.facts, *facts)))
+    assert (
+        "human-inspired: model acme/m, answered by m-2026, on the host 127.0.0.1, temperature 0.7, top-p left to the "
+        "provider, no reasoning effort, at most 1000 tokens a reply, a malformed reply asked for again up to 4 times, no "
+        "seed sent. 29 of its 116 replies could not be used and were asked for again."
+    ) in said
+    assert "answered by" not in methods_tex(found)
+
+
+def test_what_holds_at_every_look_is_named_with_its_sources(tmp_path, found):
+    planned = study("flips", agent=("cognitive:perseverant", "random"), p=(0, 0.2, 0.4), trials=12, repetitions=1)
+    trials = [trial for trial in play_study(planned) if trial.trial <= 9 or trial.agent == "random"]
+    said = methods_tex(results(write_study(tmp_path / "part", planned, trials)))
+    assert r"95\,\% confidence sequences~\cite{robbins1970}" in said
+    corrected = (
+        r"\emph{P} is 1 divided by the largest wealth so far, corrected for at most 2 comparisons of a family by"
+    )
+    assert corrected in said
+    assert "McNemar" not in said
+    cited = {key for text in (said, methods_tex(found)) for key in re.findall(r"cite\{(.+?)\}", text)}
+    known = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
+    assert {*re.findall(r"^@\w+\{(.+),$", known, flags=re.MULTILINE)} == cited

@@ -122,7 +122,7 @@ def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
     planned = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 4)
     one, two = (write_study(tmp_path / name, planned) for name in ("one", "two"))
     monkeypatch.setattr(parallel, "LARGE", 0)
-    few = ("fig4-corrected", "fig5a", "fig3", "overview", "box")  # of each kind of picture one
+    few = ("fig4-corrected", "fig5a", "fig3", "box")  # of each kind of picture one
     real, all_sections = report_files.figures_of, report_files.all_sections
 
     def shown(figures):

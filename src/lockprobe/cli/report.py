@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lockprobe.report.compare.studies import Comparison
     from lockprobe.report.rows import Results
 
-_PAPER = "Also write paper/: the figure for print, all figures as PDF, a table and a paragraph on the methods in TeX."
+_PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
 PAGE = Path("compare.html")
@@ -148,7 +148,7 @@ def _write(directory: Path, machines: Pool | None, *, paper: bool = False, json:
         return
     print(f"Report: {path}{without(left_out)}")
     if for_paper:
-        print(f"Paper: {for_paper}/paper.pdf (the figure in one column and in two), paper.tex (the table), methods.tex")
+        print(f"Paper: {for_paper} (the exhibits by their names in the paper; example.tex puts all of it together)")
     for line in result_lines(found, directory) if found is not None else ():
         print(printable(line))
     sys.stdout.flush()

@@ -1,41 +1,66 @@
-"""What an article needs of a study: one figure at the sizes of print, one narrow table, and a paragraph on the methods.
+"""What an article needs of a study: the paper's exhibits under its own names, a narrow table, and the methods.
 
-Every number comes from the rows and the settings in ``results.json``. The files stand in the directory ``paper`` of the
-study: ``paper.pdf`` has the figure in one column and in two, ``paper.tex`` the table, ``methods.tex`` the paragraph;
-``example.tex`` puts them together.
+Every number comes from ``results.json``. The directory ``paper`` of the study holds every figure of the report as PDF
+(``fig3.pdf``, ``fig4.pdf``, ``fig5a.pdf`` and ``fig5b.pdf`` are the paper's), ``table1.tex``, ``results.tex``,
+``methods.tex``, ``references.bib``, and ``example.tex``, which puts them together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
+from markupsafe import Markup
+
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import make_directory
-from lockprobe.report.format import tex_text
-from lockprobe.report.methods import methods_tex
-from lockprobe.report.paper_table import table_tex
+from lockprobe.report.format import TextTable, tex_text
+from lockprobe.report.methods import condition_in_words, methods_tex
+from lockprobe.report.page import tables_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.report_files import File, made_figure
-from lockprobe.report.rows import Results
-from lockprobe.report.section import Figure
+from lockprobe.report.rows import Estimate, Results
+from lockprobe.report.section import Caption, Figure
 
 PAPER = "paper"
 """The directory, in that of the study."""
 
+_COLUMN = 3.6
+"""Inches up to which a figure stands in one column."""
+
+_LINES = 32
+"""Rows of a table that fit on a page of an article with their caption."""
+
+_EXAMPLE = r"""\documentclass[twocolumn]{article}
+\usepackage{booktabs,graphicx}
+\begin{document}
+\section*{Methods}
+\input{methods}
+
+\section*{Results}
+%s
+\bibliographystyle{plain}
+\bibliography{references}
+\end{document}
+"""
+
 _CAPTION = (
-    "Success of each agent. Bars: 95 % intervals of single shares; changes are tested in pairs. Grey: between random "
-    "agents with and without immediate repeats. Stars: what Zenkri and Brock report, of another model and box."
+    "Success with 95 % intervals, and its change from the control. P values are corrected within their families; a "
+    "change is detected if P is below 0.05 and its interval excludes 0."
 )
+
+_COMMON = " Changes are of the trials that were finished under both conditions."
+"""What the caption of an unfinished study adds, in which a change is not the difference of two shares of the table."""
 
 
 def write_paper(found: Results, directory: Path) -> Path:
     """Write the files into the directory of a study, and return the directory that holds them."""
     make_directory(directory / PAPER)
-    make_directory(directory / PAPER / "figures")
     for name, content in paper_files(found):
         if content is not None:
             write_file(directory / PAPER / name, content)
@@ -43,32 +68,98 @@ def write_paper(found: Results, directory: Path) -> Path:
 
 
 def paper_files(found: Results) -> Iterator[File]:
-    """Every file, by its path in the directory: the article's parts, and all figures of the report as PDF."""
+    """Every file, by its name in the directory."""
     from lockprobe.report.figures import pages_as_pdf
-    from lockprobe.report.figures.first_screen import draw_overview
 
-    column, wide = draw_overview(found, "column"), draw_overview(found, "print")
-    if column is not None and wide is not None:
-        yield "figure-column.pdf", pages_as_pdf([column])
-        yield "figure-wide.pdf", pages_as_pdf([wide])
-        yield "paper.pdf", pages_as_pdf([column, wide])
+    shown = []
     for figure in dict.fromkeys(one for of in all_sections() for one in of.figures):
-        drawn = section(f"Figure {figure.name}", partial(_as_pdf, found, figure), lambda: None)
-        yield f"figures/{figure.name}.pdf", drawn
-    yield "paper.tex", table_tex(found)
+        made: Any = section(f"Figure {figure.name}", partial(made_figure, found, figure), lambda: None)
+        if made is not None:
+            yield f"{figure.name}.pdf", pages_as_pdf([made])
+            shown += [_float(found, figure, wide=bool(made.get_figwidth() > _COLUMN))] * (figure.name != "box")
+    tables = {"results.tex": results_tex(found), "table1.tex": _table1(tables_of(found).get("table1", []))}
+    yield from ((name, content) for name, content in tables.items() if content)
     yield "methods.tex", methods_tex(found)
-    yield "answer.tex", f"{tex_text(found.answer)}\n"
-    yield "references.bib", _template("references.bib").replace("VERSION", found.lockprobe)
-    document = _template("example.tex").replace("CAPTION", tex_text(_CAPTION))
-    yield "example.tex", document
+    references = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
+    yield "references.bib", references.replace("VERSION", found.lockprobe)
+    inputs = [rf"\input{{{name.removesuffix('.tex')}}}" for name, content in tables.items() if content]
+    yield "example.tex", _EXAMPLE % "\n\n".join([tex_text(found.answer), *shown, *inputs, ""])
 
 
-def _template(name: str) -> str:
-    return files("lockprobe.report").joinpath(f"templates/{name}").read_text(encoding="utf-8")
+def _float(found: Results, figure: Figure, *, wide: bool) -> str:
+    said = figure.caption if isinstance(figure.caption, Caption) else figure.caption(found)
+    text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
+    lines = (r"\centering", rf"\includegraphics[width=\linewidth]{{{figure.name}}}", rf"\caption{{{tex_text(text)}}}")
+    star = "*" * wide
+    return "\n".join([rf"\begin{{figure{star}}}", *lines, rf"\end{{figure{star}}}"])
 
 
-def _as_pdf(found: Results, figure: Figure) -> bytes | None:
-    from lockprobe.report.figures import pages_as_pdf
+def _table(columns: str, head: str, rows: list[str], caption: str) -> str:
+    lines = [r"\centering", rf"\begin{{tabular}}{{{columns}}}", r"\toprule", rf"{head} \\", r"\midrule"]
+    end = [r"\bottomrule", r"\end{tabular}", rf"\caption{{{tex_text(caption)}}}"]
+    return "\n".join([r"\begin{table*}", *lines, *(rf"{row} \\" for row in rows), *end, r"\end{table*}", ""])
 
-    made = made_figure(found, figure)
-    return None if made is None else pages_as_pdf([made])
+
+def _table1(table: TextTable) -> str:
+    """The paper's Table 1; empty if the study says nothing of misinterpretations."""
+    head, *rows = [" & ".join(map(tex_text, row)) for row in table] or [""]
+    caption = "Misinterpretations as in Table 1 of Zenkri and Brock: mean rate per trial with its standard deviation."
+    return _table("l" * len(table[0]), head, rows, caption) if rows else ""
+
+
+def results_tex(found: Results) -> str:
+    """Six columns: who, where, trials, solved, the change, and its P value; a long table in several floats."""
+    where = "condition" if found.beside_flips else "flip rate"
+    spread = r"\multicolumn{2}{l}"
+    head = rf"agent & {where} & trials & {spread}{{solved, \%}} & {spread}{{change, points}} & \emph{{P}}"
+    columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
+    floats = list[str]()
+    every = [*_rows(found)]
+    for part in (every[i : i + _LINES] for i in range(0, len(every), _LINES)):
+        last, rows = "", list[str]()
+        for agent, cells in part:
+            rows.append(f"{{}}{agent if agent != last else ''} & {cells}")  # a bracket would be an option of the row
+            last = agent
+        more = "Success and its change from the control (continued)."
+        made = _table(columns, head, rows, more if floats else f"{_CAPTION}{_COMMON * _of_fewer(found)}")
+        again = made.replace(r"\centering", "\\addtocounter{table}{-1}\n\\centering", 1)
+        floats.append(again if floats else made)
+    return "\n".join(floats)
+
+
+def _rows(found: Results) -> Iterator[tuple[str, str]]:
+    """Every agent under every condition: its label and the other cells."""
+    words: Mapping[str, str] = {one.name: condition_in_words(one) for one in found.design.conditions}
+    changes = {(row.agent, row.condition): row for row in reversed(found.against_control()) if row.value is not None}
+    for cell in found.cells:
+        success, change = cell.get("success"), changes.get((cell.agent, cell.condition))
+        if success is not None and success.value is not None:
+            at = words[cell.condition] if found.beside_flips or cell.p is None else f"{cell.p:g}"
+            solved = f"{success.n} & {100 * success.value:.0f} & {_interval(success, '.0f')}"
+            yield tex_text(cell.label), f"{tex_text(at)} & {solved} & {_change(change)}"
+
+
+def _of_fewer(found: Results) -> bool:
+    """Whether a change is of fewer trials than the shares of its condition and its control."""
+    trials = {(cell.agent, cell.condition): cell.trials for cell in found.cells}
+    control = {one.name: one.control for one in found.design.conditions}
+    return any(
+        (row.n or 0) < max(trials.get((row.agent, name), 0) for name in (row.condition, control.get(row.condition, "")))
+        for row in found.against_control()
+    )
+
+
+def _change(row: Estimate | None) -> str:
+    """The change, its interval and its P value; empty for the control, and where none was tested."""
+    if row is None or row.value is None:
+        return " & & "
+    return f"${_points(row.value, '+.0f')}$ & {_interval(row, '+.0f')} & {tex_text(p_cell(row.p_value))}"
+
+
+def _interval(row: Estimate, form: str) -> str:
+    return "" if row.low is None or row.high is None else f"$[{_points(row.low, form)}, {_points(row.high, form)}]$"
+
+
+def _points(value: float, form: str) -> str:
+    said = f"{100 * value:{form}}"
+    return "0" if said in ("+0", "-0") else said

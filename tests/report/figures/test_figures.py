@@ -20,7 +20,6 @@ from lockprobe.foundation.formatting import p_value
 from lockprobe.report.figures import files, render
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.differences import side_by_side
-from lockprobe.report.figures.first_screen import draw_overview
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
@@ -157,15 +156,13 @@ def test_numbers_of_steps_are_apart_whatever_the_budget():
 # The numbers are those of the results.
 
 
-def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical, studies):
+def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
     (axes,) = fig4(typical).axes
     assert published(axes) == ([(0.0, 7 / 30), (0.4, 20 / 30)], ["the paper"])
     (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
     assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
     assert published(*success_curves(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
     assert published(*loops.draw(typical, "fig5b").axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
-    places, _ = published(*draw_overview(studies["three"]).axes)
-    assert len(places) == 2
 
 
 def test_means_fit_and_repetitions_of_figure_4(typical, model):

@@ -35,7 +35,7 @@ from lockprobe.report.questions.factors import factor_rows, factorial_said
 from lockprobe.report.questions.readings import untested
 from lockprobe.report.questions.too_few_trials import answered_questions, lacking_agents, with_lacking
 from lockprobe.report.rows import Fact, Finding, Results, Row
-from lockprobe.report.section import Caption, Figure, Part, Section, Template
+from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.contrast import Effects
@@ -339,20 +339,6 @@ def _no_advantage(found: ConditionStudySummary, effects: Sequence[Effects]) -> s
     )
 
 
-def _played(found: Results) -> bool:
-    """Whether a trial has ended under a flip rate."""
-    return any(course.played for course in found.courses())
-
-
-_OVERVIEW = Figure(
-    "overview",
-    "Success by flip rate, or by step",
-    Caption("Grey: between random agents with/without immediate repeats."),
-    draw="lockprobe.report.figures.first_screen:draw_overview",
-    applies=_played,
-)
-
-
 def _show(found: Results) -> Iterator[Part]:
     """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
@@ -396,4 +382,4 @@ def without_answer(found: Results) -> Results:
     return found.changed(findings=tuple(findings), answer=said)
 
 
-SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW,)),)
+SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show),)
