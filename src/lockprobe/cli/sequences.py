@@ -10,7 +10,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
-from lockprobe.statistics.loops import parse_sequence
+from lockprobe.statistics.loops.sequence_line import parse_sequence
 
 MOST_ACTIONS = 64
 """The largest value of ``--actions``."""

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import parse_sequence
+from lockprobe.statistics.loops.sequence_line import parse_sequence
 
 
 @pytest.mark.parametrize(

@@ -20,11 +20,11 @@ from math import perm, sqrt
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.loops import any_loop_batch, onset_batch
+from lockprobe.statistics.loops import onset_batch
 
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
@@ -44,27 +44,11 @@ FIRST = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chance:
-    """A chance level: the probability that a blind agent's trial of a given length holds an action loop.
-
-    Args:
-        probability: Between 0 and 1.
-        method: ``exact`` (counted) or ``simulation``.
-        error: Standard error of the probability; 0 if exact, and never 0 if simulated.
-    """
+    """The probability of a loop; its standard error is 0 if it is exact (counted), and never if it is simulated."""
 
     probability: float
-    method: Literal["exact", "simulation"]
-    error: float
-
-
-def simulated_chance(values: ArrayLike) -> Chance:
-    """The mean of simulated values in [0, 1], shape (trials,): 1 for a trial with a loop, 0 for one without.
-
-    The standard error counts one extra trial with a loop and one without, so it is never 0.
-    """
-    found = np.asarray(values, dtype=np.float64)
-    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
-    return Chance(probability=float(found.mean()), method="simulation", error=float(error))
+    method: Literal["exact", "simulation"] = "exact"
+    error: float = 0.0
 
 
 def chance_level(
@@ -86,23 +70,30 @@ def chance_level(
     >>> chance_level(20).probability == 1 - 219_018_772_080 / 4**20
     True
     """
-    _check(length, actions, null, min_length)
-    starts = length - min_length + 1
-    apart = 1 if overlap else min_length
+    if null not in get_args(Null):
+        raise BadValue("null", null, " or ".join(get_args(Null)))
+    if length < 0:
+        raise BadValue("length of the trial", length, "at least 0 steps")
+    if actions < (fewest := 1 if null == "uniform" else 2):
+        raise BadValue("actions", actions, f"at least {fewest} for the null {null}")
+    if min_length < 1:
+        raise BadValue("shortest loop", min_length, "at least 1 action")
+    starts, apart = length - min_length + 1, 1 if overlap else min_length
     if starts <= apart:
-        return _exact(0, 1)
-    words = actions**min_length if null == "uniform" else actions * (actions - 1) ** (min_length - 1)
-    if starts > apart * words:
+        return Chance(probability=0.0)
+    others = actions - (null == "no-repeat")
+    if starts > apart * actions * others ** (min_length - 1):
         # Copies of one word in a loop-free trial all start within `apart` steps of each other.
-        return _exact(1, 1)
-    total = actions**length if null == "uniform" else actions * (actions - 1) ** (length - 1)
+        return Chance(probability=1.0)
+    total = actions * others ** (length - 1)
     if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
-        return _exact(total - free, total)
+        return Chance(probability=(total - free) / total)
     if actions**length <= ENUMERABLE:
         sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
         if null == "no-repeat":
             sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
-        return _exact(int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum()), total)
+        looping = np.count_nonzero(onset_batch(sequences, min_length=min_length, overlap=overlap))
+        return Chance(probability=looping / total)
     return _simulated(length, actions, null, min_length, overlap=overlap)
 
 
@@ -114,10 +105,9 @@ def expected_loop_rate(
     overlap: bool = False,
     min_length: int = 3,
 ) -> Chance:
-    """The loop rate of a blind agent in trials of exactly these lengths (at least one trial).
+    """The loop rate of a blind agent in trials of exactly these lengths (at least one trial), the mean over them.
 
-    Returns:
-        The mean over trials. Its error is an upper bound where levels of several lengths were simulated together.
+    Its error is an upper bound where levels of several lengths were simulated together.
     """
     if not sequences:
         raise BadValue("trials", 0, "at least 1")
@@ -135,22 +125,6 @@ def expected_loop_rate(
     )
 
 
-def _check(length: int, actions: int, null: Null, min_length: int) -> None:
-    """Refuse settings without a chance level."""
-    if null not in get_args(Null):
-        raise BadValue("null", null, " or ".join(get_args(Null)))
-    if length < 0:
-        raise BadValue("length of the trial", length, "at least 0 steps")
-    if actions < (fewest := 1 if null == "uniform" else 2):
-        raise BadValue("actions", actions, f"at least {fewest} for the null {null}")
-    if min_length < 1:
-        raise BadValue("shortest loop", min_length, "at least 1 action")
-
-
-def _exact(looping: int, total: int) -> Chance:
-    return Chance(probability=looping / total, method="exact", error=0.0)
-
-
 @cache
 def _table() -> dict[str, list[list[int | None]]]:
     """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
@@ -165,23 +139,25 @@ def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int |
     A pattern of k distinct actions stands for actions!/(actions - k)! sequences.
     """
     rows = _table()[f"{null}/{'overlap' if overlap else 'apart'}"]
-    if length >= len(rows):
+    row = rows[length][: actions + 1] if length < len(rows) else [None]
+    counted = [patterns for patterns in row if patterns is not None]
+    if len(counted) < len(row):
         return None
-    free = 0
-    for distinct, patterns in enumerate(rows[length][: actions + 1]):
-        if patterns is None:
-            return None
-        free += patterns * perm(actions, distinct)
-    return free
+    return sum(patterns * perm(actions, distinct) for distinct, patterns in enumerate(counted))
 
 
 def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:
-    """The chance level from simulated trials, which are the same for all lengths up to 20, 40, 80 ... steps."""
+    """The chance level from simulated trials, which are the same for all lengths up to 20, 40, 80 ... steps.
+
+    The standard error counts one extra trial with a loop and one without, so it is never 0.
+    """
     steps = FIRST
     while steps < length:
         steps *= 2
     onsets = _onsets(min(steps, decisive_length(actions, min_length)), actions, null, min_length, overlap=overlap)
-    return simulated_chance((onsets > 0) & (onsets <= length))
+    found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
+    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
+    return Chance(probability=float(found.mean()), method="simulation", error=float(error))
 
 
 @cache
@@ -210,19 +186,9 @@ def decisive_length(actions: int, min_length: int) -> int:
 def first_loops(
     sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
 ) -> NDArray[np.int64]:
-    """As :func:`onset_batch`, faster for trials that mostly loop early: it examines 20 steps, then 40, 80 ...
-
-    Args:
-        sequences: Actions as integers, shape (trials, n).
-        min_length: Fewest actions in a loop.
-        overlap: Whether the two copies may share actions.
-
-    Returns:
-        Steps from 1, shape (trials,); 0 where a trial holds no loop.
-    """
+    """As :func:`onset_batch`, faster for trials that mostly loop early: it examines 20 steps, then 40, 80 ..."""
     onsets = np.zeros(len(sequences), dtype=np.int64)
-    undecided = np.arange(len(sequences))
-    steps = FIRST
+    undecided, steps = np.arange(len(sequences)), FIRST
     while True:
         onsets[undecided] = onset_batch(sequences[undecided, :steps], min_length=min_length, overlap=overlap)
         undecided = undecided[onsets[undecided] == 0]

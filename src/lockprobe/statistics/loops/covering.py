@@ -17,17 +17,20 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
+import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadValue, LockprobeError
 from lockprobe.statistics.loops import Solver
-from lockprobe.statistics.loops.integer_programme import programme_pieces
-from lockprobe.statistics.loops.words import Interval, actions_of, all_loops, least_distance, letters
+from lockprobe.statistics.loops.words import Trial, letters, onset
 
 LONGEST_ILP = 120
 
 TRIAL_LENGTH = 5000
 """Up to here a sequence is a trial, and loops of any length are its pieces; above it only the shortest ones."""
+
+Interval = tuple[int, int]
+"""A piece of a trial: its first action (from 0) and its length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,13 +57,7 @@ class LoopCover:
         return self.covered / self.n if self.n else 0.0
 
 
-def cover(
-    sequence: Sequence[Hashable] | NDArray[Any],
-    *,
-    solver: Solver = "dp",
-    overlap: bool = False,
-    min_length: int = 3,
-) -> LoopCover:
+def cover(trial: Trial, *, solver: Solver = "dp", overlap: bool = False, min_length: int = 3) -> LoopCover:
     """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
 
     Of several greatest covers it is the one of fewest pieces, longest first. A piece that is itself a repetition is
@@ -69,7 +66,7 @@ def cover(
     actions take 0.03 ms, 5000 less than half a second, a million a few seconds.
 
     Args:
-        sequence: The actions in order.
+        trial: The actions in order.
         solver: Our exact solver, or the paper's integer linear programme, of at most ``LONGEST_ILP`` actions.
         overlap: Whether the two copies that make a loop may share actions. Chosen pieces never do.
         min_length: Fewest actions in a loop (at least 1; 3 in the paper).
@@ -80,13 +77,11 @@ def cover(
     """
     if solver not in get_args(Solver):
         raise BadValue("solver", solver, "dp or ilp")
-    least_distance(min_length, overlap=overlap)
-    actions = actions_of(sequence)
-    text = letters(actions)
+    actions, text = letters(trial, min_length)
     if solver == "ilp":
         if len(text) > LONGEST_ILP:
             raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
-        chosen = programme_pieces(text, min_length, overlap=overlap)
+        chosen = _programme(text, min_length, overlap=overlap)
     else:
         chosen = _fewest_longest(_longest_loops(text, min_length, overlap=overlap), min_length)
     pieces = [part for piece in chosen for part in _copies(text, piece, min_length)]
@@ -99,11 +94,92 @@ def cover(
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopMeasures:
+    """The loop measures of trials: ``n`` actions, of which ``covered`` by loops; step of the first loop, 0 without."""
+
+    n: NDArray[np.int64]
+    covered: NDArray[np.int64]
+    onset: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.n)
+
+    @property
+    def any_loop(self) -> NDArray[np.bool_]:
+        """Whether each trial holds a loop."""
+        return self.onset > 0
+
+    @property
+    def share(self) -> NDArray[np.float64]:
+        """Covered share of each trial, 0 to 1 (0 for an empty trial)."""
+        return np.asarray(self.covered / np.maximum(self.n, 1), dtype=np.float64)
+
+
+def measure(
+    trials: NDArray[Any] | Sequence[Sequence[Hashable]], *, overlap: bool = False, min_length: int = 3
+) -> LoopMeasures:
+    """The loop measures of many trials; 20 actions take 0.05 ms.
+
+    ``trials`` are of equal length as an array of shape (trials, n), or a list of any lengths; settings as in
+    :func:`cover`.
+
+    >>> measure(["ABCABCA", "ABCD"]).covered
+    array([6, 0])
+    """
+    if isinstance(trials, np.ndarray) and trials.ndim != 2:
+        raise BadValue("sequences", trials.shape, "an array of shape (trials, n), or a list of trials")
+    covered = [cover(one, overlap=overlap, min_length=min_length).covered for one in trials]
+    first = [onset(one, overlap=overlap, min_length=min_length) for one in trials]
+    n, covers, onsets = (np.array(column, dtype=np.int64) for column in ([len(one) for one in trials], covered, first))
+    return LoopMeasures(n=n, covered=covers, onset=onsets)
+
+
+def _loops(text: str, min_length: int, *, overlap: bool, below: int | None = None) -> dict[str, list[int]]:
+    """All loops of a trial (of less than ``below`` actions) with the starts of all their copies, short ones first."""
+    loops: dict[str, list[int]] = {}
+    for length in range(min_length, min(below or len(text), len(text))):
+        starts: dict[str, list[int]] = {}
+        for start in range(len(text) - length + 1):
+            starts.setdefault(text[start : start + length], []).append(start)
+        apart = 1 if overlap else length
+        found = {word: at for word, at in starts.items() if at[-1] - at[0] >= apart}
+        if not found:
+            break
+        loops.update(found)
+    return loops
+
+
+def _programme(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
+    """The pieces of a greatest cover by the paper's binary integer linear programme, solved by HiGHS: the reference.
+
+    Each action is covered at most once. The gain is the covered length, less a bit per piece, plus a smaller bit for
+    long pieces.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array
+
+    n, loops = len(text), _loops(text, min_length, overlap=overlap)
+    if not (choices := [(start, len(word)) for word, starts in loops.items() for start in starts]):
+        return []
+    rows, columns = zip(*((start + k, c) for c, (start, size) in enumerate(choices) for k in range(size)), strict=True)
+    matrix = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n, len(choices)))
+    gains = np.array([size - 1 / (n + 1) + size**2 / (n + 1) ** 3 for _, size in choices])
+    solution = milp(
+        -gains,
+        integrality=np.ones(len(choices), dtype=np.int64),
+        bounds=Bounds(0, 1),
+        constraints=LinearConstraint(matrix, ub=1),
+        options={"mip_rel_gap": 0.0},
+    )
+    if not solution.success:
+        raise LockprobeError(f"the loop cover of a trial of {n} actions was not found: {solution.message}")
+    return sorted(piece for piece, x in zip(choices, solution.x, strict=True) if x > 0.5)
+
+
 def _copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
     """A piece as the copies of its shortest loop that it repeats; itself if it repeats none."""
     start, length = piece
-    if length < 2 * min_length:
-        return [piece]
     word = text[start : start + length]
     for size in range(min_length, length // 2 + 1):
         if length % size == 0 and word == word[:size] * (length // size):
@@ -119,7 +195,7 @@ def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
     """
     reach = [0] * (len(text) + 1)
     if len(text) > TRIAL_LENGTH:
-        for word, starts in all_loops(text, min_length, overlap=overlap, below=2 * min_length).items():
+        for word, starts in _loops(text, min_length, overlap=overlap, below=2 * min_length).items():
             for start in starts:
                 reach[start] = len(word)
         return reach
