@@ -203,7 +203,7 @@ ROWS = [
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
 
-REPORT = "src/lockprobe/report/questions/speed.py"
+REPORT = "src/lockprobe/report/questions/modalities.py"
 
 MEASURED = [
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),

@@ -92,7 +92,8 @@ def test_a_share_has_the_bounds_of_horowitz_and_manski_with_wilsons_ends(solved,
 
 def test_a_curve_has_bounds_from_the_step_in_which_trials_broke():
     """Of ten, four solve in step 4, three never, and three break in step 3."""
-    curve = success_curve(at(0.0, 4, 3, 3))
+    trials = at(0.0, 4, 3, 3)
+    curve = success_curve(outcomes(trials), broken_off(trials), 20)
     known = {2: (0, 0), 3: (0, 3), 4: (4, 7), 20: (4, 7)}
     assert curve.n == 10
     for step, (least, most) in known.items():

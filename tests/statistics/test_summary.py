@@ -132,15 +132,6 @@ def test_trials_of_two_boxes_are_not_analysed_together():
         summarise([make_trial(SOLUTION)], box("chain-6"))
 
 
-def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum():
-    summary = summarise(play_study(small_study(["round-robin"])), box("chain-4"))
-    assert summary.reference.optimum == 4
-    assert summary.reference.random[20] == pytest.approx(0.392655, abs=1e-6)
-    assert summary.reference.no_repeat[20] == pytest.approx(0.69, abs=0.01)
-    assert 0 < summary.conditions[0].relative.value < 1
-    assert summarise(play_study(small_study(["round-robin"]))).conditions[0].relative is None
-
-
 def test_partial_studies_are_compared_on_what_both_conditions_have():
     """Thirty trials told the truth, five at 0.4: the counts, the points and the interval are of those five."""
     trials = [*condition(0.0, 9, 30), *(t for t in condition(0.4, 24, 30) if t.trial <= 5)]

@@ -24,6 +24,7 @@ from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, dose_series, summarise_conditions
 from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.course import Course, courses
+from lockprobe.statistics.dose_courses import dose_courses
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
@@ -176,6 +177,11 @@ class StudyNumbers:
     def courses(self) -> tuple[Course, ...]:
         """Every agent over the flip rates, the truth among them; baselines too."""
         return courses(self.opened.flip_trials, orders=self.opened.orders)
+
+    @cached_property
+    def dose_courses(self) -> tuple[Course, ...]:
+        """Every agent over every other dose, and over options of agents; baselines too."""
+        return tuple(dose_courses(self.trials, design_of(self.study), self.opened.orders))
 
     @cached_property
     def conditions(self) -> Mapping[str, Condition]:

@@ -20,7 +20,6 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.infer import Inference, infer
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
 from lockprobe.statistics.outcomes import Point, outcomes
-from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.resample import resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
@@ -83,7 +82,6 @@ class AgentSummary:
 
 def agent_summary(
     trials: AxisTrials,
-    reference: Reference | None,
     box: Lockbox | None,
     axis: Axis,
     place: Callable[[Trial], Place],
@@ -97,7 +95,6 @@ def agent_summary(
 
     Args:
         trials: Its trials.
-        reference: Success of random agents and the shortest plan on the box.
         box: The box, if it is known.
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.
@@ -106,9 +103,7 @@ def agent_summary(
         heeded: As in :class:`AgentSummary`.
         agents: Agents that are judged together.
     """
-    conditions = tuple(
-        condition_at(members, reference, box, place, known, trials.order) for _, members in trials.by_dose()
-    )
+    conditions = tuple(condition_at(members, box, place, known, trials.order) for _, members in trials.by_dose())
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]

@@ -6,14 +6,12 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
 from operator import call
 from types import MappingProxyType
 from typing import Any
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
@@ -22,10 +20,9 @@ from lockprobe.statistics.agent_summary import AgentSummary, agent_summary
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.condition import ConditionSummary
-from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect
-from lockprobe.statistics.course import Course, courses, is_baseline
+from lockprobe.statistics.conditions.modality_effect import ModalityEffect, modality_effects
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.outcomes import heeded_at_most
-from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
@@ -37,21 +34,17 @@ class StudySummary:
 
     Attributes:
         agents: The results by agent, in the order of the trials.
-        paces: The speed of every two agents at their common lowest p.
         comparisons: Pairwise comparisons of the agents that the study is about, and of each with the baselines.
         reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
         axis: The dose in which conditions differ.
-        courses: The agents over it, with their trials; none over flip rates.
     """
 
     agents: tuple[AgentSummary, ...]
-    paces: tuple[Pace, ...]
     comparisons: tuple[AgentComparison, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     axis: Axis = FLIPS
-    courses: tuple[Course, ...] = ()
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -109,16 +102,14 @@ def summarise(
     )
     shown = Counter(members.agent for members in by_agent)
     several = {agent for agent, count in shown.items() if one_of_several or count > 1}
-    compared, *found = _longest_first(each, _jobs(by_agent, reference, box, axis, several, place, known), by_agent)
+    compared, *found = _longest_first(each, _jobs(by_agent, box, axis, several, place, known), by_agent)
     agents = tuple[AgentSummary, ...](agent for agent in found if agent is not None)
     return StudySummary(
         agents=agents,
-        paces=section("Speed of every two agents", lambda: _paces(by_agent), tuple),
         comparisons=compared,
         reference=reference,
-        modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
+        modalities=section("Modalities", lambda: modality_effects(by_agent), tuple),
         axis=axis,
-        courses=() if axis == FLIPS else courses(trials, axis, axis.name, place, several=one_of_several, orders=orders),
     )
 
 
@@ -132,7 +123,6 @@ def _longest_first(each: Each, jobs: Sequence[Callable[[], Any]], by_agent: Sequ
 
 def _jobs(
     by_agent: Sequence[AxisTrials],
-    reference: Reference | None,
     box: Lockbox | None,
     axis: Axis,
     several: Collection[str],
@@ -154,7 +144,6 @@ def _jobs(
                 partial(
                     agent_summary,
                     members,
-                    reference,
                     box,
                     axis,
                     place,
@@ -207,30 +196,6 @@ def entrant(trials: AxisTrials) -> Entrant:
         budget=trials.budget,
         head=trials.kind,
         reference=is_baseline(trials.spec),
-    )
-
-
-def _paces(by_agent: Sequence[AxisTrials]) -> tuple[Pace, ...]:
-    """The paces of every two agents with the same lowest p."""
-    lowest = [members.lowest for members in by_agent]
-    found = [pace(first, second) for first, second in combinations(lowest, 2) if first.doses[0] == second.doses[0]]
-    return tuple(compared for compared in found if compared)
-
-
-def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
-    """The modality effect of every agent with several modalities, at the lowest p.
-
-    The agents that the study is about are one family, and baselines another.
-    """
-    lowest = [members.lowest for members in by_agent]
-    least = min((members.doses[0] for members in lowest), default=0.0)
-    named = grouped((members for members in lowest if members.doses[0] == least), lambda members: members.agent)
-    groups = [[members.trials for members in own] for own in named.values()]
-    baseline = [is_baseline(group[0][0].spec) for group in groups if modality_effect(group)]
-    return tuple(
-        effect
-        for group in groups
-        if (effect := modality_effect(group, max(1, baseline.count(is_baseline(group[0][0].spec)))))
     )
 
 

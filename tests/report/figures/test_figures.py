@@ -3,12 +3,12 @@
 import re
 from dataclasses import replace
 from functools import cache
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from drawn import bars, course, dots, lines, pictures, published, shades, staircases, touching, written
+from drawn import bars, course, dots, lines, pictures, published, shades, touching, written
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
@@ -25,8 +25,8 @@ from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
 from lockprobe.report.figures.people import people
 from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
-from lockprobe.report.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
 from lockprobe.report.questions import crossings, loops
+from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
@@ -109,7 +109,7 @@ def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, n
 
 def test_a_single_flip_rate_is_no_axis(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
-    assert not {"fig4", "fig4-corrected", "fig5a", "fig5b", "fig3-by-p"} & pictures(studies["one p"]).keys()
+    assert not {"fig4", "fig4-corrected", "fig5a", "fig5b"} & pictures(studies["one p"]).keys()
 
 
 def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies):
@@ -117,13 +117,13 @@ def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies)
 
 
 def test_equal_figures_are_equal_bytes(typical):
-    first, second = (files(success_curves_corrected(typical)) for _ in range(2))
+    first, second = (files(fig3(typical)) for _ in range(2))
     assert first == second
     assert {form: file[:4] for form, file in first.items()} == {"svg": b"<?xm", "png": b"\x89PNG"}
 
 
 def test_names_are_text_in_the_file(studies):
-    assert b"<script>" not in render(success_curves(studies["hostile names"]), "svg")
+    assert b"<script>" not in render(fig3(studies["hostile names"]), "svg")
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
     assert published(axes) == ([(0.0, 7 / 30), (0.4, 20 / 30)], ["the paper"])
     (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
     assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
-    assert published(*success_curves(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
+    assert published(*fig3(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
     assert published(*loops.draw(typical, "fig5b").axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
 
 
@@ -205,25 +205,6 @@ def test_the_figure_has_the_p_value_of_the_table(tmp_path, axes, model):
         said = p_value(one.get("test", "shape").p_value, "$P$").replace(" ", "\N{NO-BREAK SPACE}")
         assert said in axes.get_title(loc="left")
         axes.clear()
-
-
-def curves_of(one):
-    return [cell.curve("success_by_step").value for cell in one.cells]
-
-
-def test_staircases_are_the_success_curves(typical, model):
-    (axes,) = success_curves(typical).axes
-    for one, line in zip(typical.courses(), staircases(axes), strict=True):
-        assert line.get_label() == one.agent
-        assert tuple(line.get_ydata()[:-1]) == curves_of(one)[0]
-        assert tuple(line.get_xdata()[:-1]) == tuple(range(21))
-        assert line.get_ydata()[-1] == line.get_ydata()[-2]
-    assert not axes.collections
-    (axes,) = success_curves_by_p(typical).axes
-    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == curves_of(model)
-    names = {text.get_text(): text.get_position()[1] for text in axes.texts}
-    assert set(names) == {f"$p$ = {cell.p:g}" for cell in model.cells}
-    assert all(b - a > 0.079 for a, b in pairwise(sorted(names.values())))
 
 
 def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, model):

@@ -20,16 +20,15 @@ def held(*groups):
     """The contrast of some conditions, lowest p first."""
     counted = outcomes([trial for group in groups for trial in group])
     tested = any_difference(counted, np.random.default_rng(1))
-    return contrast([condition_summary(group, None) for group in groups], tested)
+    return contrast([condition_summary(group) for group in groups], tested)
 
 
 def test_trials_that_broke_are_counted_apart_and_widen_the_interval_of_success():
     broken = [make_trial([0], trial=9, broken=boundary) for boundary in ("plant", "model", "plant")]
-    found = condition_summary([*trials_at(0.0, [True, False, True]), *broken], None)
+    found = condition_summary([*trials_at(0.0, [True, False, True]), *broken])
     assert (found.success.count, found.success.n, found.success.broken) == (2, 3, 3)
     assert found.success.bounds == (2 / 6, 5 / 6)
     assert found.errors == {"model": 1, "plant": 2}
-    assert found.relative is None
 
 
 def test_the_condition_farthest_from_the_lowest_p_is_chosen_in_either_direction():

@@ -1,10 +1,12 @@
 """Mean steps over p: Student's paired test by hand, crossing curves that a log-rank test misses, and people."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from lockprobe.statistics.inference.logrank import solution_logrank
+from lockprobe.statistics.inference.hazard import log_rank
 from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.outcomes import Outcomes
 
@@ -35,23 +37,21 @@ def paired(*by_p):
 def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
     rng = np.random.default_rng(1)
     first, second, third = rng.integers(4, BUDGET + 1, size=(3, 40))
-    found = mean_steps(paired(first, second, third), BUDGET)
-    changes = (second + third) / 2 - first
+    found, changes = mean_steps(paired(first, second, third), BUDGET), (second + third) / 2 - first
+    lowest, higher = first.mean(), (second + third).mean() / 2
     below, above = (
         np.hypot(stats.sem(changes), np.sqrt(3) * max(BUDGET - one, other - 4) / 40)
-        for one, other in ((found.higher, found.lowest), (found.lowest, found.higher))
+        for one, other in ((higher, lowest), (lowest, higher))
     )
-    assert (found.lowest, found.higher) == (first.mean(), pytest.approx((second + third).mean() / 2))
-    error = below if found.change > 0 else above
+    assert (found.value, found.n) == (pytest.approx(changes.mean()), 80)
+    error = below if found.value > 0 else above
     assert found.p_value == pytest.approx(2 * stats.t.sf(abs(changes.mean()) / error, 39))
     reach = stats.t.ppf(0.975, 39)
-    assert (found.low, found.high) == (
-        pytest.approx(changes.mean() - reach * below),
-        pytest.approx(changes.mean() + reach * above),
-    )
+    ends = changes.mean() - reach * below, changes.mean() + reach * above
+    assert (found.low, found.high) == pytest.approx(ends)
 
 
-def mostly_faster(blocks, rng, *, mean=6, slow=0.05, values=1, budget=BUDGET):
+def mostly_faster(blocks, rng, *, mean, slow, values, budget):
     """Equal means: one step more or less told the truth; otherwise fewer, but now and then the whole budget."""
     first = rng.integers(mean - 1, mean + 2, size=blocks)
     usual = (mean - slow * budget) / (1 - slow)
@@ -61,62 +61,31 @@ def mostly_faster(blocks, rng, *, mean=6, slow=0.05, values=1, budget=BUDGET):
 
 
 def false_changes(draw, *, budget, studies=400):
-    """Shares of studies with a change, and with an interval that leaves out 0."""
+    """The larger of the shares of studies with a change, and with an interval that leaves out 0."""
     found = [mean_steps(paired(*draw(np.random.default_rng([i, budget]))), budget) for i in range(studies)]
-    return np.mean([one.p_value < 0.05 for one in found]), np.mean([not one.low <= 0 <= one.high for one in found])
+    return max(np.mean([one.p_value < 0.05 for one in found]), np.mean([not one.low <= 0 <= one.high for one in found]))
 
 
 @pytest.mark.parametrize(
     ("budget", "blocks", "values", "mean", "slow"),
-    [
-        (20, 10, 1, 6, 0.05),
-        (20, 18, 1, 5, 0.17),
-        (20, 30, 6, 6, 0.05),
-        (20, 60, 2, 6, 0.05),
-        (40, 30, 1, 6, 0.09),
-        (40, 60, 1, 6, 0.04),
-        (40, 100, 1, 6, 0.025),
-        (100, 60, 1, 10, 0.038),
-        (100, 100, 1, 10, 0.025),
-        (100, 100, 6, 6, 0.025),
-        (200, 100, 1, 10, 0.025),
-    ],
+    [(20, 10, 1, 6, 0.05), (20, 18, 1, 5, 0.17), (20, 30, 6, 6, 0.05), (40, 60, 1, 6, 0.04), (100, 100, 6, 6, 0.025)],
 )
 def test_rare_long_trials_are_no_decrease_at_any_budget(budget, blocks, values, mean, slow):
     """Most samples have too few long trials. With a single block in the variance, 0.10 find a decrease at 100 steps."""
-    rates = false_changes(
-        lambda rng: mostly_faster(blocks, rng, mean=mean, slow=slow, values=values, budget=budget), budget=budget
-    )
-    assert max(rates) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
+    world = partial(mostly_faster, blocks, mean=mean, slow=slow, values=values, budget=budget)
+    assert false_changes(world, budget=budget) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
 
 
-@pytest.mark.parametrize(("budget", "blocks"), [(20, 30), (100, 30), (100, 100)])
+@pytest.mark.parametrize(("budget", "blocks"), [(20, 30), (100, 100)])
 def test_rare_short_trials_are_no_increase(budget, blocks):
     """Told the truth hardly any box is opened, and that soon; otherwise as many steps in every trial."""
 
     def draw(rng):
         rare = 2.9 / blocks
         first = np.where(rng.random(blocks) < rare, 2, budget)
-        mean = budget - rare * (budget - 2)
-        return first, np.floor(mean + rng.random(blocks)).astype(int)
+        return first, np.floor(budget - rare * (budget - 2) + rng.random(blocks)).astype(int)
 
-    assert max(false_changes(draw, budget=budget)) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
-
-
-@pytest.mark.parametrize("people", [6, 20])
-def test_rare_slow_people_are_no_decrease(people):
-    """One person in twenty needs the whole budget in all five boxes; all others are a little faster."""
-    rejected = []
-    for i in range(200):
-        rng = np.random.default_rng([i, people])
-        stuck = np.repeat(rng.random(people) < 0.05, 5)
-        after = np.where(stuck, BUDGET, rng.integers(4, 7, size=5 * people))
-        before = np.where(rng.random(5 * people) < 0.75, 6, rng.integers(4, 8, size=5 * people))
-        steps, p = np.concatenate([before, after]), np.repeat([0.0, 0.4], 5 * people)
-        who = [f"person-{i // 5}" for i in range(10 * people)]
-        found = columns(steps, p, player=who, trial=np.arange(10 * people))
-        rejected.append(mean_steps(found, BUDGET).p_value < 0.05)
-    assert np.mean(rejected) <= 0.05
+    assert false_changes(draw, budget=budget) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
 
 
 def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
@@ -125,20 +94,8 @@ def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
     truth = np.where(rng.random(300) < 0.5, rng.integers(4, 10, 300), BUDGET)
     told = np.where(rng.random(300) < 0.62, rng.integers(4, BUDGET, 300), BUDGET)
     found = paired(truth, told)
-    assert solution_logrank(found).primary.p_value > 0.2
+    assert log_rank(found.length, found.solved, found.dose > 0, found.cluster).p_value > 0.2
     assert mean_steps(found, BUDGET).p_value < 0.05
-
-
-def test_trials_that_all_go_alike_do_not_differ():
-    found = mean_steps(paired([5, 9, 20], [5, 9, 20]), BUDGET)
-    assert (found.change, found.p_value) == (0, 1.0)
-    assert (found.low, found.high) == (-BUDGET, BUDGET)
-
-
-def test_trials_that_all_differ_alike_differ_where_there_are_enough():
-    few, many = (mean_steps(paired([12] * n, [6] * n), BUDGET) for n in (5, 30))
-    assert few.p_value > 0.05
-    assert many.p_value < 0.05
 
 
 @pytest.mark.parametrize(
@@ -162,5 +119,5 @@ def test_trials_of_one_person_are_taken_together():
     once = columns(skill, p, player=[f"person-{i}" for i in range(12)], trial=np.arange(12))
     many = columns(np.repeat(skill, 10), np.repeat(p, 10), player=np.repeat(once.player, 10), trial=np.arange(120))
     one, several = mean_steps(once, BUDGET), mean_steps(many, BUDGET)
-    assert several.change == pytest.approx(one.change)
+    assert several.value == pytest.approx(one.value)
     assert several.p_value == pytest.approx(one.p_value)

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 from statsmodels.duration.survfunc import survdiff
 from statsmodels.stats.multitest import multipletests
 
 from lockprobe.statistics.inference.excess import excess, grid
-from lockprobe.statistics.inference.logrank import independent_logrank, loop_onset_logrank
+from lockprobe.statistics.inference.logrank import loop_onset_logrank
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 
@@ -176,45 +174,6 @@ def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
     one, two = loop_onset_logrank(once).primary, loop_onset_logrank(twice).primary
     assert two.hazard_ratio == pytest.approx(one.hazard_ratio)
     assert two.p_value == pytest.approx(one.p_value, rel=0.25)
-
-
-# ---- two groups of independent trials
-
-groups = st.tuples(*[st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)] * 2)
-
-
-def as_columns(pair):
-    last, happened = np.array([trial for group in pair for trial in group]).T
-    return last, happened.astype(bool), np.repeat([False, True], [len(group) for group in pair])
-
-
-@given(groups, st.sampled_from([("equal", None), ("running", "gb")]))
-def test_independent_groups_are_told_apart_as_by_statsmodels(pair, weights):
-    last, happened, second = as_columns(pair)
-    found = independent_logrank(last, happened, second, weights=weights[0])
-    try:
-        statistic, _ = survdiff(last, happened.astype(int), second, weight_type=weights[1])
-    except np.linalg.LinAlgError:  # no step at which the groups could differ
-        assert found is None
-    else:
-        assert found == pytest.approx(stats.chi2.sf(statistic, 1), abs=1e-10)
-    if happened.any() and found is not None and weights[0] == "equal":
-        library = stats.logrank(*(stats.CensoredData.right_censored(last[g], ~happened[g]) for g in (~second, second)))
-        assert found == pytest.approx(library.pvalue, abs=1e-10)
-
-
-@pytest.mark.parametrize(
-    "pair",
-    [
-        ([(4, True)] * 3, []),
-        ([(20, False)] * 3, [(20, False)] * 3),
-        ([(4, True)] * 2, [(4, True)]),
-        ([(9, True)] * 3, [(5, False)] * 3),
-    ],
-)
-def test_independent_groups_that_cannot_differ_have_no_test(pair):
-    assert independent_logrank(*as_columns(pair)) is None
-    assert independent_logrank(*as_columns(pair), weights="running") is None
 
 
 # ---- size and power

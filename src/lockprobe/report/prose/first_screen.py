@@ -18,7 +18,8 @@ from lockprobe.statistics.agent_comparison.pair import AgentComparison
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis
-from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
+from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.conditions.modality_effect import ModalityEffect
 from lockprobe.statistics.contrast import CONTROLS, Effect, Effects
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
@@ -346,7 +347,7 @@ def modality_answer(effect: ModalityEffect) -> str:
     if effect.detectable:
         sooner = "sooner" if effect.direction > 0 else "later or more rarely"
         return f"The higher the fidelity of what {who.name} {sees}, the {sooner} {it} {solves} the box."
-    if effect.p_all is not None and effect.p_all < ALPHA:
+    if any(pair.p_adjusted is not None and pair.p_adjusted < ALPHA for pair in effect.pairs):
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
     finals = [pair.final for pair in effect.pairs]
     return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from lockprobe.foundation.formatting import capital, first_three, minus, percent
+from lockprobe.foundation.formatting import capital, first_three, percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
@@ -24,7 +24,6 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "agents_compared": _best(summary),
-        "speed": _said(agents, f"Area under the success curve {where} (random agent 0, shortest plan 1)", _relative),
         "optimal_actions": _said(agents, capital(where), _optimal),
         "hypothesis_tests": _tests(agents),
         "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
@@ -40,10 +39,6 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
         if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
     ]
     return f"{what}: {first_three(parts, '; ')}." if parts else ""
-
-
-def _relative(condition: ConditionSummary) -> str:
-    return minus(f"{condition.relative.value:.2f}") if condition.relative else ""
 
 
 def _optimal(condition: ConditionSummary) -> str:

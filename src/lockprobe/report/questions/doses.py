@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, listed
@@ -26,11 +25,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for agent in summary.agents:
             course = AgentCourse(agent, axis, numbers.conditions)
             yield from course_rows(course, summary.reference)
-        for one in summary.courses:
-            yield from loops_over_doses(replace(one, key=axis))
         for agent in summary.subjects:
             about: dict[str, Any] = {"section": _name(i), "agent": agent.agent, "modality": agent.modality}
             yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))
+    for one in numbers.dose_courses:
+        yield from loops_over_doses(one)
 
 
 def _name(number: int) -> str:

@@ -1,146 +1,155 @@
-"""Speed: how fast the box is solved, between chance and the optimum, and which agent or modality is faster."""
+"""Speed: how fast the box is solved, between chance and the shortest plan, and what false reports change (Fig. 3)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import combinations
 from typing import Any
 
-from markupsafe import Markup
-
-from lockprobe.foundation.formatting import NONE, p_cell
+from lockprobe.boxes.solve import optimum, random_curve
+from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
+from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.section_answers import NO_NUMBERS
-from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Heading, Note, Part, Section, Table
+from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
+from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import at_lowest, distinct, value_cell, varied
-from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
-from lockprobe.statistics.pace import Pace
+from lockprobe.report.table_rows import at_lowest, distinct, steps_cell, value_cell, varied
+from lockprobe.statistics.conditions.axis_trials import AxisTrials
+from lockprobe.statistics.course import Course as Doses
+from lockprobe.statistics.curves import success_curve
+from lockprobe.statistics.pace import pace, steps_over_doses
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
 
-_PAIRS = "every two agents"
-_MODALITIES = "every two modalities"
+_HIGHER = "higher"
+"""Part of a difference: all higher doses together less the lowest."""
+
+_MOST = 8
+"""Agents that are drawn, those that the study is about first; flip rates that are all named."""
+
+_NAME = 28
+"""Characters of a name at the end of a line."""
+
+_PALE = 0.7
+"""How much white is mixed into the colour of the lowest flip rate."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    yield from _references(numbers)
-    for pace in numbers.flips.paces:
-        yield from _pace(pace)
-    for effect in numbers.flips.modalities:
-        yield from _modalities(effect)
-    yield from numbers.answer("speed", "relative_area")
+    yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
+    lowest = [one.trials.lowest for one in numbers.courses]
+    yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
+    for course in (*numbers.courses, *numbers.dose_courses):
+        of = f"Mean steps of {course.agent} by {course.axis.name}"
+        yield from section(of, partial(_over_doses, course), list[Estimate])
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Row]:
-    curve = cell.summary.curve
+    curve = success_curve(cell.ended, cell.broke, max(trial.budget for trial in cell.trials))
     if not curve.n:
         return
-    yield cell.curve(
-        "success_by_step", axis="step", n=curve.n, x=curve.steps, value=curve.share, low=curve.low, high=curve.high
-    )
-    solved = len(curve.solved_at)
-    yield cell.estimate("median_steps", curve.median_steps, unit="steps", n=solved)
-    yield cell.estimate("mean_steps", curve.mean_steps, unit="steps", n=solved)
-    yield cell.estimate("median_steps_all", curve.km_median, unit="steps", n=curve.n)
-    yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, unit="steps", n=curve.n)
+    steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
+    x = tuple(range(len(curve.share)))
+    yield cell.curve("success_by_step", axis="step", n=curve.n, x=x, value=curve.share, low=curve.low, high=curve.high)
+    yield cell.estimate("median_steps_all", curve.steps_to(0.5), **steps)
+    yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
     early, late = curve.steps_to_interval(0.8)
     open_end = "" if late is not None else "open high" if early is not None else "not reached"
-    yield cell.estimate(
-        "steps_to_80", curve.steps_to(0.8), low=early, high=late, unit="steps", n=curve.n, note=open_end
-    )
-    if area := curve.area:
-        yield cell.estimate("area", area.value, low=area.low, high=area.high, n=curve.n)
-    if relative := cell.summary.relative:
-        yield cell.estimate("relative_area", relative.value, low=relative.low, high=relative.high, unit="ratio")
+    yield cell.estimate("steps_to_80", curve.steps_to(0.8), low=early, high=late, **steps, note=open_end)
 
 
-def _references(numbers: StudyNumbers) -> Iterator[Row]:
-    """What random agents and the shortest plan reach on the box, exactly."""
-    reference = numbers.flips.reference
-    if reference is None:
-        return
-    for of, share in (("uniform", reference.random), ("no-repeat", reference.no_repeat)):
-        yield Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share)
-        yield Estimate(quantity="success_chance", of=of, value=share[-1], note="exact")
-    if reference.optimum is not None:
-        yield Estimate(quantity="optimum", value=reference.optimum, unit="steps", note="exact")
+def _exact(numbers: StudyNumbers) -> list[Row]:
+    """What random agents and the shortest plan reach on the box."""
+    box, found = numbers.study.box, list[Row]()
+    budget = max((trial.budget for trial in numbers.opened.flip_trials), default=0)
+    for of, repeats in (("uniform", True), ("no-repeat", False)):
+        share = random_curve(box, budget, repeats=repeats)
+        found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
+        found.append(Estimate(quantity="success_chance", of=of, value=share[-1], note="exact"))
+    if (steps := optimum(box)) is not None:
+        found.append(Estimate(quantity="optimum", value=steps, unit="steps", note="exact"))
+    return found
 
 
-def _pace(pace: Pace) -> Iterator[Estimate]:
-    """The second agent against the first, at the lowest flip rate."""
-    found = {"": pace.p_value, "not clustered": pace.independent, "Gehan": pace.gehan}
-    for of, p_value in found.items():
-        yield Estimate(
-            quantity="hazard_ratio",
-            agent=pace.second[0],
-            modality=pace.second[1],
-            versus=pace.first[0],
-            versus_modality=pace.first[1],
-            of=of,
-            doses={"flip.p": pace.dose},
-            unit="ratio",
-            value=pace.hazard_ratio,
-            p_value=p_value,
-            family=_PAIRS,
-            test="Gehan-Wilcoxon" if of == "Gehan" else "log-rank",
-        )
-
-
-def _modalities(effect: ModalityEffect) -> Iterator[Estimate]:
-    """One agent in every two of its modalities, and the trend over fidelity."""
-    for pair in effect.pairs:
-        of_pair: dict[str, Any] = {
-            "agent": effect.agent,
-            "modality": pair.second,
-            "versus": effect.agent,
-            "versus_modality": pair.first,
-            "family": _MODALITIES,
-        }
-        for of, p_value, many in (("Holm", pair.p_adjusted, len(effect.pairs)), ("uncorrected", pair.p_value, 1)):
+def _paces(lowest: Sequence[AxisTrials]) -> Iterator[Estimate]:
+    """How soon every two agents with the same lowest flip rate solve the box there, the second against the first."""
+    for first, second in combinations(lowest, 2):
+        found = pace(first, second) if first.doses[0] == second.doses[0] else None
+        if found is not None:
             yield Estimate(
-                quantity="hazard_ratio_of_modalities",
-                **of_pair,
-                of=of,
+                quantity="hazard_ratio",
+                agent=second.agent,
+                modality=second.modality,
+                versus=first.agent,
+                versus_modality=first.modality,
+                doses={"flip.p": first.doses[0]},
                 unit="ratio",
-                value=pair.hazard_ratio,
-                p_value=p_value,
-                corrected_for=many * (effect.agents if many > 1 else 1),
+                value=found.ratio,
+                p_value=found.p_value,
+                family="every two agents",
                 test="log-rank",
             )
-        final = pair.final
-        yield Estimate(
-            quantity="success_difference",
-            **of_pair,
-            unit="points",
-            n=final.n,
-            value=final.value,
-            low=final.low,
-            high=final.high,
-            p_value=final.p_value,
-            test="McNemar",
+
+
+def _over_doses(course: Doses) -> list[Estimate]:
+    """The mean steps at all higher doses less those at the lowest; the test holds for one look."""
+    found = steps_over_doses(course.ended, course.broke, course.trials.budget)
+    if found.p_value is None or course.trials.order is not None:
+        return []
+    return [
+        Estimate(
+            quantity="steps_difference",
+            agent=course.agent,
+            modality=course.modality,
+            axis=course.key,
+            of=_HIGHER,
+            unit="steps",
+            n=found.n,
+            value=found.value,
+            low=found.low,
+            high=found.high,
+            p_value=found.p_value,
+            test=f"Student over {'people' if course.people else 'blocks'}",
         )
-        for of, count in (("only", final.only_second), ("only the other", final.only_first)):
-            yield Estimate(
-                quantity="solved_by_one_only", **of_pair, of=of, unit="trials", n=final.n, value=count, count=count
-            )
-    for of, p_value in (("trend over fidelity", effect.p_value), ("any difference", effect.p_all)):
-        yield Estimate(
-            quantity="modality_effect",
-            agent=effect.agent,
-            of=of,
-            unit="direction",
-            value=effect.direction,
-            p_value=p_value,
-            corrected_for=effect.agents,
-            test="log-rank",
-            note="" if effect.differs_in_fidelity else "equal fidelity",
-        )
+    ]
+
+
+def _shown(found: Results) -> list[Course]:
+    """The agents that the study is about, as far as a trial of them has ended; all that have one without them."""
+    played = [course for course in found.courses() if course.played]
+    return [course for course in played if course.subject] or played
+
+
+def _said(found: Results) -> str:
+    """Mean steps beside those of the shortest plan, and what higher flip rates change."""
+    shown = [(Subject.of(course.agent, course.shown).name, course) for course in _shown(found)]
+    means = [f"{course.played[0].value('mean_steps_all'):.1f} for {name}" for name, course in shown]
+    if not means:
+        return NO_NUMBERS
+    plan = found.get("optimum")
+    least = f" (the shortest plan: {plan.value:g})" if plan else ""
+    said = [f"Mean steps {at_lowest(found)}{least}: {first_three(means, '; ')}."]
+    changes = [
+        f"{steps_cell(row)} for {name} ({p_value(row.p_value)})"
+        for name, course in shown
+        if (row := course.get("steps_difference", _HIGHER)) is not None
+    ]
+    if changes:
+        said.append(f"All higher flip rates less the lowest: {first_three(changes, '; ')}.")
+    return " ".join(said)
+
+
+def _chance(found: Results) -> list[Curve]:
+    """What random agents solve by each step, with and without immediate repeats."""
+    curves = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+    return [curve for curve in curves if curve is not None]
 
 
 def _speed_table(found: Results) -> TextTable:
-    head = ["agent", varied(found.cells), "mean steps", "median step", "80 % by step", "relative area"]
+    head = ["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]
     return [head] + [
         [
             cell.label,
@@ -148,7 +157,6 @@ def _speed_table(found: Results) -> TextTable:
             value_cell(cell.get("mean_steps_all"), "{:.1f}"),
             _step(cell.value("median_steps_all")),
             _by_step(cell),
-            value_cell(cell.get("relative_area")),
         ]
         for cell, p in distinct(found.cells)
     ]
@@ -166,175 +174,119 @@ def _by_step(cell: Cell) -> str:
 
 
 def _pace_table(found: Results) -> TextTable:
-    """Every two agents at the same flip rate: who is faster."""
-    head = ["agent", "compared with", "flip rate", "hazard ratio of solving", "log-rank", "log-rank, not clustered"]
-    return [[*head, "Gehan"]] + [
+    """Every two agents at their lowest flip rate: who is faster."""
+    rows = [
         [
             found.label(row.agent, row.modality),
             found.label(row.versus, row.versus_modality),
-            f"{row.doses['flip.p']:g}",
             NONE if row.value is None else f"{row.value:.2f}",
-            *(p_cell(found.one("hazard_ratio", **row.pair, of=of).p_value) for of in ("", "not clustered", "Gehan")),
+            p_cell(row.p_value),
         ]
-        for row in found.where("hazard_ratio", of="")
+        for row in found.where("hazard_ratio")
     ]
+    return [["agent", "compared with", "hazard ratio of solving", "log-rank"], *rows] if rows else []
 
 
-def _modality_table(found: Results) -> TextTable:
-    """Every two modalities of each agent."""
-    rows = found.where("hazard_ratio_of_modalities", of="Holm")
-    if not rows:
-        return []
-    head = ["agent", "compared with", "hazard ratio of solving", "log-rank", "corrected (Holm)"]
-    table = [[*head, "solved only with the first", "solved only with the second", "McNemar"]]
-    for row in rows:
-        pair = row.pair
-        plain = found.one("hazard_ratio_of_modalities", **pair, of="uncorrected")
-        alone = (found.one("solved_by_one_only", **pair, of=of) for of in ("only", "only the other"))
-        table.append(
-            [
-                f"{row.agent} ({spoken(row.modality)})",
-                spoken(row.versus_modality),
-                NONE if row.value is None else f"{row.value:.2f}",
-                *map(p_cell, (plain.p_value, row.p_value)),
-                *(str(one.count) for one in alone),
-                p_cell(found.one("success_difference", **pair, family=_MODALITIES).p_value),
-            ]
-        )
-    return table
+def draw(found: Results) -> Any:
+    """Success by step: a line an agent at its lowest flip rate, or of one agent alone a line a flip rate."""
+    from lockprobe.report.figures.compose import sheet
+    from lockprobe.report.figures.frame import counts, label_right, step_axis, title
+    from lockprobe.report.figures.primitives import band, published, staircase
+    from lockprobe.report.figures.settings import FAINT, INK
+
+    def on(axes: Any, shown: Sequence[tuple[Cell, str, Any]]) -> None:
+        curves = [cell.curve("success_by_step") for cell, _, _ in shown]
+        drawn = [(curve, *line) for curve, line in zip(curves, shown, strict=True) if curve is not None]
+        budget = max(len(curve.x) - 1 for curve, *_ in drawn)
+        labels = []
+        for i, (curve, _, name, style) in enumerate(drawn):
+            staircase(axes, curve.value, style, first=1 + i % 4)
+            if style.lead:
+                band(axes, curve.low, curve.high, style)
+            if name:
+                labels.append((curve.value[-1] or 0.0, name, style.colour))
+        if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in _chance(found)]:
+            low, high = chance
+            axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
+            labels.append(((low[-1] + high[-1]) / 2, "random agents, exact", FAINT))
+        if (plan := found.get("optimum")) is not None and plan.value is not None:
+            label = f"shortest plan: {plan.value:g} steps"
+            axes.axvline(plan.value, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
+        published(axes, [(step, 0.8) for step in _stars([cell for _, cell, _, _ in drawn], budget)])
+        step_axis(axes, budget, "solved by this step")
+        title(axes, f"{counts([curve for curve, *_ in drawn])}; shade: 95 % band")
+        label_right(axes, labels)
+
+    return sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(3.15,), width=5.6)
 
 
-_SPEED = Table("speed", _speed_table)
-_PACES = Table("paces", _pace_table)
-_MODALITY = Table("modalities", _modality_table)
+def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
+    """What is drawn: a cell, the name where its line ends, and its style."""
+    from lockprobe.report.figures.frame import label_in_lines
+    from lockprobe.report.figures.palette import Style, of_agent, styles
+    from lockprobe.report.figures.settings import INK
+
+    courses = [course for course in found.courses() if course.played]
+    if not _by_rate(courses):
+        for course, style in styles(courses)[:_MOST]:
+            yield course.played[0], label_in_lines(course, _NAME), style
+        return
+    ((rates, last),) = [(one.played, len(one.played) - 1) for one in courses]
+    for i, cell in enumerate(rates):
+        ends = i in (0, last)
+        style = of_agent(courses[0], Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
+        yield cell, f"$p$ = {cell.p:g}" if ends or last < _MOST else "", style
 
 
-def _fig3_caption(found: Results) -> Caption:
-    text = (
-        f"The paper's Fig. 3: share of trials solved by each step {at_lowest(found)}, one line per agent and modality."
-    )
-    lowest = {one.agent: one.p for one in reversed(found.cells) if one.p is not None and one.trials}
-    budget = max((len(one.x) - 1 for one in found.curves if one.quantity == "success_by_step" and one.agent), default=0)
-    middle = _curves_said(found) * any(cell.value("broken") for cell in found.cells)
-    if not set(lowest.values()) <= {0.0} or budget < min(REFERENCE_STEPS, *STEPS_TO_80.values()):
-        return Caption(text, middle)
-    stars = (
+def _by_rate(courses: Sequence[Course]) -> bool:
+    """Whether lines are flip rates: of one agent alone that has several and heeds reports."""
+    return len(courses) == 1 and len(courses[0].played) > 1 and not courses[0].blind
+
+
+def _stars(cells: Sequence[Cell], budget: int) -> list[int]:
+    """The steps by which the paper's agents had solved 80 %, if these were told the truth."""
+    steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
+    return [step for step in steps if step <= budget] if {cell.p for cell in cells} == {0.0} else []
+
+
+def _caption(found: Results) -> Caption:
+    courses = [course for course in found.courses() if course.played]
+    lines = "each flip rate" if _by_rate(courses) else f"each agent and modality {at_lowest(found)}"
+    broke = "; where trials broke, the middle of the bounds" * any(cell.value("broken") for cell in found.cells)
+    curves = [curve for course in courses if (curve := course.played[0].curve("success_by_step"))]
+    stars = _stars([course.played[0] for course in courses], max((len(one.x) - 1 for one in curves), default=0))
+    return Caption(
+        f"The paper's Fig. 3: share of trials solved by each step, a line for {lines}. Grey: random agents with and "
+        "without immediate repeats, exact.",
+        f"Curves are one minus the Kaplan-Meier estimate{broke}. Bands are pointwise 95 % intervals, whatever became "
+        "of broken trials.",
         "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
-        "words, its ground truth)."
+        "words, its ground truth)." * (bool(stars) and not _by_rate(courses)),
     )
-    return Caption(f"{text} {stars}", middle)
-
-
-def _ended(found: Results) -> bool:
-    """Whether a trial under a flip rate has ended."""
-    return any(course.played for course in found.courses())
-
-
-def _curves_said(found: Results) -> str:
-    """What the curves and their bands are."""
-    if any(cell.value("broken") for cell in found.cells):
-        return (
-            "Trials broke: a curve is the middle between all that broke by a step unsolved and all solved. Its "
-            "pointwise 95 % band holds whatever became of them."
-        )
-    return "Curves are one minus the Kaplan-Meier estimate, with pointwise 95 % bands."
 
 
 _FIG3 = Figure(
     "fig3",
-    "Success by step, one line per agent, as in the paper",
-    _fig3_caption,
-    draw="lockprobe.report.figures.success_by_step:success_curves",
-    applies=_ended,
+    "Success by step",
+    _caption,
+    draw="lockprobe.report.questions.speed:draw",
+    applies=lambda found: any(course.played for course in found.courses()),
 )
-_FIG3_CORRECTED = Figure(
-    "fig3-corrected",
-    "Success by step, with chance and the optimum",
-    lambda found: Caption(
-        "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan; "
-        "beside or below, the area under each curve, from random (0) to the shortest plan (1). Baselines are "
-        "thin, with hollow markers and no band.",
-        _curves_said(found),
-    ),
-    draw="lockprobe.report.figures.success_by_step:success_curves_corrected",
-    applies=_ended,
-)
-_FIG3_BY_P = Figure(
-    "fig3-by-p",
-    "Success by step, one line per flip rate",
-    lambda found: Caption(
-        "Share of trials solved by each step, one line per flip rate. Bands are drawn for the lowest flip rate and "
-        "for the one whose final success differs most from it.",
-        _curves_said(found),
-        "Of more than eleven flip rates, only the two with bands and the highest are labelled.",
-    ),
-    draw="lockprobe.report.figures.success_by_step:success_curves_by_p",
-    applies=lambda found: found.several_p and _ended(found),
-)
+_SPEED, _PACES = Table("speed", _speed_table), Table("paces", _pace_table)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Speed", found.answer_of("speed") or NO_NUMBERS, list(_blocks(found)))
+    yield Part("Speed", _said(found), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
-    yield _FIG3_CORRECTED
-    note = Note(
-        "Relative area: the area under the success curve, 0 for a uniformly random agent on this box, 1 for the "
-        "shortest plan, which requires knowledge of the interlock.",
-        "All trials count: in mean steps, an unsolved one with its whole budget; the median is the Kaplan-Meier "
-        "estimate.",
-    )
-    yield Detail("The paper's Fig. 3, speed under every condition", [_FIG3, _FIG3_BY_P, _SPEED, note])
-    effects = found.where("modality_effect", of="any difference")
-    if found.where("hazard_ratio") and (effects or not found.where("played_by_one_only")):
-        yield Detail(
-            f"Speed of every pair of agents {at_lowest(found)}",
-            [
-                _PACES,
-                Note(
-                    "A ratio above one: the first named is faster.",
-                    "Log-rank tests of the step that solves the box, clustered by block. Not corrected for the number "
-                    "of pairs.",
-                ),
-            ],
-        )
-    if effects:
-        yield Heading("Pairs of modalities")
-        yield _MODALITY
-        yield _modality_note(effects)
+    yield _FIG3
+    note = "All trials count: in mean steps, an unsolved one with its whole budget; the median is Kaplan and Meier's."
+    yield Detail("Speed under every condition", [_SPEED, Note(note)])
+    if found.where("hazard_ratio"):
+        note = "A ratio above one: the first named is faster."
+        how = "Log-rank tests of the step that solves the box, clustered by block; not corrected for the pairs."
+        yield Detail(f"Speed of every pair of agents {at_lowest(found)}", [_PACES, Note(note, how)])
 
 
-def _modality_note(effects: list[Estimate]) -> Note:
-    many = max(row.corrected_for for row in effects) > 1
-    fidelity = (
-        "The paper's order, best with the lowest fidelity, is one trend and tested above; variants of a modality have "
-        "equal fidelity. "
-        if any(not row.note for row in effects)
-        else ""
-    )
-    return Note(
-        "A ratio above one: the first named is faster. With 10 trials in each modality the power to detect the paper's "
-        "trend is 13 % (95 % interval 12 to 14 %).",
-        "Log-rank tests of the step that solves the box, clustered by block"
-        f"{' and, where corrected, for the number of agents too' if many else ''}: trials of equal repetition and "
-        "number use common random numbers in all modalities. McNemar's test compares solved and unsolved trials in the "
-        "same pairs.",
-        Markup(
-            "{}The 13 % are simulated for agents that solve 80 % of their trials by steps 11, 13 and 15, about as in "
-            "the paper ( <code>benchmarks/modality_rates.py --lapses 0.12 0.2 0.3 --trials 10 --shared 0 --studies "
-            "3000</code>)."
-        ).format(fidelity),
-    )
-
-
-SECTIONS = (
-    Section(
-        name="speed",
-        title="Speed",
-        rows=_rows,
-        show=_show,
-        tables=(_SPEED, _PACES, _MODALITY),
-        figures=(_FIG3, _FIG3_CORRECTED, _FIG3_BY_P),
-    ),
-)
+SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, tables=(_SPEED, _PACES), figures=(_FIG3,)),)

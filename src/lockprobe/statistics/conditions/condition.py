@@ -14,14 +14,13 @@ from lockprobe.foundation.left_out import section
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
-from lockprobe.statistics.curves import Relative, SuccessCurve, relative, success_curve
+from lockprobe.statistics.curves import SuccessCurve, success_curve
 from lockprobe.statistics.idle import StepsChanged, steps_changed
 from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
 from lockprobe.statistics.rationality import OptimalActions, optimal_actions
-from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
@@ -42,7 +41,6 @@ class ConditionSummary:
             became of those that broke; players are clusters.
         errors: Trials that ended as error, by boundary.
         curve: Success by step.
-        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         claims: Misinterpretations.
         optimal: Actions judged by an ideal observer; None if they cannot be judged.
         points: One point per repetition.
@@ -62,7 +60,6 @@ class ConditionSummary:
     success: Proportion
     errors: Mapping[str, int]
     curve: SuccessCurve
-    relative: Relative | None
     claims: Misinterpretations
     optimal: OptimalActions | None
     points: tuple[Point, ...]
@@ -109,12 +106,11 @@ class Contrast:
 
 def condition_summary(
     trials: Sequence[Trial],
-    reference: Reference | None,
     box: Lockbox | None = None,
     place: Callable[[Trial], Place] = on_flip_axis,
     order: BlockOrder | None = None,
 ) -> ConditionSummary:
-    """The results of one agent's trials under one condition; rules and reference are those of the box.
+    """The results of one agent's trials under one condition; rules are those of the box.
 
     ``place`` says where they are on the axis of the analysis, ``order`` the order of blocks if success must hold at
     every look.
@@ -124,22 +120,16 @@ def condition_summary(
     rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
     claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
     truthful = bool(first.p) and not claims.false_reports.count
-    curve, found = success_curve(trials), outcomes(trials, order=order)
-    budget = len(curve.share)
+    found, broken = outcomes(trials, order=order), broken_off(trials, order=order)
     return ConditionSummary(
         key=first.name.cell,
         name=first.condition,
         agent=agent,
         modality=modality,
         dose=dose,
-        success=_success(*begun(found, broken_off(trials, order=order))),
+        success=_success(*begun(found, broken)),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
-        curve=curve,
-        relative=section(
-            "Relative area",
-            lambda: relative(curve, reference.random[:budget], reference.optimum) if reference else None,
-            lambda: None,
-        ),
+        curve=success_curve(found, broken, max(trial.budget for trial in trials)),
         claims=claims,
         optimal=section("Optimal actions", lambda: optimal_actions(trials, box), lambda: None),
         points=tuple(replace(one, dose=dose) for one in points(found)),
@@ -159,7 +149,6 @@ def _success(every: Outcomes, solved: NDArray[np.float64]) -> Proportion:
 
 def condition_at(
     trials: Sequence[Trial],
-    reference: Reference | None,
     box: Lockbox | None,
     place: Callable[[Trial], Place],
     known: Mapping[tuple[str, str], ConditionSummary],
@@ -172,7 +161,7 @@ def condition_at(
     names = {(trial.group, trial.condition) for trial in trials}
     found = known.get(names.pop()) if len(names) == 1 else None
     if found is None:
-        return condition_summary(trials, reference, box, place, order)
+        return condition_summary(trials, box, place, order)
     agent, modality, dose = place(trials[0])
     moved = tuple(replace(one, dose=dose) for one in found.points)
     return replace(found, agent=agent, modality=modality, dose=dose, points=moved)

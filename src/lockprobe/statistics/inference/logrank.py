@@ -1,23 +1,20 @@
-"""Log-rank tests over p: whether noise changes the time to the first loop or to the solution.
+"""Log-rank tests over p: whether noise changes the time to the first loop.
 
 A trial without the event is censored at its end. The variance allows for luck that trials share over all p
-(:mod:`lockprobe.statistics.inference.excess`), except in :func:`independent_logrank`.
+(:mod:`lockprobe.statistics.inference.excess`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.broken_trials import opposed
-from lockprobe.statistics.distributions import chi_squared_tail
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.loops.incidence import Incidence, incidence
-from lockprobe.statistics.outcomes import Outcomes, joined
+from lockprobe.statistics.outcomes import Outcomes
 
 Steps = NDArray[np.int64]
 
@@ -90,70 +87,6 @@ def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
     would not: it assumes equal censoring at all p.
     """
     return _over_p(outcomes, np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
-
-
-def solution_logrank(outcomes: Outcomes) -> LogRanks:
-    """Log-rank tests of the step that solves the box; an unsolved trial is censored at its end."""
-    return _over_p(outcomes, outcomes.length, outcomes.solved)
-
-
-def bounded_speed(
-    first: Outcomes, second: Outcomes, first_broken: Outcomes, second_broken: Outcomes, budget: int
-) -> EventComparison | None:
-    """Two groups of trials by the step that solves the box, second against first; None without a comparison.
-
-    If trials broke, the P value is the larger of both ends (those of one group solved in the step in which they broke
-    and those of the other never, and the reverse), and 1 if the directions differ.
-
-    Args:
-        first: The ended trials of the first group.
-        second: Those of the second.
-        first_broken: The trials of the first group that broke.
-        second_broken: Those of the second.
-        budget: Steps of a trial.
-    """
-
-    def compared(groups: Sequence[Outcomes]) -> EventComparison | None:
-        return solution_logrank(joined(groups)).primary
-
-    found, broken = compared((first, second)), (first_broken, second_broken)
-    if found is None or not any(map(len, broken)):
-        return found
-    ends = opposed(compared, (first, second), broken, (False, True), budget)
-    values = [one.p_value for one in ends if one and one.direction == found.direction and one.p_value is not None]
-    missing = found.p_value is None or any(one is None or one.p_value is None for one in ends)
-    return replace(found, p_value=None if missing else max(values) if len(values) == len(ends) else 1.0)
-
-
-def independent_logrank(
-    last: Steps,
-    happened: NDArray[np.bool_],
-    second: NDArray[np.bool_],
-    *,
-    weights: Literal["equal", "running"] = "equal",
-) -> float | None:
-    """Two-sided P value of the log-rank test of two groups of independent trials.
-
-    The variance is hypergeometric. Shared luck with the same effect in both groups makes the test conservative.
-
-    Args:
-        last: The step of the event, or the last step without it, shape (trials,).
-        happened: Whether the event happened at that step, of the same shape.
-        second: Whether a trial belongs to the second group, of the same shape.
-        weights: All steps alike, or each by the trials still running (Gehan-Wilcoxon), which has more power where
-            groups differ early.
-
-    Returns:
-        None if at no step some but not all trials at risk had the event, with trials of both groups at risk.
-    """
-    running, event = grid(last, happened)
-    n, events = running.sum(axis=0), event.sum(axis=0)
-    share = running[second].sum(axis=0) / np.maximum(n, 1.0)
-    weight = n if weights == "running" else np.ones_like(n)
-    beyond = float(np.sum(weight * (event[second].sum(axis=0) - events * share)))
-    spread = share * (1 - share) * events * (n - events) / np.maximum(n - 1, 1.0)
-    variance = float(np.sum(weight**2 * spread))
-    return chi_squared_tail(beyond**2 / variance, 1) if variance > 0 else None
 
 
 def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> LogRanks:

@@ -91,10 +91,10 @@ def speed_test(steps: MeanSteps) -> TestResult:
         name=MEAN_STEPS,
         question="speed",
         p_value=steps.p_value,
-        effect=steps.change if steps.p_value is not None else None,
+        effect=steps.value if steps.p_value is not None else None,
         low=steps.low,
         high=steps.high,
-        direction=0 if steps.p_value is None else -int(np.sign(steps.change)),
+        direction=0 if steps.p_value is None else -int(np.sign(steps.value)),
         note=steps.note,
     )
 

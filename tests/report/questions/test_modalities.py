@@ -1,0 +1,63 @@
+"""Modalities: what the page says of an agent that is shown the box in several ways."""
+
+import pytest
+from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from reported import found_in
+
+from lockprobe.foundation.formatting import p_cell
+from lockprobe.report.questions.modalities import SECTIONS
+
+SHOWN = ("rgb", "rgbd", "symbolic")
+SOON, LATE = [i % 4 for i in range(10)], [8 + i % 4 for i in range(10)]
+
+
+def parts_of(directory, *waits, trials=10):
+    """The results, the parts of the page and the table of an agent that waits so long before it solves the box."""
+    made = [
+        make_trial([0] * wait + list(SOLUTION), agent="llm:a/x", modality=modality, study="modalities", trial=i)
+        for modality, own in zip(SHOWN, waits, strict=True)
+        for i, wait in enumerate(own[:trials], 1)
+    ]
+    found = found_in(directory, modality_study(["llm:a/x"], SHOWN, trials=trials), made)
+    return found, list(SECTIONS[0].show(found)), SECTIONS[0].tables[0].cells(found)
+
+
+@pytest.mark.parametrize(
+    ("waits", "trials", "said"),
+    [
+        (
+            (SOON, LATE, LATE),
+            10,
+            "The higher the fidelity of what is shown, the later or more rarely llm:a/x solves the box",
+        ),
+        ((LATE, SOON, LATE), 10, "How soon llm:a/x solves the box differs between modalities."),
+        ((SOON, SOON, SOON), 10, "No effect of the modality on how soon llm:a/x solves the box was detected (P = 1)."),
+        (
+            (SOON, LATE, LATE),
+            3,
+            "Too few trials ended to test whether the modality changes how soon llm:a/x solves the box.",
+        ),
+    ],
+)
+def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits, trials, said):
+    _, (part,), _ = parts_of(tmp_path, *waits, trials=trials)
+    assert part.answer.startswith(said)
+
+
+def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):
+    found, _, (head, *table) = parts_of(tmp_path, SOON, SOON, LATE)
+    rows = found.where("hazard_ratio_of_modalities", of="Holm")
+    assert [row.corrected_for for row in rows] == [3] * 3
+    assert [(line[2], line[3]) for line in table] == [(f"{row.value:.2f}", p_cell(row.p_value)) for row in rows]
+    assert [line[:2] for line in table[1:]] == [
+        ["llm:a/x (positions and outcomes in words)", "RGB"],
+        ["llm:a/x (positions and outcomes in words)", "RGB-D"],
+    ]
+    assert {row.family for row in found.where("success_difference", agent="llm:a/x")} >= {"every two modalities"}
+    assert len(head) == len(table[0])
+
+
+def test_a_study_of_one_modality_has_no_such_part(tmp_path):
+    planned = small_study(["random"], (0.0,), 1, 2)
+    found = found_in(tmp_path, planned, play_study(planned))
+    assert (list(SECTIONS[0].show(found)), SECTIONS[0].tables[0].cells(found)) == ([], [])

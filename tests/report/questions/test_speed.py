@@ -1,0 +1,81 @@
+"""Speed: its rows say what the trials say, and its figure, table and sentence what the rows say."""
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study
+from drawn import shades, staircases
+from reported import found_in
+
+from lockprobe.report.questions.speed import SECTIONS, draw
+from lockprobe.statistics.outcomes import outcomes
+
+PLANNED = small_study(["cognitive:perseverant", "random"], (0.0, 0.2, 0.4), 2, 8)
+
+
+@pytest.fixture(scope="module")
+def played():
+    return play_study(PLANNED)
+
+
+@pytest.fixture(scope="module")
+def found(played, tmp_path_factory):
+    return found_in(tmp_path_factory.mktemp("speed"), PLANNED, played)
+
+
+def test_steps_are_those_of_the_trials(found, played):
+    """Without trials that broke the mean over all of them is that of their lengths."""
+    for cell in found.cells:
+        own = outcomes([one for one in played if (one.group, one.condition) == (cell.agent, cell.condition)])
+        assert cell.value("mean_steps_all") == pytest.approx(own.length.mean())
+        for quantity, share in (("median_steps_all", 0.5), ("steps_to_80", 0.8)):
+            solved = sorted(own.length[own.solved].tolist())
+            reached = -(-round(share * len(own) * 100) // 100)
+            assert cell.value(quantity) == (solved[reached - 1] if len(solved) >= reached else None)
+        curve = cell.curve("success_by_step")
+        assert curve.value[-1] == own.solved.mean()
+    (course, _) = found.courses()
+    change = course.get("steps_difference", "higher")
+    steps = [cell.value("mean_steps_all") for cell in course.cells]
+    assert change.value == pytest.approx((steps[1] + steps[2]) / 2 - steps[0])
+    assert change.low < change.value < change.high
+    assert found.courses()[1].get("steps_difference", "higher") is None  # it plays alike whatever it is told
+
+
+def test_agents_are_compared_in_pairs_at_their_common_lowest_flip_rate(tmp_path):
+    rates = {"llm:a/a": (0.0, 0.4), "llm:a/b": (0.0,), "llm:a/c": (0.4,)}
+    made = [make_trial(SOLUTION, agent=agent, p=p) for agent, own in rates.items() for p in own]
+    found = found_in(tmp_path, small_study([*rates], (0.0, 0.4), 1, 1), made)
+    assert [(row.agent, row.versus) for row in found.where("hazard_ratio")] == [("llm:a/b", "llm:a/a")]
+    (_, line) = SECTIONS[0].tables[1].cells(found)
+    assert line == ["llm:a/b", "llm:a/a", "1.00", "\N{EN DASH}"]
+
+
+def test_the_sentence_has_mean_steps_beside_the_shortest_plan_and_the_change_of_higher_flip_rates(found):
+    (course, _), (part,) = found.courses(), SECTIONS[0].show(found)
+    answer, change = part.answer, course.get("steps_difference", "higher")
+    assert f"{course.cells[0].value('mean_steps_all'):.1f} for cognitive:perseverant" in answer
+    assert "(the shortest plan: 4)" in answer
+    assert answer.count("All higher flip rates less the lowest") == 1
+    assert f"{change.value:+.1f} [".replace("-", "\N{MINUS SIGN}") in answer
+
+
+def test_the_figure_has_a_line_an_agent_with_a_band_about_those_that_the_study_is_about(found):
+    (axes,) = draw(found).axes
+    curves = [course.cells[0].curve("success_by_step") for course in found.courses()]
+    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [curve.value for curve in curves]
+    assert {text.get_text() for text in axes.texts} == {*found.subjects, "random", "random agents, exact"}
+    corners = set().union(*shades(axes))
+    assert corners >= set(enumerate(curves[0].low)) | set(enumerate(curves[0].high))
+    assert not corners >= set(enumerate(curves[1].high))
+    for of in ("uniform", "no-repeat"):
+        assert corners >= set(enumerate(found.curve("success_by_step", of=of).value))
+
+
+def test_of_one_agent_alone_there_is_a_line_a_flip_rate(tmp_path):
+    planned = small_study(["human-inspired"], (0.0, 0.3, 0.6), 1, 10)
+    found = found_in(tmp_path, planned, play_study(planned))
+    (axes,) = draw(found).axes
+    (course,) = found.courses()
+    curves = [cell.curve("success_by_step") for cell in course.cells]
+    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [curve.value for curve in curves]
+    names = {text.get_text() for text in axes.texts}
+    assert names == {"$p$ = 0", "$p$ = 0.3", "$p$ = 0.6", "random agents, exact"}
