@@ -7,7 +7,6 @@ import pytest
 from solved import drawn, people, rng, study
 
 from lockprobe.statistics.inference.difference import any_difference, each_difference
-from lockprobe.statistics.inference.every_look import changes_at_every_look
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 
@@ -28,7 +27,7 @@ def test_differences_are_those_of_the_pairs_in_the_order_of_the_plan():
     found, solved = watched()
     pairs = solved[1:].astype(float) - solved[0]
     asked = at_every_look([Numbers(values=one, block=np.arange(60)) for one in pairs], agents=2)
-    changes = changes_at_every_look(by_dose(found)[0], by_dose(found)[1:], agents=2)
+    changes = [one for _, one in each_difference(by_dose(found), rng(), agents=2)]
     for change, one in zip(changes, asked, strict=True):
         assert (change.pairs.low, change.pairs.high, change.pairs.p_value) == (one.low, one.high, one.p_value)
         assert change.pairs.value == pytest.approx(one.value)
@@ -61,7 +60,7 @@ def test_only_blocks_that_both_have_are_compared_and_keep_their_places():
     found, solved = watched()
     missing = (found.dose == 0.4) & (found.trial % 3 == 0)
     first, *others = by_dose(found.at(~missing))
-    _, change = changes_at_every_look(first, others)
+    _, (_, change) = each_difference([first, *others], rng())
     there = np.array([(i % 20 + 1) % 3 != 0 for i in range(60)])
     assert change.pairs.n == there.sum()
     assert change.pairs.value == pytest.approx((solved[2].astype(float) - solved[0])[there].mean())

@@ -20,7 +20,7 @@ from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, condition_summary
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import Series
-from lockprobe.statistics.contrast import Effect, Effects, against_control, against_first, idle_conditions
+from lockprobe.statistics.contrast import Effect, Effects, against_control, idle_conditions
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial import FactorialEffects, factorial_effects
 from lockprobe.statistics.idle import Idle, Unheeded, unheeded
@@ -49,7 +49,6 @@ class ConditionStudySummary:
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
-        on_factors: Conditions that differ in one option that is no number, against its first level.
         agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
@@ -64,7 +63,6 @@ class ConditionStudySummary:
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
-    on_factors: tuple[Effects, ...]
     agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
@@ -126,7 +124,6 @@ def summarise_conditions(
         conditions=conditions,
         effects=section("Every condition against the control", lambda: tuple(against_control(own, design)), tuple),
         on_axes=tuple(one for summary in by_axis for agent in summary.agents if (one := _axis_effects(agent))),
-        on_factors=section("Factors", lambda: tuple(against_first(own, design.factors, design)), tuple),
         agents_compared=section(
             "Agents compared under conditions",
             lambda: agents_by_condition(acting, design, orders, each=each),

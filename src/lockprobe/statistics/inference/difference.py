@@ -1,8 +1,9 @@
-"""Differences in success between the lowest p and every other p, corrected for multiple comparisons.
+"""Differences in success between the lowest dose and every other, or a control and conditions, corrected together.
 
-An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both p have:
-trials of equal repetition and trial share their luck, and an unfinished study has some of them at one p only. People
-meet no luck twice; their sample is all trials, clustered by person.
+An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both have: trials
+of equal repetition and trial share their luck, and an unfinished study has some of them under one condition only.
+People meet no luck twice; their sample is all trials, clustered by person. What holds at every look uses the blocks
+that both have in the order of the plan; people come as they please, so their trials have no order.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference
-from lockprobe.statistics.inference.every_look import Change, changes_at_every_look
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import Paired, Proportion, between, paired, proportion
-from lockprobe.statistics.sequential.contrasts import AtEveryLook, held_at_both_ends
+from lockprobe.statistics.sequential.contrasts import AtEveryLook, Numbers, at_every_look, held_at_both_ends
+from lockprobe.statistics.sequential.shares import share_at_every_look
 
 PERMUTATIONS = 2000
 
@@ -112,16 +113,17 @@ def any_difference(
         permutations: Number of permutations; more are drawn for many agents, whose P values have to be smaller.
         agents: Number of agents that are judged together.
     """
-    if outcomes.order is not None and not outcomes.crossed:
-        return _at_every_look(outcomes, agents)
     permutations = max(permutations, _PER_AGENT * agents)
     values, place = np.unique(outcomes.dose, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
+    if outcomes.order is not None and not outcomes.crossed:
+        made = _at_every_look([outcomes.at(outcomes.dose == dose) for dose in values], agents)
+        at = tuple(replace(one, dose=float(values[i])) for i, one in made)
+        return _any(lowest, at, agents, "" if at else "no common trial")
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
     if apart and not (outcomes.crossed and len(values) > 1):
-        note = "no common trial"
-        return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note, agents=agents)
+        return _any(lowest, (), agents, "no common trial")
     n = np.bincount(place).astype(np.float64)
     if apart:
         solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
@@ -141,15 +143,13 @@ def any_difference(
         _at(outcomes, (float(values[0]), float(values[i])), min(1.0, agents * exchange), choices=agents * len(tested))
         for i, exchange in exchanged.items()
     )
-    return AnyDifference(
-        lowest=lowest,
-        at=at,
-        p_value=min((one.p_value for one in at), default=None),
-        omnibus=_share(spread[1:], spread[0]),
-        permutations=permutations,
-        note="" if at else "no trial at the lowest dose",
-        agents=agents,
-    )
+    found = _any(lowest, at, agents, "" if at else "no trial at the lowest dose")
+    return replace(found, omnibus=_share(spread[1:], spread[0]), permutations=permutations)
+
+
+def _any(lowest: float | None, at: tuple[DifferenceAt, ...], agents: int, note: str) -> AnyDifference:
+    p_value = min((one.p_value for one in at), default=None)
+    return AnyDifference(lowest=lowest, at=at, p_value=p_value, omnibus=None, permutations=0, note=note, agents=agents)
 
 
 def bounded_differences(found: AnyDifference, low: AnyDifference, high: AnyDifference) -> AnyDifference:
@@ -207,48 +207,52 @@ def _each_difference(
     if any(together.crossed for together in pairs.values()):
         found = {i: any_difference(together, rng, agents=agents * len(pairs)) for i, together in pairs.items()}
         return tuple((i, replace(one, dose=float(i))) for i, tested in found.items() for one in tested.at)
-    shared = {i: together for i, together in pairs.items() if len(solved_in_pairs(groups[0], groups[i]))}
     if groups[0].order is not None:
-        changes = changes_at_every_look(groups[0], [groups[i] for i in shared], agents=agents)
-        return tuple((i, _of_change(float(i), change)) for i, change in zip(shared, changes, strict=True))
+        return _at_every_look(groups, agents)
+    shared = {i: together for i, together in pairs.items() if len(solved_in_pairs(groups[0], groups[i]))}
     made = {i: _at(together, (0.0, 1.0), choices=agents * len(shared)) for i, together in shared.items()}
     return tuple((i, replace(one, dose=float(i))) for i, one in made.items())
 
 
-def _at_every_look(outcomes: Outcomes, agents: int) -> AnyDifference:
-    """Every dose against the lowest one, in one family, with what holds at every look."""
-    values = np.unique(outcomes.dose).tolist()
-    groups = {dose: outcomes.at(outcomes.dose == dose) for dose in values}
-    shared = [dose for dose in values[1:] if len(solved_in_pairs(groups[values[0]], groups[dose]))]
-    changes = (
-        changes_at_every_look(groups[values[0]], [groups[dose] for dose in shared], agents=agents) if shared else ()
+def _at_every_look(groups: Sequence[Outcomes], agents: int) -> tuple[tuple[int, DifferenceAt], ...]:
+    """The same as :func:`each_difference` without broken trials, as it holds at every look."""
+    if not groups or (order := groups[0].order) is None:
+        return ()
+    first, *others = (
+        dict(zip(order.rank(one.repetition, one.trial).tolist(), one.solved.tolist(), strict=True)) for one in groups
     )
-    at = tuple(_of_change(dose, change) for dose, change in zip(shared, changes, strict=True))
-    return AnyDifference(
-        lowest=values[0] if values else None,
-        at=at,
-        p_value=min((one.p_value for one in at), default=None),
-        omnibus=None,
-        permutations=0,
-        note="" if at else "no common trial",
-        agents=agents,
-    )
+    blocks = {i: sorted(first.keys() & own.keys()) for i, own in enumerate(others, 1)}
+    solved = {
+        i: np.array([[own[block] for own in (first, others[i - 1])] for block in both], dtype=np.bool_)
+        for i, both in blocks.items()
+        if both
+    }
+    family = [
+        Numbers(values=own[:, 1].astype(np.float64) - own[:, 0], block=np.array(blocks[i], dtype=np.int64))
+        for i, own in solved.items()
+    ]
+    courses = at_every_look(family, agents=agents, margin=order.margin) if family else ()
+    found = []
+    for (i, own), course in zip(solved.items(), courses, strict=True):
+        pairs = replace(paired(own[:, 0], own[:, 1]), low=course.low, high=course.high, p_value=course.p_value)
+        before, after = (share_at_every_look(column) for column in own.T)
+        found.append((i, _of_pairs(float(i), pairs, before, after, pairs.p_value, pairs.p_value, course)))
+    return tuple(found)
 
 
-def _of_change(dose: float, change: Change) -> DifferenceAt:
-    pairs = change.pairs
+def _of_pairs(
+    dose: float,
+    found: Paired | ClusteredDifference,
+    first: Proportion,
+    second: Proportion,
+    exchange: float,
+    p_value: float,
+    course: AtEveryLook | None = None,
+) -> DifferenceAt:
     return DifferenceAt(
-        dose=dose,
-        first=change.first,
-        second=change.second,
-        value=pairs.value,
-        low=pairs.low,
-        high=pairs.high,
-        pairs=pairs,
-        exchange=pairs.p_value,
-        p_value=pairs.p_value,
-        course=change.course,
-    )
+        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high,
+        pairs=found if isinstance(found, Paired) else None, exchange=exchange, p_value=p_value, course=course,
+    )  # fmt: skip
 
 
 def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = None, *, choices: int) -> DifferenceAt:
@@ -259,24 +263,16 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = 
         found: Paired | ClusteredDifference = clustered_difference(
             together.solved, later, together.player, together.luck, choices=choices
         )
-        pairs, shares = None, [together.solved[~later], together.solved[later]]
+        shares = [together.solved[~later], together.solved[later]]
     else:
         shares = list(solved_in_pairs(together.at(~later), together.at(later)).T)
-        pairs = found = paired(shares[0], shares[1], choices=choices)
+        found = paired(shares[0], shares[1], choices=choices)
     first, second = (proportion(int(one.sum()), len(one)) for one in shares)
     if exchange is None:
-        assert pairs is not None, "people are compared by a permutation"
-        exchange = min(1.0, choices * pairs.p_value)
-    return DifferenceAt(
-        dose=float(both[1]),
-        first=first,
-        second=second,
-        value=found.value,
-        low=found.low,
-        high=found.high,
-        pairs=pairs,
-        exchange=exchange,
-        p_value=max(exchange, min(1.0, choices * found.interval_p)),
+        assert isinstance(found, Paired), "people are compared by a permutation"
+        exchange = min(1.0, choices * found.p_value)
+    return _of_pairs(
+        float(both[1]), found, first, second, exchange, max(exchange, min(1.0, choices * found.interval_p))
     )
 
 
