@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports

@@ -22,7 +22,7 @@ from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.distributions import student_quantile, student_tails
-from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import ALPHA

@@ -52,6 +52,11 @@ class Outcomes:
         return self.onset > 0
 
     @property
+    def until_loop(self) -> NDArray[np.int64]:
+        """The step that completes the first loop, or the last step of a trial without one."""
+        return np.where(self.looped, self.onset, self.length)
+
+    @property
     def luck(self) -> NDArray[np.int64]:
         """The block of luck of each trial, from 0: equal repetition and trial, whatever p is, shape (trials,)."""
         keys = self.repetition * (self.trial.max(initial=0) + 1) + self.trial

@@ -13,7 +13,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.prose.hypothesis_tests import why_missing
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference import ushape
-from lockprobe.statistics.inference.logrank import loop_onset_logrank
+from lockprobe.statistics.inference.hazard import looping
 from lockprobe.statistics.inference.ushape import onset_lines, two_lines
 
 EXPECTED = (7, 12, 16, 19, 20, 18, 15)
@@ -149,7 +149,7 @@ def test_a_line_of_loop_onset_is_a_log_rank_test():
     columns = drawn("loops-return")
     three = columns.at(np.isin(columns.dose, [0.0, 0.3, 0.6]))
     found = onset_lines(three)
-    pairs = [loop_onset_logrank(three.at(side)).primary for side in (three.dose <= 0.3, three.dose >= 0.3)]
+    pairs = [looping(three.at(side)) for side in (three.dose <= 0.3, three.dose >= 0.3)]
     assert [found.first.p_value, found.second.p_value] == pytest.approx([pair.p_value for pair in pairs])
     assert [np.sign(line.z) for line in (found.first, found.second)] == [pair.direction for pair in pairs]
 

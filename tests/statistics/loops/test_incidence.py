@@ -1,7 +1,5 @@
 """One minus Kaplan-Meier: the plain share without censoring, the library's with it, intervals that hold."""
 
-import itertools
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -54,36 +52,10 @@ def test_where_no_trial_is_left_running_nothing_bounds_the_share_from_above():
     assert found.high[11:] == (1.0,) * 10
 
 
-def test_the_error_of_the_area_allows_for_early_censoring():
-    rng = np.random.default_rng(3)
-    budgets = np.where(np.arange(60) % 2, 10, 20)
-    areas = [incidence(*drawn(DISTRIBUTIONS["most"], 60, rng, budgets), 20).area for _ in range(600)]
-    values = np.array([area.value for area in areas])
-    assert values.mean() == pytest.approx(DISTRIBUTIONS["most"][1:].mean(), abs=4 * values.std() / np.sqrt(600))
-    assert np.mean([area.se for area in areas]) == pytest.approx(values.std(), rel=0.1)
-
-
-@pytest.mark.parametrize(("name", "n"), list(itertools.product(DISTRIBUTIONS, [10, 30])))
-def test_the_interval_of_the_area_covers_the_truth(name, n):
-    rng = np.random.default_rng(n)
-    truth = DISTRIBUTIONS[name][1:].mean()
-    areas = [incidence(*drawn(DISTRIBUTIONS[name], n, rng), 20).area for _ in range(400)]
-    covered = sum(area.low <= truth <= area.high for area in areas)
-    assert covered >= stats.binom.ppf(0.001, 400, 0.95)
-
-
-@pytest.mark.parametrize(("solved", "value"), [(True, 1.0), (False, 0.0)])
-def test_trials_that_all_went_alike_do_not_make_certain(solved, value):
-    area = incidence(np.full(10, 1 if solved else 20), np.full(10, solved), 20).area
-    assert (area.value, area.se) == (value, 0.0)
-    assert 0.2 < area.high - area.low < 0.4
-    assert area.low <= value <= area.high
-
-
 def test_nothing_counted_means_nothing_known():
     found = incidence(np.zeros(0, dtype=int), np.zeros(0, dtype=bool), 3)
     assert np.isnan(found.share).all()
-    assert (found.low, found.high, found.area) == ((0.0,) * 4, (1.0,) * 4, None)
+    assert (found.low, found.high) == ((0.0,) * 4, (1.0,) * 4)
 
 
 def test_a_design_effect_widens_the_band_as_fewer_trials_would():
@@ -93,5 +65,3 @@ def test_a_design_effect_widens_the_band_as_fewer_trials_would():
     assert together.share == alone.share
     assert together.low == pytest.approx(fewer.low)
     assert together.high == pytest.approx(fewer.high)
-    assert together.area.high - together.area.low > alone.area.high - alone.area.low
-    assert together.area.value == alone.area.value

@@ -13,7 +13,7 @@ from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.contrast import CONTROLS, Effects
-from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 

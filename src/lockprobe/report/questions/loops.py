@@ -21,10 +21,11 @@ from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import correlation
-from lockprobe.statistics.inference.logrank import loop_onset_logrank
+from lockprobe.statistics.inference.hazard import looping
 from lockprobe.statistics.inference.trend import trend_fit
 from lockprobe.statistics.inference.ushape import bounded_onset_lines
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
+from lockprobe.statistics.loops.incidence import incidence
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
@@ -80,13 +81,16 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
         fitted = np.polyfit(loops, success, 1).tolist()
         for of, value, unit in zip(("slope", "intercept"), fitted, ("ratio", "share"), strict=True):
             yield Estimate(quantity="loop_success_line", value=value, of=of, unit=unit, n=len(shares), **own)
-    if first := loop_onset_logrank(found).primary:
-        note = {1: "sooner", -1: "later"}.get(first.direction, "")
-        test = {"unit": "ratio", "p_value": first.p_value, "test": "log-rank", "note": note}
-        yield Estimate(quantity="hazard_ratio_of_first_loop", value=first.hazard_ratio, **own, **test)
-        for of, group in (("lowest", first.lowest), ("higher", first.higher)) if course.axis == FLIPS else ():
-            one, more = group.curve, {"axis": "step", "of": of, "n": group.n, "x": range(len(group.curve.share))}
-            yield Curve(quantity="loop_onset", **own | more, value=one.share, low=one.low, high=one.high)
+    if hazard := looping(found):
+        note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
+        test = {"unit": "ratio", "p_value": hazard.p_value, "test": "log-rank", "note": note}
+        yield Estimate(quantity="hazard_ratio_of_first_loop", value=hazard.ratio, **own, **test)
+        lowest = found.dose == found.dose.min()
+        for of, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
+            some = found.at(side)
+            curve = incidence(some.until_loop, some.looped, int(some.until_loop.max()))
+            band = {"x": range(len(curve.share)), "value": curve.share, "low": curve.low, "high": curve.high}
+            yield Curve(quantity="loop_onset", of=of, n=len(some), **own | band | {"axis": "step"})
     lines = bounded_onset_lines(found, course.broke, course.tested.budget)
     if lines.first and lines.second:
         shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}

@@ -20,7 +20,7 @@ from lockprobe.statistics.agent_comparison.pair import paired_difference
 from lockprobe.statistics.agent_comparison.paired import sheets
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference
-from lockprobe.statistics.inference.logrank import holm_by_family
+from lockprobe.statistics.inference.holm import holm_by_family
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion, between, difference, proportion
 from lockprobe.trial.record import Trial

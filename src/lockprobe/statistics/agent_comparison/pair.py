@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.statistics.agent_comparison.crossed_clusters import at_one_p, crossed_mean, people_of
 from lockprobe.statistics.agent_comparison.interaction import Interaction, interaction
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, mean_at_every_look
-from lockprobe.statistics.inference.logrank import holm_by_family
+from lockprobe.statistics.inference.holm import holm_by_family
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 from lockprobe.statistics.rare_long_trials import RareBlock, rare_block
 

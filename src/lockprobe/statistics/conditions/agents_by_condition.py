@@ -19,7 +19,7 @@ from lockprobe.statistics.agent_comparison.pairs import comparisons
 from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import SeriesArm
-from lockprobe.statistics.inference.logrank import holm_by_family
+from lockprobe.statistics.inference.holm import holm_by_family
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import entrant
 from lockprobe.trial.record import Trial

@@ -20,9 +20,9 @@ from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.conditions.modalities import by_fidelity, fidelity
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.excess import excess, grid
+from lockprobe.statistics.inference.excess import excess
 from lockprobe.statistics.inference.hazard import Hazard, solving, worst
-from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 
@@ -129,9 +129,8 @@ def _trend(modalities: Sequence[str], groups: Sequence[Outcomes]) -> Hazard:
         return Hazard(ratio=None, direction=0, p_value=None)
     every = joined([group for _, group in ranked])
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
-    running, event = grid(every.length, every.solved)
-    found = excess(score[None], event, running, cluster=every.cluster)
-    return Hazard(ratio=None, direction=found.direction, p_value=found.p_value_t)
+    found = excess(score, every.length, every.solved, every.cluster)
+    return Hazard(ratio=None, direction=found.direction, p_value=found.p_value)
 
 
 def _final(ended: Sequence[Outcomes], broken: Sequence[Outcomes]) -> Paired:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import opposed
-from lockprobe.statistics.inference.excess import excess, grid
+from lockprobe.statistics.inference.excess import excess
 from lockprobe.statistics.outcomes import Outcomes, joined
 
 
@@ -43,12 +43,22 @@ def log_rank(
         second: Whether the trial belongs to the second group.
         cluster: Its cluster of luck, from 0.
     """
-    found = excess(second[None].astype(np.float64), *reversed(grid(last, happened)), cluster=cluster)
+    found = excess(second.astype(np.float64), last, happened, cluster)
     events = [int(happened[group].sum()) for group in (~second, second)]
-    expected = [events[0] + float(found.total[0]), events[1] - float(found.total[0])]
+    expected = [events[0] + found.total, events[1] - found.total]
     defined = events[0] and min(expected) > 0
     ratio = (events[1] / expected[1]) / (events[0] / expected[0]) if defined else None
-    return Hazard(ratio=ratio, direction=found.direction, p_value=found.p_value_t)
+    return Hazard(ratio=ratio, direction=found.direction, p_value=found.p_value)
+
+
+def looping(outcomes: Outcomes) -> Hazard | None:
+    """How soon an agent loops at all doses above the lowest, against the lowest; None with a single dose.
+
+    Censoring allows for trials that end earlier where success is more frequent. A permutation of doses within clusters
+    would not: it assumes equal censoring at all of them.
+    """
+    higher = outcomes.dose > outcomes.dose.min(initial=np.inf)
+    return log_rank(outcomes.until_loop, outcomes.looped, higher, outcomes.cluster) if higher.any() else None
 
 
 def solving(groups: Sequence[Outcomes], broken: Sequence[Outcomes], budget: int) -> Hazard:

@@ -14,7 +14,7 @@ from lockprobe.foundation.left_out import section
 from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.inference.broken_shares import BrokenShares, broken_shares
 from lockprobe.statistics.inference.difference import AnyDifference, any_difference, bounded_differences
-from lockprobe.statistics.inference.logrank import LogRanks, loop_onset_logrank
+from lockprobe.statistics.inference.hazard import Hazard, looping
 from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.statistics.inference.ushape import TwoLines, corrected, onset_lines, two_lines
@@ -49,7 +49,7 @@ class Inference:
     difference: AnyDifference
     orders: BinomialOrders
     lines: TwoLines
-    onset: LogRanks
+    onset: Hazard | None
     onset_lines: TwoLines
     broken: BrokenShares | None
     tests: tuple[TestResult, ...]
@@ -149,7 +149,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, budget: int, agents: i
         return section(name, lambda: test(outcomes), lambda: test(none))
 
     steps = of("Mean steps", lambda some: mean_steps(some, budget))
-    onset = of("Loop onset", loop_onset_logrank)
+    onset = of("Loop onset", looping)
     orders = of("Binomial model of success", lambda some: binomial_orders(some.dose, some.solved))
     lines = corrected(
         of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents

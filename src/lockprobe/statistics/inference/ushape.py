@@ -121,15 +121,14 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     levels = np.unique(outcomes.dose)
     if len(levels) < 3:
         return TwoLines(note=_TOO_FEW)
-    running, event = grid(np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
+    running, event = grid(outcomes.until_loop, outcomes.looped)
     here = (levels[:, None] == outcomes.dose).astype(np.float64)
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
     at = _robin_hood_break(Counts(dose=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
     first, second = (
-        _onset_line(outcomes.at(side), running[side], event[side])
-        for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
+        _onset_line(outcomes.at(side)) for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
     )
     return _two_lines_test(float(levels[at]), first, second)
 
@@ -190,14 +189,13 @@ def _line(counted: Counts, clustered_p: float | None) -> Line:
     )
 
 
-def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
-    """The log-rank score of p among these trials; ``running`` and ``event`` have the shape (trials, steps)."""
-    found = excess(outcomes.dose[None], event, running, cluster=outcomes.cluster)
-    total, variance, p_value = round(float(found.total[0]), 10), float(found.covariance[0, 0]), found.p_value_t
+def _onset_line(outcomes: Outcomes) -> Line:
+    """The log-rank score of the dose among these trials."""
+    found = excess(outcomes.dose, outcomes.until_loop, outcomes.looped, outcomes.cluster)
     return Line(
         slope=None,
-        z=total / math.sqrt(variance) if variance > 0 else 0.0,
-        p_value=1.0 if p_value is None else p_value,
+        z=round(found.total, 10) / found.error if found.error > 0 else 0.0,
+        p_value=1.0 if found.p_value is None else found.p_value,
     )
 
 

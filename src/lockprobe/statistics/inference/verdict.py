@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lockprobe.statistics.inference.difference import AnyDifference
-from lockprobe.statistics.inference.logrank import LogRanks
+from lockprobe.statistics.inference.hazard import Hazard
 from lockprobe.statistics.inference.mean_steps import MeanSteps
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.proportions import ALPHA
@@ -111,14 +111,13 @@ def two_lines_test(name: str, question: Question, found: TwoLines, *, first: int
     )
 
 
-def looping_test(onset: LogRanks) -> TestResult:
+def looping_test(onset: Hazard | None) -> TestResult:
     """Whether p changes how soon the agent loops."""
-    primary = onset.primary
     return TestResult(
         name="loop onset, log-rank",
         question="looping",
-        p_value=primary.p_value if primary else None,
-        effect=primary.hazard_ratio if primary else None,
-        direction=primary.direction if primary else 0,
-        note="" if primary else "fewer than two doses",
+        p_value=onset.p_value if onset else None,
+        effect=onset.ratio if onset else None,
+        direction=onset.direction if onset else 0,
+        note="" if onset else "fewer than two doses",
     )

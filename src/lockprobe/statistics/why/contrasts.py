@@ -17,7 +17,7 @@ from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.distributions import normal_quantile
-from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.sequential.order import BlockOrder
