@@ -23,12 +23,7 @@ BLOCKS = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RareBlock:
-    """How far a rare block may lie from a mean difference in steps.
-
-    Attributes:
-        below: How far below it, above 0.
-        above: How far above it, above 0.
-    """
+    """How far below and above a mean difference in steps a rare block may lie."""
 
     below: float
     above: float
@@ -42,8 +37,8 @@ class RareBlock:
             value: The mean difference in the sample.
             se: Its standard error.
             clusters: Blocks of the sample, or people where there are fewer; at least two.
-            share: Size of a rare block, (0, 1], as a share of the sample; by default that of one of equal blocks.
-            level: Confidence level, (0, 1).
+            share: Size of a rare block as a share of the sample; by default that of one of equal blocks.
+            level: Confidence level.
         """
         quantile, share = student_quantile((1 + level) / 2, clusters - 1), share or 1 / clusters
         return value - quantile * _wider(se, share * self.below), value + quantile * _wider(se, share * self.above)

@@ -155,26 +155,21 @@ def _speed_table(found: Results) -> TextTable:
             cell.label,
             p,
             value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            _step(cell.value("median_steps_all")),
-            _by_step(cell),
+            value_cell(cell.get("median_steps_all"), "{:g}"),
+            _by_step(cell.get("steps_to_80")),
         ]
         for cell, p in distinct(found.cells)
     ]
 
 
-def _step(step: float | None) -> str:
-    return NONE if step is None else f"{step:g}"
-
-
-def _by_step(cell: Cell) -> str:
-    row = cell.get("steps_to_80")
+def _by_step(row: Estimate | None) -> str:
     if row is None or (row.value is None and row.low is None):
         return NONE
-    return f"{_step(row.value)} [{_step(row.low)}, {_step(row.high)}]"
+    step, *ends = (NONE if one is None else f"{one:g}" for one in (row.value, row.low, row.high))
+    return f"{step} [{', '.join(ends)}]"
 
 
 def _pace_table(found: Results) -> TextTable:
-    """Every two agents at their lowest flip rate: who is faster."""
     rows = [
         [
             found.label(row.agent, row.modality),

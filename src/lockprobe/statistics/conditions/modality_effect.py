@@ -10,8 +10,8 @@ trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,17 +27,14 @@ from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModalityPair:
-    """Two modalities compared; interval and P values hold whatever became of broken trials.
+class ModalityPair(NamedTuple):
+    """Two modalities compared, the one of higher fidelity over or less the other, whatever became of broken trials.
 
     Attributes:
-        first: The modality of lower fidelity.
-        second: The other modality.
-        hazard_ratio: Of solving, second over first: above 1 if the second is faster; None if undefined.
-        p_adjusted: Log-rank, two-sided, clustered by luck, corrected for the pairs (Holm) and agents; None with too few
-            clusters.
-        final: Final success of the second minus that of the first, over the trials that both have.
+        first, second: The modalities; the second has the higher fidelity.
+        hazard_ratio: Of solving: above 1 if the second is faster; None if undefined.
+        p_adjusted: Log-rank, corrected for the pairs (Holm) and for agents; None with too few clusters.
+        final: The difference in final success over the trials that both have.
     """
 
     first: str
@@ -47,17 +44,15 @@ class ModalityPair:
     final: Paired
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModalityEffect:
+class ModalityEffect(NamedTuple):
     """The effect of the modality on one agent at its lowest flip rate.
 
     Attributes:
         agent: Its name, or its spec if it has none.
         modalities: The modalities, from low to high fidelity.
         direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.
-        p_value: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), two-sided, clustered by luck,
-            corrected for agents. Variants of a modality (``rgbd?depth=gray``) have equal fidelity. None with fewer than
-            two fidelities, or with six clusters or fewer.
+        p_value: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of
+            a modality (``rgbd?depth=gray``) have equal fidelity. None with one fidelity or too few clusters.
         pairs: Every two modalities.
         agents: Number of agents that are judged together.
     """
@@ -90,40 +85,35 @@ def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]
 
 def _effect(shown: Sequence[AxisTrials], agents: int) -> ModalityEffect:
     names, budget = [one.modality for one in shown], max(one.budget for one in shown)
+    ranks = [fidelity(name) for name in names]
     ended, broken = [one.outcomes for one in shown], [one.broken_off for one in shown]
-    found = trend = _trend(names, ended)
+
+    def corrected(p_value: float | None) -> float | None:
+        return None if p_value is None else min(1.0, agents * p_value)
+
+    trend = found = _trend(ranks, ended)
     if any(map(len, broken)):  # those that broke at the lowest fidelity against all others
-        ranks = [fidelity(name) for name in names]
         gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
-        trend = worst(found, opposed(lambda of: _trend(names, of), ended, broken, gains, budget))
+        trend = worst(found, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
     both = list(combinations(range(len(shown)), 2))
-    hazards = [solving([ended[i], ended[j]], [broken[i], broken[j]], budget) for i, j in both]
+    of = [([ended[i], ended[j]], [broken[i], broken[j]]) for i, j in both]
+    hazards = [solving(*pair, budget) for pair in of]
+    adjusted = map(corrected, holm([one.p_value for one in hazards]))
     return ModalityEffect(
         agent=shown[0].agent,
         modalities=tuple(names),
         direction=found.direction,
-        p_value=_corrected(trend.p_value, agents),
+        p_value=corrected(trend.p_value),
         pairs=tuple(
-            ModalityPair(
-                first=names[i],
-                second=names[j],
-                hazard_ratio=hazard.ratio,
-                p_adjusted=_corrected(adjusted, agents),
-                final=_final([ended[i], ended[j]], [broken[i], broken[j]]),
-            )
-            for (i, j), hazard, adjusted in zip(both, hazards, holm([one.p_value for one in hazards]), strict=True)
+            ModalityPair(names[i], names[j], hazard.ratio, p_value, _final(*pair))
+            for (i, j), hazard, p_value, pair in zip(both, hazards, adjusted, of, strict=True)
         ),
         agents=agents,
     )
 
 
-def _corrected(p_value: float | None, agents: int) -> float | None:
-    return None if p_value is None else min(1.0, agents * p_value)
-
-
-def _trend(modalities: Sequence[str], groups: Sequence[Outcomes]) -> Hazard:
+def _trend(ranks: Sequence[int | None], groups: Sequence[Outcomes]) -> Hazard:
     """The trend over fidelity; modalities without a rank are left out."""
-    ranks = [fidelity(one) for one in modalities]
     ranked = [(rank, group) for rank, group in zip(ranks, groups, strict=True) if rank is not None]
     if len({rank for rank, _ in ranked}) < 2:
         return Hazard(ratio=None, direction=0, p_value=None)
@@ -135,8 +125,7 @@ def _trend(modalities: Sequence[str], groups: Sequence[Outcomes]) -> Hazard:
 
 def _final(ended: Sequence[Outcomes], broken: Sequence[Outcomes]) -> Paired:
     def final(groups: Sequence[Outcomes]) -> Paired:
-        solved = solved_in_pairs(*groups)
-        return paired(solved[:, 0], solved[:, 1])
+        return paired(*solved_in_pairs(*groups).T)
 
     found = final(ended)
     return bounded(found, *opposed(final, ended, broken, (False, True))) if any(map(len, broken)) else found

@@ -50,10 +50,6 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     The standard error is clustered: of agents by luck, which trials share over doses; of people two-way, by person and
     by luck, with a correction for the number of people in each group. Student's t has one degree of freedom less than
     there are clusters (for people: in the group and of the kind with the fewest).
-
-    Args:
-        outcomes: The ended trials of one agent.
-        budget: Steps of a trial.
     """
     later = outcomes.dose > outcomes.dose.min(initial=math.inf)
     if not later.any():
