@@ -9,6 +9,7 @@ runs, and no model is asked.
 from __future__ import annotations
 
 import asyncio
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
@@ -16,22 +17,21 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.foundation.errors import ModelFault, UserMistake
+from lockprobe.agents.prompt import chat_fingerprint, claims, picture_fingerprint
+from lockprobe.agents.reply_text import object_in
+from lockprobe.agents.reply_values import values_in
+from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.report.verify.unplayed_replies import other_replies
 from lockprobe.studies.costs.call_log import KeptReplies
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Agent, CallBook
-from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.trial.protocols import Agent
+from lockprobe.trial.record import Decision, Fact, Percept, Situation, Step, Task, Trial
 from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_json import trial_to_json
-
-UNPLAYED = "a plant or an intervention that does not ship, or a real box"
-"""What trials need that are not played again: no code of others runs, and no robot or person moves a joint."""
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
 """How choices can be held against something: asked again; by replies; by probabilities; by the log of a server of
@@ -48,7 +48,7 @@ class ReplayedTrial:
         luck: Why truth or reports do not follow from the choices, the box and the seed; empty if they do.
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
         unused: The replies on record that are no part of the trial.
-        unplayed: Whether nothing could be played again; see :data:`UNPLAYED`.
+        unplayed: Whether it cannot be played again: no code of others runs, and no robot or person moves a joint.
         read_as_recorded: Whether its reports used what a camera read, which is taken from its record.
     """
 
@@ -61,19 +61,20 @@ class ReplayedTrial:
     read_as_recorded: bool = False
 
 
-def is_hosted(agent: str) -> bool:
-    """Whether an agent is a model behind a provider's interface, by its spec."""
-    name = Spec.parse(agent).name
-    return spec_kind(agent) == "llm" and name != "local" and not name.startswith("gguf:")
-
-
 def kind_of(agent: str) -> AgentKind:
     """The kind of an agent, by its spec. Nothing is imported for it."""
+    kind, name = spec_kind(agent), Spec.parse(agent).name
     if is_strategy(agent):
         return "strategy"
-    if spec_kind(agent) == "llm":
-        return "hosted" if is_hosted(agent) else "local"
-    return "outside" if spec_kind(agent) in (PEOPLE, MCP) else "own"
+    if kind == "llm":
+        return "local" if name == "local" or name.startswith("gguf:") else "hosted"
+    return "outside" if kind in (PEOPLE, MCP) else "own"
+
+
+def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
+    """Whether a spec names code of a user or of another package."""
+    added = {*plugin_names(kind), *(plugin_names("plant source") if kind == "plant" else ())}
+    return spec_kind(spec) == "python" or spec_name(spec) in added
 
 
 class Replay:
@@ -85,7 +86,6 @@ class Replay:
 
     def __init__(self, runner: asyncio.Runner) -> None:
         self._runner = runner
-        self._kinds: dict[str, AgentKind] = {}
         self._strategies: dict[str, Agent] = {}
 
     def __call__(
@@ -99,48 +99,38 @@ class Replay:
             replies: The replies that it has in the log of calls, if a hosted model played it.
             parent: Those of the trial of which it is a fork.
         """
-        spec = trial.agent
-        if spec not in self._kinds:
-            self._kinds[spec] = kind_of(spec)
-        read = CAMERA in trial.opening_sensed
-        found = ReplayedTrial(key=trial.key, kind=self._kinds[spec], read_as_recorded=read)
+        spec, kind = trial.agent, kind_of(trial.agent)
+        found = ReplayedTrial(key=trial.key, kind=kind, read_as_recorded=CAMERA in trial.opening_sensed)
         try:
-            foreign = [is_foreign("intervention", one) for one in plan.condition.specs]
-            if is_foreign("plant", plan.plant) or any(foreign) or resolve_plant(plan.plant).is_attended():
-                said = other_replies(trial, replies, parent) if found.kind == "hosted" else ""
+            foreign = any(is_foreign("intervention", one) for one in plan.condition.specs)
+            if foreign or is_foreign("plant", plan.plant) or resolve_plant(plan.plant).is_attended():
+                said = _other_replies(trial, replies, parent) if kind == "hosted" else ""
                 return replace(found, unplayed=True, read_as_recorded=False, choices=said)
-            if found.kind == "strategy" and spec not in self._strategies:
+            if kind == "strategy" and spec not in self._strategies:
                 self._strategies[spec] = resolve(spec).make()
             kept = KeptReplies(replies)
-            book = _Replies(kept, KeptReplies(parent))
-            agent = self._strategies.get(spec) or _agent(trial, found.kind, book)
+            agent = self._strategies.get(spec) or _agent(trial, kind, _Replies(kept, KeptReplies(parent)))
             found = self._runner.run(_compared(plan, trial, found, agent))
-            return replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
+            return replace(found, unused=len(kept.left) if kind == "hosted" else 0)
         except UserMistake as mistake:
             return replace(found, luck=str(mistake))
 
 
-def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
-    """Whether a spec names code of a user or of another package."""
-    added = {*plugin_names(kind), *(plugin_names("plant source") if kind == "plant" else ())}
-    return spec_kind(spec) == "python" or spec_name(spec) in added
-
-
 async def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
     """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
-    why = _difference(trial, await _played(plan, agent, trial), agent)
-    if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
-        why = f"{why}; its prompt is not that of this release, so verify it with its own"
+    why = await _difference(plan, trial, agent)
     if isinstance(agent, _Recorded):
         nobody = found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply"
         said = "people and clients are asked until they answer: none ends by a reply" if nobody else ""
         return replace(found, luck=why, choices=said)
-    recorded = _Recorded(trial)
-    luck = _difference(trial, await _played(plan, recorded, trial), recorded) if why else ""
+    luck = await _difference(plan, trial, _Recorded(trial)) if why else ""
+    ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
+    if why and found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
+        why += "; its prompt is not that of this release, so verify it with its own"
     return replace(found, choices=why, luck=luck)
 
 
-def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
+def _agent(trial: Trial, kind: AgentKind, book: _Replies) -> Agent:
     """The agent that decides again as far as it can be held against something, else one that does as on record."""
     if kind == "local":
         from lockprobe.agents.local import ReplayedLocalModel
@@ -151,14 +141,6 @@ def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
 
         return ReplayedModel(trial.facts, trial.agent, book)
     return _Recorded(trial)
-
-
-def _has_our_prompt(facts: Mapping[str, Fact]) -> bool:
-    """Whether the words of the conversation are those of this release, which makes every request again."""
-    from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
-
-    ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
-    return all(facts.get(name) == said for name, said in ours.items())
 
 
 class _Replies:
@@ -194,26 +176,22 @@ class _Recorded:
         raise ModelFault("the record ends here")
 
 
-async def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
-    again, _ = await play_timed(plan, agent, recorded=trial)
-    return replace(again, replays=trial.replays)
-
-
-def _difference(trial: Trial, again: Trial, agent: Agent) -> str:
+async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
     """What of a trial does not follow; empty if all does. Trials broken outside their agent count up to their break."""
+    played, _ = await play_timed(plan, agent, recorded=trial)
+    again, recorded = replace(played, replays=trial.replays), isinstance(agent, _Recorded)
     if trial_to_json(trial) == trial_to_json(again):
         return ""
     for before, now in zip(trial.steps, again.steps, strict=False):
         if before != now:
             return f"step {before.step}, {', '.join(_changed(before, now))}"
-    recorded = isinstance(agent, _Recorded)
     if recorded and trial.error is not None and again.error is None:
         return f"the steps end as {again.ending}, not as an error"
     if len(again.steps) < len(trial.steps):
         return f"step {len(again.steps) + 1}: {'' if again.error is None else again.error.message}"
     compared = ["joints", "labels", "listing", "opening", "opening_pictures", "opening_sensed"]
     if trial.error is None or not (trial.owed_again or recorded):
-        compared += [one.name for one in fields(Trial) if one.name not in compared]
+        compared += [one.name for one in fields(Trial)]
     other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")
     return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
 
@@ -221,8 +199,43 @@ def _difference(trial: Trial, again: Trial, agent: Agent) -> str:
 def _changed(before: Step, now: Step) -> list[str]:
     """The parts of a step that differ, those of its decision by name."""
     changed = [one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name)]
-    if "decision" in changed:
-        old, new = before.decision, now.decision
-        parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
-        changed[changed.index("decision")] = f"decision ({', '.join(parts)})"
-    return changed
+    old, new = before.decision, now.decision
+    parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
+    return [f"decision ({', '.join(parts)})" if name == "decision" else name for name in changed]
+
+
+def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
+    """Where decisions and errors of a trial that is not played again are not its replies in the log of calls.
+
+    Without the plant nobody knows the requests. But the words of every reply are on record twice, and a reply names a
+    joint and a claim, whatever it was asked. Steps of a fork before its own first reply are those of its trial.
+    """
+    first = min((call.step for call in own), default=len(trial.steps) + 1)
+    logged, recorded = defaultdict[int, list[str]](list), defaultdict[int, list[str]](list)
+    for call in (*(call for call in parent if call.step < first), *own):
+        logged[call.step].append(call.reply or "")
+    for step in trial.steps:
+        recorded[step.step] += step.decision.replies
+    if trial.error is not None:
+        recorded[trial.error.step] += trial.error.replies
+    last = len(trial.steps) if trial.owed_again or parent else max((*logged, *recorded), default=0)
+    for number in range(1, last + 1):
+        if logged[number] != recorded[number]:
+            return f"step {number}, replies"
+    return next(filter(None, (_another_decision(trial, step.decision, step.step) for step in trial.steps)), "")
+
+
+def _another_decision(trial: Trial, decision: Decision, number: int) -> str:
+    """What a reply names otherwise than its decision; empty if nothing, or if only its request says what it means."""
+    if not decision.replies:
+        return f"step {number}, a decision without a reply"
+    asked = ["joint", *(["last_action"] if decision.claimed is not None else [])]
+    before = trial.labels[trial.joints.index(trial.steps[number - 2].joint)] if number > 1 else None
+    task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
+    now = Situation(task=task, past=(), percept=Percept(joint=before))
+    try:
+        said = values_in(object_in(decision.replies[-1], asked).fields, asked, claims(now), now)
+    except ReplyFault:
+        return ""
+    different = [name for name in ("joint", "claimed") if getattr(said, name) != getattr(decision, name)]
+    return f"step {number}, decision ({', '.join(different)})" if different else ""

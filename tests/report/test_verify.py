@@ -1,0 +1,427 @@
+"""Verification finds what was edited, dropped, altered or played with other luck, and nothing where nothing was.
+
+``test_saboteur.py`` holds the same of hosted models, whose edits are many.
+"""
+
+import asyncio
+import json
+import shutil
+
+import pytest
+from builders import play_study, small_study, with_right_checksums, write_study
+from provider_server import Manner, here
+from saboteur import Evidence, lines, relabelled, write
+from taking_part import take_part
+from tool_player import AGENT, Player, calls
+from typer.testing import CliRunner
+
+from lockprobe import run_study, study
+from lockprobe.agents.llm.settings import read_settings
+from lockprobe.agents.local import LocalModel
+from lockprobe.agents.model_access import Access
+from lockprobe.cli import build
+from lockprobe.interfaces.mcp.session import ToolSession
+from lockprobe.report.verify.replay import kind_of
+from lockprobe.report.verify.verification import verify
+from lockprobe.report.write import write_report
+from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies.next_choice import write_choices
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.runner import Limits
+from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.trial_name import ForkName, TrialName
+
+LOCAL, HOSTED = "llm:local", "llm:openai-api/fake/model"
+STRATEGY = "flips/cognitive:careful/flip?p=0.4/rep=1/trial=2"
+PLANT = """
+from lockprobe.plants.symbolic import SymbolicPlant
+
+
+class Bench(SymbolicPlant):
+    def __init__(self, *, box, labels, rng):
+        super().__init__(box)
+"""
+
+
+class Engine:
+    """A model whose probabilities are those of the lengths of what it reads."""
+
+    def restart(self, constant):
+        pass
+
+    def opening(self, constant):
+        return [len(constant)]
+
+    def tokens(self, text):
+        return [len(text), sum(map(ord, text))]
+
+    def score(self, prompt, candidates):
+        raw = [1 + (sum(prompt) * (i + 1) + sum(one)) % 7 for i, one in enumerate(candidates)]
+        return [one / sum(raw) for one in raw]
+
+
+def forked(directory):
+    """Strategies with forks."""
+    planned = study("flips", agent=["random", "cognitive:careful"], p=[0, 0.4], trials=3, repetitions=1, max_steps=8)
+    run_study(planned, directory)
+    asked = branching(planned, load(directory), at=["2"], told=["truth", "lie"], times=2)
+    with Journal.open(directory / FORKS, planned) as journal:
+        play_forks(asked, journal)
+    write_choices(directory, asked, {fork.key for fork in load(directory / FORKS)})
+
+
+def local(directory):
+    planned = study("flips", agent=[LOCAL], p=[0, 0.4], trials=3, repetitions=1, max_steps=6)
+    model = LocalModel(Engine(), {"model": "x"}, temperature=0.7)
+    write_study(directory, planned, [asyncio.run(play_timed(plan, model))[0] for plan in planned.plans(LOCAL)])
+
+
+def client(directory):
+    async def played():
+        planned = study("flips", agent=[AGENT], p=[0.0, 0.3], trials=2, repetitions=1, max_steps=6)
+        async with ToolSession.open(directory, planned, AGENT, together=0.0) as session:
+            await Player(calls(session)).play()
+
+    asyncio.run(played())
+
+
+def people(directory):
+    take_part(directory, small_study(["participant"], p=[0.0], trials=2), "aaaa01", [(0.0, 1, 1), (0.0, 1, 2)])
+
+
+def bench(directory):
+    """A model and a strategy on a plant of one's own, with replies that could not be used."""
+    pytest.importorskip("inspect_ai")
+    (directory.parent / "own_bench.py").write_text(PLANT, "utf-8")
+    server = here(manner=Manner(faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3))
+    with pytest.MonkeyPatch.context() as patch, server as provider:
+        patch.syspath_prepend(directory.parent)
+        patch.setenv("FAKE_BASE_URL", provider.url)
+        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        plant = "python:own_bench:Bench"
+        planned = study("flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, plant=plant)
+        run_study(planned, directory, limits=Limits(access=Access(connections=1, pause=0.01)))
+
+
+def pictured(directory):
+    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": "fast-twin?width=160&height=120", "trials": 1}
+    run_study(study("modalities", repetitions=1, max_steps=1, **shown), directory)
+
+
+STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, pictured)}
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """A copy of a study, which is played once."""
+    known = {}
+
+    def copy(name, to):
+        if name not in known:
+            known[name] = tmp_path_factory.mktemp(name) / "out"
+            STUDIES[name](known[name])
+        return shutil.copytree(known[name], to)
+
+    return copy
+
+
+def failing(directory):
+    return {check.name: check.failed for check in verify(directory) if not check.holds}
+
+
+SAID = {
+    "forked": ("forks", "forks follow from their trials, their choices and the seed"),
+    "local": ("choices", "; those of 6 trials of local models follow from their recorded probabilities"),
+    "client": ("attempts", "4 trials of clients and people are as their servers wrote them step by step"),
+    "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
+    "bench": ("replies", "6 of these trials are not played, and held by their words and joints alone"),
+    "pictured": ("pictures", "pictures are those that the records name"),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_as_it_was_played_holds_and_says_what_was_held_against_what(played, tmp_path, name):
+    checks = {check.name: check for check in verify(played(name, tmp_path / "out"))}
+    assert [check for check in checks.values() if not check.holds] == []
+    of, said = SAID[name]
+    assert said in checks[of].said
+    if name == "bench":
+        assert "6 more of both are not asked, since they are not played" in checks["choices"].said
+        assert "more need a plant or an intervention that does not ship, or a real box" in checks["luck"].said
+
+
+def one(change, key=STRATEGY):
+    """An edit of one record."""
+    return lambda files: change(next(record for record in files.records if record["key"] == key))
+
+
+def every_step(change):
+    """An edit of every decision but the first of a trial."""
+    return lambda files: [change(step["decision"]) for record in files.records for step in record["steps"][1:]]
+
+
+def flipped(decision):
+    decision["claimed"] = {"moved": "blocked", "blocked": "moved"}[decision["claimed"]]
+
+
+def fails_as_errors(files):
+    for record in files.records:
+        if record["ending"] == "budget":
+            relabelled(record, steps=1)
+
+
+def without_last(files):
+    files.settings["trials"] -= 1
+    files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"), "records", "timings")
+
+
+def hosted(change):
+    return lambda files: change(next(record for record in files.of(HOSTED) if len(record["steps"]) > 2)["steps"][1])
+
+
+def another_joint(step):
+    step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
+
+
+def other_words(step):
+    step["decision"]["replies"][-1] = step["decision"]["replies"][-1].replace("in turn", "by luck")
+
+
+def other_call(files):
+    call = next(call for call in files.calls if call["step"] == 2)
+    call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
+
+
+EDITS = {
+    "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
+    "other words told": ("forked", one(lambda of: of["steps"][1].update(told="Nothing.")), "luck", "step 2, told"),
+    "another opening": ("forked", one(lambda of: of.update(opening="Nothing.")), "luck", "opening"),
+    "another listing": ("forked", one(lambda of: of.update(listing=of["listing"][::-1])), "luck", "listing"),
+    "another choice": ("forked", one(lambda of: of["steps"][0]["decision"].update(hypothesis="made up")), "choices", "step 1, decision (hypothesis)"),
+    "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY, "records"), "complete", ""),
+    "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
+    "other claims of a local model": ("local", every_step(flipped), "choices", ""),
+    "other words of a local model": ("local", every_step(lambda of: of.update(replies=["Next joint: A"])), "choices", ""),
+    "a surer local model": ("local", every_step(lambda of: of.update(claim_probability=1 - of["claim_probability"])), "choices", ""),
+    "an unlikely choice": ("local", every_step(lambda of: of.update(probabilities=of["probabilities"][::-1])), "choices", ""),
+    "failures of a local model as errors": ("local", fails_as_errors, "choices", ""),
+    "another hypothesis of a client": ("client", every_step(lambda of: of.update(hypothesis="I see the plan")), "attempts", ""),
+    "other claims of a client": ("client", every_step(flipped), "attempts", ""),
+    "a client's trials dropped": ("client", without_last, "attempts", ""),
+    "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
+    "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"], "records", "timings"), "attempts", "is not on record"),
+    "a joint on a plant of one's own": ("bench", hosted(another_joint), "replies", "step 2, decision (joint)"),
+    "a claim there": ("bench", hosted(lambda step: flipped(step["decision"])), "replies", ""),
+    "words there": ("bench", hosted(other_words), "replies", ""),
+    "no reply there": ("bench", hosted(lambda step: step["decision"].pop("replies")), "replies", ""),
+    "a reply in the log there": ("bench", other_call, "replies", ""),
+}  # fmt: skip
+"""An edit with right checksums -> the study, the edit, the check that finds it, and what it says of it."""
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_an_edit_is_found_though_checksums_are_right(played, tmp_path, name):
+    of, edit, check, said = EDITS[name]
+    directory = played(of, tmp_path / "out")
+    files = Evidence(directory)
+    edit(files)
+    files.save()
+    found = failing(directory)
+    assert check in found, found
+    assert any(said in place for place in found[check])
+    if of == "bench":
+        assert list(found) == ["replies"]
+
+
+def test_files_beside_the_records_are_held_against_them(played, tmp_path):
+    directory = played("client", tmp_path / "client")
+    for _ in range(2):  # attempts come with an import, once
+        gather(tmp_path / "merged", [source_of_directory(directory)])
+    assert failing(tmp_path / "merged") == {}
+    (directory / "attempts.jsonl").unlink()
+    assert len(failing(directory)["attempts"]) == 4
+    directory = played("pictured", tmp_path / "pictured")
+    picture = next((directory / "pictures").iterdir())
+    picture.write_bytes(picture.read_bytes() + b" ")
+    assert failing(directory)["pictures"] == (picture.name,)
+    for name, place in (("told", lambda entry: entry), ("claimed", lambda entry: entry["act"])):
+        directory = played("people", tmp_path / name)
+        path = directory / "people" / "aaaa01.jsonl"
+        entries = [json.loads(line) for line in path.read_bytes().splitlines()]
+        place(next(entry for entry in entries if entry.get("box") == 1))[name] = "moved"
+        path.write_text("".join(json.dumps({**entry, "crc": None}) + "\n" for entry in entries))
+        with_right_checksums(path)
+        assert failing(directory).keys() & {"attempts", "records"}
+
+
+def test_a_record_with_a_wrong_checksum_or_none_is_found(played, tmp_path):
+    directory = played("forked", tmp_path / "out")
+    path = directory / "trials.jsonl"
+    path.write_text(path.read_text("utf-8").replace('"ending":"budget"', '"ending":"solved"', 1), "utf-8")
+    assert list(failing(directory)) == ["records"]
+    directory = played("forked", tmp_path / "again")
+    path = directory / FORKS / "trials.jsonl"
+    write(path, lines(path), checksums=False)
+    (check,) = verify(directory)
+    assert check.said.startswith(f"{path}: line 1: checksum: got 'none'")
+
+
+def renamed(record, arm, **place):
+    """Make a record of a fork one of another arm or of another trial, with the key that it then has."""
+    place = {name: record[name] for name in ("study", "agent", "condition", "repetition", "trial")} | place
+    record |= place
+    record["fork"] |= {"parent": str(TrialName(**place)), "arm": arm}
+    record["key"] = str(ForkName(**record["fork"]))
+
+
+FORK_EDITS = {
+    "told": lambda of: of["steps"][3].update(told="Nothing."),
+    "chosen": lambda of: of["steps"][3]["decision"].update(hypothesis="made up"),
+    "of no trial": lambda of: renamed(of, of["fork"]["arm"], trial=9),
+    "another arm": lambda of: renamed(of, {"truth": "lie", "lie": "truth"}[of["fork"]["arm"]]),
+    "an arm that is not there": lambda of: renamed(of, {"truth": "force=nothing", "lie": "hint"}[of["fork"]["arm"]]),
+}
+
+
+@pytest.mark.parametrize("name", FORK_EDITS)
+def test_an_edited_fork_is_found(played, tmp_path, name):
+    directory = played("forked", tmp_path / "out")
+    files = Evidence(directory / FORKS)
+    for record in files.records if name == "another arm" else files.records[:1]:
+        FORK_EDITS[name](record)
+    files.save()
+    assert "forks" in failing(directory)
+
+
+def test_an_edited_next_choice_is_found(played, tmp_path):
+    directory = played("forked", tmp_path / "out")
+    path = directory / FORKS / "next_choices.json"
+    choices = json.loads(path.read_text("utf-8"))
+    key = next(iter(choices))
+    path.write_text(json.dumps(choices | {key: [1.0, 0.0, 0.0, 0.0]}), "utf-8")
+    assert failing(directory)["forks"] == (f"{key}: another next choice than its strategy has",)
+
+
+def test_a_plant_of_the_directory_runs_nothing(played, tmp_path, monkeypatch):
+    directory = played("forked", tmp_path / "out")
+    shutil.rmtree(directory / FORKS)
+    (tmp_path / "stranger.py").write_text("raise SystemExit('this ran')\n")
+    monkeypatch.chdir(tmp_path)
+    files = Evidence(directory)
+    files.settings["plant"] = "python:stranger:Plant"
+    files.save()
+    (luck,) = [check.said for check in verify(directory) if check.name == "luck"]
+    assert luck.endswith("are not played")
+
+
+@pytest.mark.parametrize(
+    ("spec", "kind"),
+    [
+        ("random", "strategy"),
+        ("llm:local?temperature=2", "local"),
+        ("llm:gguf:/x/y.gguf", "local"),
+        ("llm:openai/gpt-4o", "hosted"),
+        ("participant:ab12", "outside"),
+        ("mcp:codex", "outside"),
+        ("python:a:B", "own"),
+    ],
+)
+def test_the_kind_of_an_agent_is_known_by_its_spec(spec, kind):
+    assert kind_of(spec) == kind
+    assert kind != "hosted" or read_settings(spec)
+
+
+def test_of_a_study_of_people_it_says_how_many_played(tmp_path):
+    planned = small_study(("participant", "random"), (0.0,), 1, 3)
+    path = write_study(tmp_path / "study", planned, [*play_study(small_study(("random",), (0.0,), 1, 3))])
+    said = {check.name: (check.holds, check.said) for check in verify(path)}
+    assert said["complete"] == (True, "every planned trial is there; of people 0 of 3, who owe none")
+
+
+# The report.
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    directory = write_study(tmp_path_factory.mktemp("report") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
+    write_report(directory)
+    return directory
+
+
+@pytest.fixture
+def edited(reported):
+    """Puts another content into a file of it, for this test."""
+    before = {}
+
+    def put(name, content):
+        path = reported / name
+        before.setdefault(path, path.read_bytes() if path.exists() else None)
+        path.write_bytes(content)
+        return failing(reported)
+
+    yield put
+    for path, content in before.items():
+        path.unlink() if content is None else path.write_bytes(content)
+
+
+@pytest.mark.parametrize("name", ["figures/proof.png", "tables/proof.csv", "proof.html", "Proof.HTM"])
+def test_a_file_that_the_report_does_not_have_is_named(edited, name):
+    assert edited(name, b"made up")["report"] == (f"{name}: no file of this report",)
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "figures/.DS_Store"])
+def test_notes_and_hidden_files_are_no_part_of_the_report(edited, name):
+    assert edited(name, b"mine") == {}
+
+
+@pytest.mark.parametrize("code", ["utf-16", "utf-32-le", "utf-8-sig", "latin-1"])
+def test_a_report_in_another_code_of_characters_is_named(reported, edited, code):
+    text = (reported / "results.json").read_text("utf-8")
+    assert "results" in edited("results.json", f"{text}\N{NO-BREAK SPACE}".encode(code))
+    page = (reported / "report.html").read_text("utf-8")
+    assert edited("report.html", page.encode(code, "replace"))["report"] == ("report.html",)
+
+
+def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(reported, edited):
+    text = (reported / "results.json").read_text("utf-8")
+    (line,) = [
+        one.strip(" ,")
+        for one in text.splitlines()
+        if '"success", "agent": "random", "condition": "truth"' in one and '"of"' not in one and '"axis"' not in one
+    ]
+    for before, after in (('"count": ', '"count": 1'), ('"test": ""', '"test": "", "note": null')):
+        found = edited("results.json", text.replace(line, line.replace(before, after)).encode())
+        assert found == {"results": (f"written: {line.replace(before, after)}", f"computed: {line}")}
+
+
+def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played, tmp_path):
+    text = (reported / "results.json").read_bytes()
+    edited("results.json", text.replace(b'"lockprobe": "', b'"lockprobe": "9.'))
+    (check,) = [check for check in verify(reported) if not check.holds]
+    assert "; it is of release 9." in check.said
+    directory = played("forked", tmp_path / "out")
+    forks = shutil.move(directory / FORKS, tmp_path / "forks")
+    write_report(directory)
+    shutil.move(forks, directory / FORKS)
+    (directory / FORKS / "trials.jsonl").touch()
+    said = {check.name: check.said for check in verify(directory) if not check.holds}
+    assert said.keys() == {"results", "report"}
+    assert all(one.endswith("; the records or forks are newer: lockprobe report first") for one in said.values())
+    write_report(directory)
+    shutil.rmtree(directory / FORKS)
+    assert "tables/forks.csv: no file of this report" in failing(directory)["report"]
+
+
+def test_the_command_ends_with_one_and_names_what_fails(reported, edited):
+    def verified(*more):
+        return CliRunner().invoke(build(["verify"]), ["verify", str(reported), *more])
+
+    assert verified().exit_code == 0
+    edited("results.json", b"{")
+    done = verified()
+    assert done.exit_code == 1
+    assert "FAILS  results   " in done.stdout
+    found = json.loads(verified("--json").stdout)
+    assert (found["holds"], [one["name"] for one in found["checks"] if not one["holds"]]) == (False, ["results"])
