@@ -34,7 +34,7 @@ from lockprobe.interventions.remark import REMARK
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.warn import Warn
 from lockprobe.simulation.exact.propagation import propagate
-from lockprobe.statistics.misinterpretation import trial_claims
+from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.running.single import run_trial
@@ -280,8 +280,8 @@ def test_a_strategy_learns_nothing_of_an_attempt_that_was_not_reported_and_canno
     assert set(trial.actions) == {trial.target}
     trial = run_trial(agent="human-inspired", condition="drop?p=0.5", seed=3)
     told = sum(step.told_moved is not None for step in trial.steps[:-1])
-    assert len(trial_claims(trial).claims) == told < len(trial.steps) - 1
-    assert trial_claims(trial).false_reports == 0
+    assert len(claims(trial)) == told < len(trial.steps) - 1
+    assert not any(step.told_falsely for step in trial.steps)
     assert not trial.ordinary
 
 

@@ -12,7 +12,6 @@ from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.branch import branch_said, found_said
 from lockprobe.report.prose.first_screen import flips_answer
 from lockprobe.report.prose.idle import idle_doses_said
-from lockprobe.report.prose.section_answers import section_answers
 from lockprobe.report.prose.several_answers import Question, several_answers
 from lockprobe.report.prose.study_comparison import comparison_of_studies_said
 from lockprobe.report.prose.subject import Subject, subject_of
@@ -146,18 +145,6 @@ def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():
     (acting,) = summarise([*trials, *play_trials("human-inspired", 6, p=0.4)], box("chain-4")).agents
     assert said in finding(acting)
     assert "0.0001" not in finding(acting).replace(said, "")
-
-
-def test_misread_claims_are_pooled_as_in_the_tables():
-    """One claim of one is misread, and none of three: 25 % of all claims, while the mean over trials is 50 %."""
-    trials = [
-        make_trial((0, 0), agent="llm:a", claims=[None, "moved"], trial=1, budget=2),
-        make_trial((0,) * 4, agent="llm:a", claims=[None, *["blocked"] * 3], trial=2, budget=4),
-    ]
-    summary = summarise(trials, box("chain-4"))
-    assert summary.agents[0].conditions[0].claims.mean_rate == 0.5
-    said = section_answers(summary)["misinterpretations"]
-    assert said == "When told the truth: 25 % llm:a."
 
 
 @pytest.mark.parametrize("agents", [("viewer", "human-inspired"), ("random",)])

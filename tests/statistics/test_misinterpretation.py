@@ -1,119 +1,69 @@
-"""A misinterpretation contradicts what was told; false reports and false beliefs are counted apart."""
+"""A misinterpretation contradicts what was told; rates of misreading are recovered from flips at known rates."""
 
-import numpy as np
+from collections import Counter
+from dataclasses import replace
+
 import pytest
 from builders import make_trial
 
-from lockprobe.statistics.misinterpretation import claims, misinterpretations, trial_claims
+from lockprobe.interventions.misread_flip import MisreadFlip
+from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims, misread_rates
+from lockprobe.statistics.proportions import proportion
+from lockprobe.studies.running.single import run_trial
+from lockprobe.trial.condition import Condition
 
 
-def test_claims_are_about_the_step_before():
-    # Steps: 3 moves, 2 moves, 0 is blocked. The report of step 2 is inverted.
-    trial = make_trial([3, 2, 0, 0], false_at=[2], claims=[None, "blocked", "blocked", "blocked"])
-    assert [(c.step, c.claimed, c.told, c.truth, c.misinterpreted) for c in claims(trial)] == [
-        (1, "blocked", "moved", "moved", True),
-        (2, "blocked", "blocked", "moved", False),
-        (3, "blocked", "blocked", "blocked", False),
+def test_claims_are_about_the_step_before_and_each_error_is_told_apart():
+    # Steps: 3 moves, 2 moves, 0 is blocked. The report of step 2 is inverted, and so is that of step 3.
+    trial = make_trial([3, 2, 0, 0], false_at=[2, 3], claims=[None, "blocked", "blocked", "blocked"])
+    said = claims(trial)
+    assert [claim[1:] for claim in said] == [
+        ("blocked", "moved", "moved"),
+        ("blocked", "blocked", "moved"),
+        ("blocked", "moved", "blocked"),
     ]
+    assert [claim.joint for claim in said] == [step.joint for step in trial.steps[:3]]
+    assert [claim.misread for claim in said] == [True, False, True]
+    assert [claim.falsely_told for claim in said] == [False, True, True]
+    assert [claim.false_belief for claim in said] == [True, True, False]
 
 
-def test_table_by_hand():
-    trials = [
-        make_trial([3, 2, 0, 0], trial=1, false_at=[2], claims=[None, "blocked", "blocked", "blocked"]),
-        make_trial([3, 0, 0], trial=2, claims=[None, "moved", None]),
-        make_trial([3, 0, 0], trial=3),
-        make_trial([3, 0, 0], trial=4, claims=[None, "blocked", "moved"], broken="reply"),
-    ]
-    found = misinterpretations(trials)
-    assert (found.trials, found.affected, found.total) == (2, 1, 1)
-    assert found.mean_rate == pytest.approx((1 / 3 + 0) / 2)
-    assert found.sd_rate == pytest.approx(1 / 3 / 2**0.5)
-    assert (found.pooled.count, found.pooled.n) == (1, 4)
-    assert (found.against_truth.count, found.against_truth.n) == (2, 4)
+def test_broken_trials_and_silent_agents_are_not_counted():
+    silent = make_trial([3, 0, 0], trial=2, claims=[None, "moved", None])
+    broken = make_trial([3, 0, 0], trial=3, claims=[None, "blocked", "moved"], broken="reply")
+    assert claim_counts([silent, broken, make_trial([3, 0, 0], trial=4)]) == Counter(claims(silent))
+    assert claim_counts([silent]).total() == 1
 
 
-MOVES = [3, 2, 0, 0, 3, 3]  # moved, moved, blocked, blocked, moved, moved
+RATES = {"A": (0.5, 0.1), "B": (0.0, 0.3), "C": (0.8, 0.0), "D": (0.2, 0.2)}
+FLIP = replace(
+    MisreadFlip(like="rgb"),
+    by_label=tuple(f"{label}:{hidden}:{invented}" for label, (hidden, invented) in RATES.items()),
+)
 
 
-def answered(claims, *, false_at=(), trial=1):
-    return make_trial(MOVES, trial=trial, false_at=false_at, claims=[None, *claims])
-
-
-def played(seed, n=12):
-    """Trials with reports and readings wrong at random."""
-    rng = np.random.default_rng(seed)
-    kinds = np.array(["moved", "blocked"])
-    return [
-        answered(
-            [None if rng.random() < 0.2 else str(kinds[rng.integers(2)]) for _ in range(5)],
-            false_at=[step for step in range(1, 7) if rng.random() < 0.4],
-            trial=number,
+def test_the_rates_that_made_false_reports_lie_within_the_intervals_of_what_is_found():
+    """At 99.9 %, for eight rates, so that a right function fails in fewer than one of a hundred seeds."""
+    played = [
+        run_trial(
+            agent="cognitive:perseverant", trial=number, shuffle="never", condition=Condition(interventions=(FLIP,))
         )
-        for number in range(1, n + 1)
+        for number in range(1, 121)
     ]
+    said, joints = claim_counts(played), played[0].joints
+    found = misread_rates(said, joints)
+    for joint, rates in zip(joints, RATES.values(), strict=True):
+        for i, outcome in enumerate(("moved", "blocked")):
+            n = sum(count for claim, count in said.items() if (claim.joint, claim.truth) == (joint, outcome))
+            within = proportion(round(found[joint][i] * n), n, level=0.999)
+            assert n == 0 or within.low <= rates[i] <= within.high
+    by = misread_rates(said, joints, "direction")
+    assert len({*by.values()}) == 1 < len({*found.values()})
 
 
-def test_each_kind_of_error_by_hand():
-    # told: blocked (false), moved, moved (false), blocked, moved
-    said = answered(["blocked", "blocked", "blocked", "blocked", "moved"], false_at=[1, 3])
-    found = misinterpretations([said])
-    assert {(k.claimed, k.told, k.truth): k.count for k in found.counts if k.count} == {
-        ("blocked", "blocked", "moved"): 1,  # a false report, believed
-        ("blocked", "moved", "moved"): 1,  # a true report, misread
-        ("blocked", "moved", "blocked"): 1,  # a false report, undone by a misreading
-        ("blocked", "blocked", "blocked"): 1,
-        ("moved", "moved", "moved"): 1,
-    }
-    assert (found.believed, found.misread, found.undone) == (1, 1, 1)
-    assert (found.misinterpreted.count, found.falsely_told.count, found.false_belief.count) == (2, 2, 2)
-    assert (found.moved_for_blocked.count, found.moved_for_blocked.n) == (0, 2)
-    assert (found.blocked_for_moved.count, found.blocked_for_moved.n) == (2, 3)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_three_errors_add_up(seed):
-    found = misinterpretations(played(seed))
-    assert len(found.counts) == 8
-    assert sum(kind.count for kind in found.counts) == found.pooled.n
-    assert found.misinterpreted.count == found.total == found.misread + found.undone
-    assert found.falsely_told.count == found.believed + found.undone
-    assert found.false_belief.count == found.against_truth.count == found.believed + found.misread
-    assert found.moved_for_blocked.count + found.blocked_for_moved.count == found.total
-    assert found.moved_for_blocked.n + found.blocked_for_moved.n == found.pooled.n
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_trial_is_what_its_claims_are(seed):
-    trials = played(seed)
-    rows = [trial_claims(trial) for trial in trials]
-    found = misinterpretations(trials)
-    rates = [row.rate for row in rows if row.rate is not None]
-    assert (found.mean_rate, found.sd_rate) == (pytest.approx(np.mean(rates)), pytest.approx(np.std(rates, ddof=1)))
-    assert found.affected == sum(row.misinterpreted > 0 for row in rows)
-    assert found.false_belief.count == sum(row.false_beliefs for row in rows)
-    assert found.falsely_told.count == sum(row.falsely_told for row in rows)
-    assert (found.false_reports.count, found.false_reports.n) == (sum(row.false_reports for row in rows), 12 * 6)
-    for trial, row in zip(trials, rows, strict=True):
-        assert row.claims == tuple(claims(trial))
-        assert row.false_reports == sum(step.told_moved != step.moved for step in trial.steps)
-
-
-def test_claims_of_one_trial_are_not_independent():
-    """All wrong in half of the trials and none in the others says less than as many wrong claims spread evenly."""
-    right = ["moved", "moved", "blocked", "blocked"]
-    wrong = ["blocked", "blocked", "moved", "moved"]
-    half = [answered(right if number % 2 else wrong, trial=number) for number in range(1, 11)]
-    spread = [answered([*right[:2], *wrong[2:]], trial=number) for number in range(1, 11)]
-    together, apart = misinterpretations(half), misinterpretations(spread)
-    assert together.misinterpreted.value == apart.misinterpreted.value == 0.5
-    assert (together.affected, apart.affected) == (5, 10)
-    assert together.pooled == apart.pooled
-    width = [found.misinterpreted.high - found.misinterpreted.low for found in (together, apart)]
-    assert width[0] > 1.5 * width[1]
-
-
-def test_hallucinated_changes_are_a_share_of_what_was_misread():
-    blocked_for_moved = make_trial([3, 2, 1, 0], claims=[None, "blocked", "moved", "moved"])
-    moved_for_blocked = make_trial([0, 1, 2, 0], claims=[None, "moved", "moved", "blocked"], trial=2)
-    found = misinterpretations([blocked_for_moved, moved_for_blocked]).hallucinated
-    assert (found.count, found.n, found.clusters) == (2, 3, 2)
+def test_a_joint_without_a_claim_has_the_rate_of_all():
+    said = {Claim("a", "moved", "moved", "moved"): 3, Claim("a", "blocked", "moved", "moved"): 1}
+    assert misread_rates(said, "ab") == {"a": (0.25, 0.0), "b": (0.25, 0.0)}
+    assert misread_rates(said, "ab", "direction") == {"a": (0.25, 0.0), "b": (0.25, 0.0)}
+    assert misread_rates(said, "ab", "total") == {"a": (0.25, 0.25), "b": (0.25, 0.25)}
+    assert misread_rates({}, ["a"]) == {"a": (pytest.approx(0), 0)}

@@ -26,7 +26,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.prose.branch import found_said, size_said, value_said
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.statistics.branch import BranchEffect, branch_effects
-from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.fork_costs import fork_costs
@@ -122,7 +121,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        _print_effects(effects, rule_breaks(forks, asked.study.box), json=json)
+        _print_effects(effects, broken_said(forks, asked.study.box), json=json)
         failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
         if failed:
             observer.broke()
@@ -176,7 +175,7 @@ class _Watched(PassedOn):
         self._shown.begin_forks(study, journal, owed, lines)
 
 
-def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *, json: bool) -> None:
+def _print_effects(effects: Sequence[BranchEffect], rules: str, *, json: bool) -> None:
     if json:
         print(json_.dumps({"event": "effects", "effects": [asdict(one) for one in effects]}))
         return
@@ -198,7 +197,7 @@ def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *,
         table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
     print_table(table)
     print()
-    for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [broken_said(rules)])):
+    for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [rules])):
         print(printable(said))
     several = "; P and intervals for the number of agents" if any(one.agents > 1 for one in effects) else ""
     print(

@@ -20,10 +20,10 @@ from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.page import figures_of, page_of, parts_of, tables_of
 from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.seen import embedded
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import condition_words, primary_lines
-from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.section import Caption, Figure
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.svg import Image, image

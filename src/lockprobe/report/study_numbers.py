@@ -14,6 +14,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import collecting, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.section_answers import section_answers
 from lockprobe.report.rows import Curve, Estimate, Finding
 from lockprobe.statistics.agent_comparison.paired import BlockMean
@@ -28,8 +29,6 @@ from lockprobe.statistics.dose_courses import dose_courses
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.robot import RobotSenses, robot_senses
-from lockprobe.statistics.rules import RuleBreaks, together
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.summary import StudySummary, check_trials, summarise
 from lockprobe.studies.file_names import RECORDS
@@ -128,7 +127,6 @@ class StudyNumbers:
         doses: Those over every other dose, and over options of agents.
         forks: What one report did, by its forks; empty without forks.
         people: The numbers of people; None if none of their trials has ended.
-        robot: What a robot took its attempts for; None without its verdicts and readings.
     """
 
     opened: OpenedStudy
@@ -137,7 +135,6 @@ class StudyNumbers:
     doses: tuple[tuple[Series, StudySummary], ...] = ()
     forks: tuple[BranchEffect, ...] = ()
     people: People | None = None
-    robot: RobotSenses | None = None
 
     @property
     def study(self) -> Study:
@@ -226,9 +223,9 @@ class StudyNumbers:
         return {agent: len(found) for agent, found in own.items() if all(trial.error is not None for trial in found)}
 
     @cached_property
-    def rules(self) -> RuleBreaks | None:
-        """Attempts against the rules of the box; None if the box is not known."""
-        return together(cell.summary.rules for cell in self.cells)
+    def broken_rules(self) -> str:
+        """How many attempts broke the rules of the box, in few words; empty if none did."""
+        return broken_said(self.trials, self.study.box)
 
 
 def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
@@ -260,7 +257,6 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         doses=tuple(doses),
         forks=tuple(forks),
         people=section("People", lambda: people(opened.analysed), lambda: None),
-        robot=section("Verdicts of the robot", lambda: robot_senses(opened.analysed), lambda: None),
     )
 
 

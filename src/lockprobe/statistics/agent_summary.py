@@ -8,7 +8,6 @@ from typing import TypedDict
 
 import numpy as np
 
-from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE
@@ -82,7 +81,6 @@ class AgentSummary:
 
 def agent_summary(
     trials: AxisTrials,
-    box: Lockbox | None,
     axis: Axis,
     place: Callable[[Trial], Place],
     known: Mapping[tuple[str, str], ConditionSummary],
@@ -95,7 +93,6 @@ def agent_summary(
 
     Args:
         trials: Its trials.
-        box: The box, if it is known.
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.
         known: Results under conditions that were computed before, of the same trials.
@@ -103,7 +100,7 @@ def agent_summary(
         heeded: As in :class:`AgentSummary`.
         agents: Agents that are judged together.
     """
-    conditions = tuple(condition_at(members, box, place, known, trials.order) for _, members in trials.by_dose())
+    conditions = tuple(condition_at(members, place, known, trials.order) for _, members in trials.by_dose())
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]

@@ -22,7 +22,7 @@ from lockprobe.statistics.conditions.dose_grid import Grid
 from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.idle import Idle, idle_interventions, steps_changed
+from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
 from lockprobe.statistics.outcomes import Outcomes, heeded_at_most
 from lockprobe.statistics.proportions import ALPHA
@@ -126,9 +126,9 @@ def idle_conditions(cells: Cells, design: Design) -> list[Idle]:
     acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
     return [
         one
-        for (agent, label), cell in cells.items()
+        for (_, label), cell in cells.items()
         if label not in design.controls
-        for one in idle_interventions(agent, label, steps_changed(cell.trials), acting.get(label, []))
+        for one in idle_interventions(cell.trials, acting.get(label, []))
     ]
 
 

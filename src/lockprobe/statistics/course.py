@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,8 +14,8 @@ from lockprobe.foundation.spec import PEOPLE, spec_kind
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.idle import steps_changed
-from lockprobe.statistics.outcomes import Outcomes, Point, ended, heeded_at_most, points
+from lockprobe.statistics.idle import never_acted
+from lockprobe.statistics.outcomes import Outcomes, Point, heeded_at_most, points
 from lockprobe.statistics.resample import Resamples, resample
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
@@ -157,12 +157,3 @@ def courses(
 def _shown(trials: AxisTrials, axis: Axis, *, several: bool) -> str:
     modality = spoken(trials.modality) if several or trials.modality not in PLAIN_WORDS else ""
     return ", ".join(filter(None, (modality, axis.rest)))
-
-
-def never_acted(trials: Sequence[Trial]) -> bool:
-    """Whether interventions of a condition changed nothing, or it has a flip rate above 0 and no report was false."""
-    changed = steps_changed(trials)
-    if changed is None or not changed.known:
-        return False
-    truthful = bool(trials[0].p) and not any(step.told_falsely for trial in ended(trials) for step in trial.steps)
-    return truthful or not changed.changed

@@ -12,7 +12,7 @@ from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.course import Course, courses
-from lockprobe.statistics.idle import idle_interventions, steps_changed
+from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
@@ -33,7 +33,7 @@ def dose_courses(
     idle = {
         (agent, label)
         for (agent, label), own in grouped(trials, lambda trial: (trial.group, trial.condition)).items()
-        if label not in design.controls and idle_interventions(agent, label, steps_changed(own), acting.get(label, ()))
+        if label not in design.controls and idle_interventions(own, acting.get(label, ()))
     }
     first, known = design.control(design.arms[0].label), Counter[tuple[object, ...]]()
     times = Counter(series.axis for series in design.series)

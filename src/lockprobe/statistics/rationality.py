@@ -12,9 +12,7 @@ agent is told of it misleads every observer. So of each trial the actions before
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Hashable, Iterable, Sequence
 from itertools import accumulate
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
@@ -24,7 +22,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.rules import unbroken
+from lockprobe.statistics.rules import state_after, unbroken
 from lockprobe.trial.record import Trial
 
 JUDGED, ACTIONS = 100, 5000
@@ -37,21 +35,8 @@ _MANY = 1 << 14
 _TOGETHER = 64
 """Moments at which attempts are weighed at once."""
 
-Told = tuple[int, ReportedAttempt | None]
+_Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and its report; None if the box opened."""
-
-
-@dataclass(frozen=True, slots=True)
-class OptimalActions:
-    """The actions of one condition, as the observer judges them.
-
-    Attributes:
-        share: Share of optimal actions; the trial is a cluster.
-        contradicted: Whether reports were impossible under the prior, so that the observer began again.
-    """
-
-    share: ClusteredProportion
-    contradicted: bool
 
 
 def prior_for(joints: int) -> str | None:
@@ -59,12 +44,11 @@ def prior_for(joints: int) -> str | None:
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> OptimalActions | None:
-    """Judge the trials of one condition.
+def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[ClusteredProportion, bool] | None:
+    """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
-    None if none has ended with an action that can be judged, if the box is too large for a prior, or if in some of them
-    an action was not the choice or a report was missing: the others are those in which that did not happen, which is no
-    fair sample.
+    None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was
+    not the choice or a report was missing (the others would be no fair sample).
 
     Args:
         trials: The trials.
@@ -81,22 +65,22 @@ def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> Opti
     if not judged:
         return None
     _weigh(now for choices, _ in judged for now, _ in choices)
-    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]
+    counts = [sum(bool(now.optimal and now.optimal[joint]) for now, joint in choices) for choices, _ in judged]
     share = clustered_proportion(counts, [len(choices) for choices, _ in judged])
-    return OptimalActions(share, any(contradicted for _, contradicted in judged))
+    return share, any(contradicted for _, contradicted in judged)
 
 
 class _Moment:
-    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs."""
+    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs.
+
+    Attributes:
+        optimal: Whether no other attempt costs fewer expected steps than that at each joint; None until it is weighed.
+    """
 
     def __init__(self, belief: Belief) -> None:
         self.belief = belief
+        self.optimal: list[bool] | None = None
         self._after: dict[ReportedAttempt, tuple[_Moment, bool]] = {}
-
-    @cached_property
-    def optimal(self) -> Sequence[bool]:
-        """Whether no other attempt costs fewer expected steps than that at each joint."""
-        return _optimal([self.belief])[0]
 
     def after(self, report: ReportedAttempt) -> tuple[_Moment, bool]:
         """The moment after a report, and whether the report was impossible."""
@@ -122,21 +106,16 @@ def _moment(belief: Belief) -> _Moment:
 
 def _weigh(moments: Iterable[_Moment]) -> None:
     """Find the optimal attempts at all these moments, where they are not known: together it takes less time."""
-    new = [one for one in dict.fromkeys(moments) if "optimal" not in vars(one)]
+    new = [one for one in dict.fromkeys(moments) if one.optimal is None]
     for alike in grouped(new, lambda one: (one.belief.interlocks, one.belief.noise)).values():
         for i in range(0, len(alike), _TOGETHER):
             some = alike[i : i + _TOGETHER]
-            for one, optimal in zip(some, _optimal([one.belief for one in some]), strict=True):
+            found = least(all_expected_steps([one.belief for one in some])).tolist()
+            for one, optimal in zip(some, found, strict=True):
                 one.optimal = optimal
 
 
-def _optimal(beliefs: Sequence[Belief]) -> list[list[bool]]:
-    """The optimal attempts under beliefs of one prior and one model of reports."""
-    found: list[list[bool]] = least(all_expected_steps(beliefs)).tolist()
-    return found
-
-
-def _choices(trial: Trial, told: Sequence[Told], prior: str) -> tuple[list[tuple[_Moment, int]], bool]:
+def _choices(trial: Trial, told: Sequence[_Told], prior: str) -> tuple[list[tuple[_Moment, int]], bool]:
     """Every action that was told, by the moment before it and the number of its joint; whether a report was impossible.
 
     These may be the first actions alone.
@@ -154,44 +133,19 @@ def _choices(trial: Trial, told: Sequence[Told], prior: str) -> tuple[list[tuple
     return found, contradicted
 
 
-def _told(trial: Trial) -> list[Told]:
-    """Every attempt and its report, with joints as numbers."""
-    numbers, shown, states_only = _numbers(trial), _shown(trial), trial.states_only
-    positions = {told: _positions(trial, numbers, told) for told in set(shown)}
-    found: list[Told] = [
-        (
-            joint := numbers[step.joint],
-            ReportedAttempt(joint, bool(step.told_moved), positions[told], states_only),
-        )
-        for step, told in zip(trial.steps, shown, strict=True)
-    ]
-    return [*found[:-1], (found[-1][0], None)] if trial.solved else found
+def _told(trial: Trial) -> list[_Told]:
+    """Every attempt and its report.
 
-
-def _shown(trial: Trial) -> list[str | None]:
-    """The configuration as told or pictured after every step, a bit string in panel order; None if neither."""
-    last = trial.steps[-1]
-    moved = {trial.joints.index(last.joint)} if last.moved else set()
-    ended = "".join(str(int(bit) ^ (i in moved)) for i, bit in enumerate(last.state))
-    after = [*(step.state for step in trial.steps[1:]), ended]
-    return [
-        true if step.pictures and step.told_state is None else step.told_state
-        for step, true in zip(trial.steps, after, strict=True)
-    ]
-
-
-def _numbers(trial: Trial) -> dict[str, int]:
-    """The number of every joint: the target is 0, the others follow in the order of first attempts.
-
-    The priors treat all joints but the target alike, so trials that differ only in names share cache entries.
+    Joints are numbers: the target is 0, the others follow in the order of first attempts. The priors treat all joints
+    but the target alike, so trials that differ only in names share cache entries.
     """
     order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
-    return {joint: number for number, joint in enumerate(order)}
-
-
-def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> int | None:
-    """The joints reported away from their start, as bits."""
-    if told is None:
-        return None
-    pairs = zip(trial.joints, told, trial.steps[0].state, strict=True)
-    return sum((now != start) << numbers[joint] for joint, now, start in pairs)
+    numbers = {joint: number for number, joint in enumerate(order)}
+    found: list[_Told] = []
+    for step in trial.steps:
+        seen = state_after(trial, step) if step.pictures and step.told_state is None else step.told_state
+        pairs = zip(trial.joints, seen or "", trial.steps[0].state, strict=bool(seen))
+        turned = None if seen is None else sum((now != start) << numbers[joint] for joint, now, start in pairs)
+        joint = numbers[step.joint]
+        found.append((joint, ReportedAttempt(joint, bool(step.told_moved), turned, trial.states_only)))
+    return [*found[:-1], (found[-1][0], None)] if trial.solved else found

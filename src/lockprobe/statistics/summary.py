@@ -102,7 +102,7 @@ def summarise(
     )
     shown = Counter(members.agent for members in by_agent)
     several = {agent for agent, count in shown.items() if one_of_several or count > 1}
-    compared, *found = _longest_first(each, _jobs(by_agent, box, axis, several, place, known), by_agent)
+    compared, *found = _longest_first(each, _jobs(by_agent, axis, several, place, known), by_agent)
     agents = tuple[AgentSummary, ...](agent for agent in found if agent is not None)
     return StudySummary(
         agents=agents,
@@ -123,7 +123,6 @@ def _longest_first(each: Each, jobs: Sequence[Callable[[], Any]], by_agent: Sequ
 
 def _jobs(
     by_agent: Sequence[AxisTrials],
-    box: Lockbox | None,
     axis: Axis,
     several: Collection[str],
     place: Callable[[Trial], Place],
@@ -144,7 +143,6 @@ def _jobs(
                 partial(
                     agent_summary,
                     members,
-                    box,
                     axis,
                     place,
                     {name: one for name, one in known.items() if name in names},

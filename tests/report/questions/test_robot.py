@@ -1,15 +1,22 @@
-"""The table of truth, verdict and camera: each against the others, joint by joint."""
+"""What arm and camera took attempts for, and attempts against the rules of the box: counted, and said in the answer."""
 
+import pytest
 from builders import make_trial, modality_study, write_study
+from clumsy import CLUMSY, HAND
+from reported import found_in
 
+from lockprobe.boxes.families import box
+from lockprobe.foundation.plugins import allow
+from lockprobe.report.compare.studies import compare_studies
 from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.results import results
+from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.rules import against_rules
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.read_records import load
 
 TOLD = ("symbolic?source=truth", "symbolic?source=verdict", "symbolic?source=camera")
-
-
-def found_in(directory, planned, trials):
-    return results(write_study(directory, planned, trials))
 
 
 def played(modality, trial):
@@ -21,23 +28,93 @@ def played(modality, trial):
     )  # fmt: skip
 
 
-def test_every_joint_has_a_row_and_its_numbers_are_rows_of_the_results(tmp_path):
+def test_every_joint_has_a_row_and_failures_are_counted_apart(tmp_path):
     planned = modality_study(["human-inspired"], TOLD, trials=8, plant="twin", max_steps=3)
-    found = found_in(tmp_path / "study", planned, [played(one, trial) for one in TOLD for trial in range(1, 9)])
+    found = found_in(tmp_path, planned, [played(one, trial) for one in TOLD for trial in range(1, 9)])
     head, *rows = tables_of(found)["robot"]
-    assert head == [
-        "joint", "attempts", "moved", "blocked", "verdict right", "failed", "camera right", "unclear",
-        "verdict and camera agree",
-    ]  # fmt: skip
-    assert [row[:4] + row[5::2] for row in rows] == [
-        ["revolute-left", "24", "0", "24", "0", "0"],
-        ["revolute-right", "48", "48", "0", "24", "24"],
-        ["all", "72", "48", "24", "24", "24"],
+    assert head == ["joint", "right verdicts", "of", "undecided", "right readings", "of", "undecided"]
+    assert [[cell.partition(" [")[0] for cell in row] for row in rows] == [
+        ["revolute-left", "0 %", "24", "0", "100 %", "24", "0"],
+        ["revolute-right", "100 %", "24", "24", "100 %", "24", "24"],
+        ["all", "50 %", "48", "24", "100 %", "48", "24"],
     ]
-    assert [row[4].partition(" [")[0] for row in rows] == ["0 %", "100 %", "50 %"]
     target = found.one("right_verdicts", of="revolute-left")
-    assert (target.count, target.n, target.clusters, target.high < 0.5) == (0, 24, 8, True)
+    assert (target.clusters, target.high < 0.5) == (8, True)
     assert found.one("wrong_verdicts").count == found.one("wrong_verdicts", of="moved for blocked").count == 24
-    assert found.one("verdict_camera_agreement").count == 24
-    page = page_of(found)
-    assert "Wrong outcomes: the verdict at 24 of 48 attempts, the camera at 0 of 48 attempts." in page
+    assert found.one("wrong_verdicts", of="blocked for moved").count == 0
+    assert (found.one("wrong_readings").low, found.one("wrong_readings").high > 0) == (0, True)
+    said = "Wrong: the verdict of the arm at 24 of 48 attempts, the reading of the camera at 0 of 48 attempts."
+    assert said in page_of(found)
+
+
+AGENTS = ["cognitive:careful", "human-inspired"]
+MISSES = "plant?forces=9&knocks=2&misses=3;4;5;6;7;8"
+
+
+@pytest.fixture(scope="module")
+def directories(tmp_path_factory):
+    """Two conditions with a hand that misses in one of them, with one that always misses, and with one that never does."""
+    found = []
+    for plant, condition in ((HAND, MISSES), (CLUMSY, "tremble?p=0.3"), ("symbolic", "tremble?p=0.3")):
+        asked = {"p": [0], "trials": 6, "repetitions": 2, "condition": condition, "max_steps": 9}
+        planned = study("flips", agent=AGENTS, plant=plant, **asked)
+        found.append(write_study(tmp_path_factory.mktemp("study") / "study", planned))
+    return found
+
+
+@pytest.fixture(scope="module")
+def studies(directories):
+    return [results(directory) for directory in directories]
+
+
+def test_the_answer_counts_them_and_success_is_compared_all_the_same(studies):
+    missing, clumsy, kept = studies
+    for found in (missing, clumsy):
+        rows = found.where("against_rules")
+        broken = (
+            f" {sum(row.count for row in rows)} of {sum(row.n for row in rows)} attempts broke the rules of the box."
+        )
+        assert found.answer.endswith(broken)
+        assert len(found.answer) > len(broken) + 10
+        assert {row[6] for row in tables_of(found)["claims"][1:]} == {"not judged", "not measured"}
+        assert found.said("overview", "chance") == []
+    (effect,) = missing.where("success_difference", agent="human-inspired", of="", condition=MISSES)
+    assert effect.value < 0
+    assert {row.quantity for row in clumsy.rows} >= {row.quantity for row in kept.rows}
+    assert "broke the rules" not in kept.answer
+    assert not_judged(kept) == ""
+    assert kept.where("missed_share") == kept.where("attempts") == []
+
+
+def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(studies, directories):
+    chain, missing = box("chain-4"), studies[0]
+    own = [one for one in load(directories[0]) if (one.group, one.condition) == ("human-inspired", MISSES)]
+    judged = [against_rules(trial, chain) for trial in own]
+    free, locked = ([[one for one in trial if one.free == at] for trial in judged] for at in (True, False))
+    for quantity, among, happened in (
+        ("missed_share", free, [sum(not one.moved for one in of) for of in free]),
+        ("forced_share", locked, [sum(one.moved for one in of) for of in locked]),
+        ("moved_another_share", judged, [sum(one.other for one in of) for of in judged]),
+    ):
+        row = missing.one(quantity, agent="human-inspired", condition=MISSES)
+        share = clustered_proportion(happened, list(map(len, among)))
+        assert (row.count, row.n, row.low, row.high) == (share.count, share.n, share.low, share.high)
+        assert row.count > 0
+    assert {row.count for row in missing.where("missed_share") if row.condition == "truth"} == {0}
+    for cell in missing.cells:
+        kept = cell.get("success_without_miss")
+        assert kept is None or kept.n <= cell.trials
+        if cell.condition == "truth":
+            assert (kept.count, kept.n) == (cell.get("success").count, cell.get("success").n)
+    assert "attempts at free joints missed" in page_of(missing)
+
+
+@pytest.mark.parametrize("plant", [CLUMSY, "symbolic"])
+def test_compared_studies_say_how_many_attempts_broke_the_rules(tmp_path, plant):
+    allow(plant)
+    for seed in (1, 2):
+        planned = study("flips", agent="cognitive:careful", p=[0], trials=4, repetitions=1, plant=plant, seed=seed)
+        write_study(tmp_path / str(seed), planned)
+    said = compare_studies([tmp_path / "1", tmp_path / "2"]).said
+    assert said.endswith("attempts broke the rules of the box.") == (plant == CLUMSY)
+    assert said.count(".") > (plant == CLUMSY)

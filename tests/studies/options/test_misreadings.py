@@ -9,7 +9,7 @@ import pytest
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.confusion import rates_of
 from lockprobe.report.verify.verification import verify
-from lockprobe.statistics.confusion import confusion
+from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -28,14 +28,15 @@ def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
     """The rates stand in the settings, so the other study may go; no path stands in a key."""
     run_study(THERE, tmp_path / "there")
     here = like(tmp_path / "there")
-    matrix = confusion([trial for trial in load(tmp_path / "there") if trial.condition == "flip?p=0.4"])
+    said = claim_counts(trial for trial in load(tmp_path / "there") if trial.condition == "flip?p=0.4")
+    matrix = misread_rates(said, THERE.box.names)
     rmtree(tmp_path / "there")
     trials = run_study(here, tmp_path / "here")
     condition = here.conditions[1]
     assert rates_of(condition.interventions[0].rates) == {
-        joint: pytest.approx(rates, abs=1e-5) for joint, rates in matrix.rates().items()
+        joint: pytest.approx(rates, abs=1e-5) for joint, rates in matrix.items()
     }
-    assert condition.interventions[0].size == matrix.claims > 20
+    assert condition.interventions[0].size == said.total() > 20
     assert condition.label == "flip?p=1&like=flips/flip?p=0.4"
     assert str(tmp_path) not in json.dumps(here.settings())
     told = [trial for trial in trials if trial.condition == condition.label]
@@ -44,7 +45,7 @@ def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
         entries = rates_of(tuple(str(trial.channels[0]["by_label"]).split(";")))
         labelled = dict(zip(trial.labels, trial.joints, strict=True))
         for label, rates in entries.items():
-            assert rates == pytest.approx(matrix.rates()[labelled[label]], abs=1e-5)
+            assert rates == pytest.approx(matrix[labelled[label]], abs=1e-5)
     assert read_study(tmp_path / "here").identity == here.identity
     assert [check.name for check in verify(tmp_path / "here") if not check.holds] == []
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.statistics.loops import measure
-from lockprobe.statistics.misinterpretation import trial_claims
+from lockprobe.statistics.misinterpretation import claims
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT
 
@@ -166,17 +166,17 @@ def trial_rows(
     loops = measure([trial.actions for trial in trials])
     named = _has_others_than_flips(trials)
     for place, trial in enumerate(trials):
-        said = trial_claims(trial)
+        said = claims(trial)
         yield {
             **_which(trial),
             "ending": trial.ending,
             "solved": "" if trial.error else int(trial.solved),
-            "steps": said.steps,
+            "steps": len(trial.steps),
             "budget": trial.budget,
             "moves": sum(step.moved for step in trial.steps),
-            "false_reports": said.false_reports,
-            "claims": len(said.claims),
-            "misinterpretations": said.misinterpreted,
+            "false_reports": sum(step.told_falsely for step in trial.steps),
+            "claims": len(said),
+            "misinterpretations": sum(one.misread for one in said),
             "any_loop": int(loops.any_loop[place]),
             "loop_coverage": float(loops.share[place]) if trial.steps else "",
             "error": trial.error.boundary if trial.error else "",

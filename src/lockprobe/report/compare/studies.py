@@ -20,7 +20,6 @@ from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.rules import rule_breaks, together
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial
@@ -175,12 +174,12 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     )
     samples = _samples(list(opened.values()), shared, set(agents or known))
     found, box = study_differences(samples), next(iter(opened.values())).study.box
-    broken = together(rule_breaks(one.trials, box) for one in samples)
+    broken = broken_said((trial for one in samples for trial in one.trials), box)
     said = comparison_of_studies_said(found, {one.side: _subject(one.side, studies) for one in samples})
     return Comparison(
         box=box.name,
         studies=studies,
-        said=" ".join(filter(None, (said, broken_said(broken)))),
+        said=" ".join(filter(None, (said, broken))),
         success=tuple(_success(one) for one in samples),
         differences=found,
         unlike=tuple(_unlike(samples, studies)),

@@ -66,7 +66,7 @@ def idle_doses_said(agent: AgentSummary) -> str:
     if not agent.idle:
         return ""
     doses = listed([at_dose(one.dose, agent.axis) for one in agent.idle])
-    steps = sum(one.claims.false_reports.n for one in agent.idle)
+    steps = sum(one.steps for one in agent.idle)
     what = "no report was false" if agent.axis.kind == "flip" else "nothing was changed"
     who, which = subject_of(agent).name, "it" if len(agent.idle) == 1 else "them"
     return f"{capital(doses)}, {what} ({who}, {steps} steps), so nothing is concluded from {which}."

@@ -1,12 +1,15 @@
-"""Sentences on a robot: how often it broke the rules of the box."""
+"""How often a plant broke the rules of the box, in few words."""
 
 from __future__ import annotations
 
-from lockprobe.statistics.rules import RuleBreaks
+from collections.abc import Iterable
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.statistics.rules import against_rules
+from lockprobe.trial.record import Trial
 
 
-def broken_said(found: RuleBreaks | None) -> str:
-    """How many attempts broke the rules of the box, in few words; empty if none did."""
-    if found is None or not found.against:
-        return ""
-    return f"{found.against} of {found.attempts} attempts broke the rules of the box."
+def broken_said(trials: Iterable[Trial], box: Lockbox) -> str:
+    """How many attempts broke the rules of the box, also in trials that broke later; empty if none did."""
+    judged = [one.against for trial in trials for one in against_rules(trial, box)]
+    return f"{sum(judged)} of {len(judged)} attempts broke the rules of the box." if any(judged) else ""

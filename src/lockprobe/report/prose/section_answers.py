@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
-from lockprobe.foundation.formatting import capital, first_three, percent
-from lockprobe.report.prose.doses import at_dose
+from lockprobe.foundation.formatting import first_three, percent
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.summary import StudySummary
 
 NO_NUMBERS = "It cannot be computed from these trials."
@@ -20,33 +18,11 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     agents = summary.judged
     if not agents:
         return {}
-    first = next(one.dose for one in agents[0].conditions if one.success.n)
-    where = at_dose(first, summary.axis)
     found = {
         "agents_compared": _best(summary),
-        "optimal_actions": _said(agents, capital(where), _optimal),
         "hypothesis_tests": _tests(agents),
-        "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
     }
     return {section: said for section, said in found.items() if said}
-
-
-def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:
-    """A number of each agent under its first condition."""
-    parts = [
-        f"{said} {subject_of(agent).name}"
-        for agent in agents
-        if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
-    ]
-    return f"{what}: {first_three(parts, '; ')}." if parts else ""
-
-
-def _optimal(condition: ConditionSummary) -> str:
-    return percent(condition.optimal.share.value) if condition.optimal else ""
-
-
-def _misread(condition: ConditionSummary) -> str:
-    return percent(condition.claims.misinterpreted.value) if condition.claims.misinterpreted.n else ""
 
 
 def _best(summary: StudySummary) -> str:

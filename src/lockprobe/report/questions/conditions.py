@@ -25,10 +25,8 @@ from lockprobe.report.table_rows import chance_cell, count_of, points_cell, shar
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.contrast import CONTROLS, Cells, Effects, against_control
-from lockprobe.statistics.course import never_acted
-from lockprobe.statistics.idle import steps_changed
+from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.outcomes import points
-from lockprobe.statistics.rules import rule_breaks
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.studies.study_design import design_of
@@ -44,10 +42,10 @@ _GAP, _AGAINST = "minus the control, points", "against the rules"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_cell(cell, numbers)
+        yield from _of_cell(cell)
 
 
-def _of_cell(cell: PlayedCell, numbers: StudyNumbers) -> Iterator[Estimate]:
+def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     n, order = len(cell.ended), cell.order
     yield cell.estimate("trials", n, unit="trials")
     every, solved = begun(cell.ended, cell.broke)
@@ -66,12 +64,10 @@ def _of_cell(cell: PlayedCell, numbers: StudyNumbers) -> Iterator[Estimate]:
     boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
     for boundary, count in sorted(boundaries.items()):
         yield cell.estimate("broken", count, of=boundary, unit="trials")
-    yield cell.estimate("steps", int(cell.ended.length.sum()), unit="steps")
-    if (changed := steps_changed(cell.trials)) is not None:
-        for of, count in {"": changed.changed, **changed.by_intervention}.items():
-            yield cell.estimate("changed_steps", count, of=of, unit="steps", n=changed.steps)
-    if (rules := rule_breaks(cell.trials, numbers.study.box)) is not None and rules.attempts:
-        yield cell.estimate("against_rules", rules.against / rules.attempts, count=rules.against, n=rules.attempts)
+    steps = int(cell.ended.length.sum())
+    yield cell.estimate("steps", steps, unit="steps")
+    for spec, changed in (steps_changed(cell.trials) or {}).items():
+        yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=steps)
 
 
 def cells_of(numbers: StudyNumbers) -> Cells:

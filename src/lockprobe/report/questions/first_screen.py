@@ -24,7 +24,6 @@ from lockprobe.report.prose.first_screen import (
 )
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.report.prose.readings import BOTH_FIT
-from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.several_answers import of_conditions, several_answers
 from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
@@ -128,7 +127,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.opened.every_look:
         screen = _at_every_look(screen, numbers)
     screen = replace(screen, answer=with_lacking(screen.answer, numbers, lacking))
-    rules = broken_said(numbers.rules)  # random agents play a box that keeps them
+    rules = numbers.broken_rules  # random agents play a box that keeps them
     screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
     if broken := all_broken_said(numbers.all_broken):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)

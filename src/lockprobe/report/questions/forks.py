@@ -16,7 +16,6 @@ from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Not
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import BranchEffect
-from lockprobe.statistics.rules import rule_breaks
 
 _OUTCOMES = {
     "solved": ("success", "points"),
@@ -38,7 +37,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for one in effects:
         yield from _of_effect(one, numbers)
     if effects:
-        rules = broken_said(rule_breaks(numbers.opened.forks, numbers.study.box))
+        rules = broken_said(numbers.opened.forks, numbers.study.box)
         for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [rules])):
             yield Finding(section="forks", kind="finding", text=said, rests_on=("success_change_by_fork",))
 

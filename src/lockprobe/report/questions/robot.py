@@ -1,108 +1,181 @@
-"""Truth, verdict and camera: what a robot took its attempts for, against the truth and each other, joint by joint."""
+"""A robot: what arm and camera took attempts for, against the truth; and attempts against the rules of the box."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, share_rows
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, share_of_row
-from lockprobe.statistics.robot import Judged, SensedAttempts
+from lockprobe.statistics.broken_trials import begun
+from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
+from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.statistics.rules import Judged, against_rules
+from lockprobe.trial.record import Trial
+from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
-_JUDGES = {"verdict": ("right_verdicts", "undecided_verdicts"), "camera": ("right_readings", "unclear_readings")}
-"""What judges outcomes -> the shares of right outcomes, and of attempts without an outcome."""
+_JUDGES = {
+    "verdicts": (VERDICT, verdict_outcomes, "the verdict of the arm"),
+    "readings": (CAMERA, camera_outcomes, "the reading of the camera"),
+}
+"""What judges whether a joint moved -> its name in ``sensed``, its outcomes (None where undecided), and what it is."""
 
-_AGREE = "verdict_camera_agreement"
-
-
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    if (robot := numbers.robot) is None:
-        return
-    for quantity, judged in (("wrong_verdicts", robot.all.verdict), ("wrong_readings", robot.all.camera)):
-        if judged is not None:
-            yield from _wrong(quantity, judged)
-    yield from _of(robot.all)
-    for joint, sensed in robot.joints.items():
-        yield from _of(sensed, joint)
+_Attempt = tuple[tuple[int, int], str, bool, bool | None]
+"""Luck, joint, whether it moved, and whether it did for the judge."""
 
 
-def _wrong(quantity: str, judged: Judged) -> Iterator[Estimate]:
-    wrong = judged.wrong
-    yield from share_rows(quantity, wrong)
-    yield Estimate(quantity=quantity, of="blocked for moved", count=judged.blocked_for_moved, n=wrong.n)
-    yield Estimate(quantity=quantity, of="moved for blocked", count=judged.moved_for_blocked, n=wrong.n)
+def _sensed(numbers: StudyNumbers) -> Iterator[Row]:
+    """Attempts as arm and camera judged them, also in trials that broke later."""
+    joints = dict.fromkeys(joint for trial in numbers.trials for joint in trial.joints)
+    for judge, (name, of, _) in _JUDGES.items():
+        attempts: list[_Attempt] = [
+            ((trial.repetition, trial.trial), step.joint, step.moved, said)
+            for trial in numbers.trials
+            if any(name in step.sensed for step in trial.steps)
+            for step, said in zip(trial.steps, of(trial), strict=True)
+            if name in step.sensed
+        ]
+        if not attempts:
+            continue
+        yield from _share(f"wrong_{judge}", attempts, lambda one: one[2] != one[3])
+        decided = sum(said is not None for *_, said in attempts)
+        for moved, kind in ((True, "blocked for moved"), (False, "moved for blocked")):
+            count = sum((truth, said) == (moved, not moved) for *_, truth, said in attempts)
+            yield Estimate(quantity=f"wrong_{judge}", of=kind, count=count, n=decided)
+        for joint in ("", *joints):
+            if own := [one for one in attempts if joint in ("", one[1])]:
+                yield from _share(f"right_{judge}", own, lambda one: one[2] == one[3], joint)
+                count, n = sum(said is None for *_, said in own), len(own)
+                yield Estimate(quantity=f"undecided_{judge}", of=joint, value=count / n, count=count, n=n)
 
 
-def _of(sensed: SensedAttempts, joint: str = "") -> Iterator[Estimate]:
-    """The rows of the attempts at one joint, or at all."""
-    attempts, moved = sensed.attempts, sensed.moved
-    yield Estimate(quantity="moved_attempts", of=joint, value=moved / attempts, count=moved, n=attempts)
-    for judge, judged in (("verdict", sensed.verdict), ("camera", sensed.camera)):
-        if judged is not None:
-            right, without = _JUDGES[judge]
-            yield from share_rows(right, judged.right, of=joint)
-            count, n = judged.undecided, judged.attempts
-            yield Estimate(quantity=without, of=joint, value=count / n, count=count, n=n)
-    if sensed.agree is not None:
-        yield from share_rows(_AGREE, sensed.agree, of=joint)
+def _share(
+    quantity: str, attempts: Sequence[_Attempt], counts: Callable[[_Attempt], bool], joint: str = ""
+) -> list[Estimate]:
+    """A share of the attempts with an outcome, clustered by luck."""
+    decided = grouped([one for one in attempts if one[3] is not None], lambda one: one[0]).values()
+    found = clustered_proportion([sum(map(counts, block)) for block in decided], list(map(len, decided)))
+    return share_rows(quantity, found, of=joint)
 
 
-def _table(found: Results) -> TextTable:
-    """One row per joint, and one of all; what no attempt has is left out."""
-    attempts = {row.of: row for row in found.where("moved_attempts")}
-    if not attempts:
-        return []
-    judges = [judge for judge, (_, without) in _JUDGES.items() if found.where(without)]
-    head = ["joint", "attempts", "moved", "blocked"]
-    for judge in judges:
-        head += [f"{judge} right", "failed" if judge == "verdict" else "unclear"]
-    both = bool(found.where(_AGREE))
-    table = [[*head, *(["verdict and camera agree"] if both else [])]]
-    for joint in [*filter(None, attempts), ""]:
-        row = attempts[joint]
-        cells = [joint or "all", str(row.n), str(row.count), str((row.n or 0) - (row.count or 0))]
+def _judges(found: Results) -> list[str]:
+    return [judge for judge in _JUDGES if found.where(f"undecided_{judge}")]
+
+
+def _joints(found: Results) -> TextTable:
+    """One row per joint, and one of all."""
+    judges = _judges(found)
+    table = [["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]]
+    joints = dict.fromkeys(row.of for judge in judges for row in found.where(f"undecided_{judge}"))
+    for joint in [*filter(None, joints), ""]:
+        row = [joint or "all"]
         for judge in judges:
-            right, without = (found.get(quantity, of=joint) for quantity in _JUDGES[judge])
-            cells += [share_of_row(right), str(without.count if without else 0)]
-        table.append(cells + ([share_of_row(found.get(_AGREE, of=joint))] if both else []))
-    return table
+            right, undecided = (found.get(f"{what}_{judge}", of=joint) for what in ("right", "undecided"))
+            row += [share_of_row(right), str(right.n if right else 0), str(undecided.count if undecided else 0)]
+        table.append(row)
+    return table if judges else []
 
 
-_ROBOT = Table("robot", _table, numeric_from=1)
+_JOINTS = Table("robot", _joints, numeric_from=1)
 
 
-def _show(found: Results) -> Iterator[Part]:
-    if not found.where("moved_attempts"):
+def _show_sensed(found: Results) -> Iterator[Part]:
+    judges = _judges(found)
+    wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(f"wrong_{judge}"))]
+    if judges:
+        yield Part(
+            "Robot and truth",
+            f"Wrong: {', '.join(f'{what} at {count_of(row)} attempts' for what, row in wrong)}." if wrong else "",
+            [
+                _JOINTS,
+                Note(
+                    "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the "
+                    "arm had no grip or no conclusion, or the camera could not read the joint.",
+                    "Intervals (95 %) are clustered by trial; trials of equal number are one cluster.",
+                ),
+            ],
+        )
+
+
+def _rules(numbers: StudyNumbers) -> Iterator[Row]:
+    for cell in numbers.cells:
+        judged = [against_rules(trial, numbers.study.box) for trial in cell.trials]
+        every = [one for trial in judged for one in trial]
+        if every:
+            count, n = sum(one.against for one in every), len(every)
+            yield cell.estimate("against_rules", count / n, count=count, n=n)
+            if numbers.broken_rules:
+                yield cell.estimate("attempts", n, unit="attempts")
+                yield from _misses(cell, judged)
+
+
+_BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = {
+    "missed_share": (lambda one: one.free, lambda one: not one.moved),
+    "forced_share": (lambda one: not one.free, lambda one: one.moved),
+    "moved_another_share": (lambda one: True, lambda one: one.other),
+}
+"""Shares of attempts against the rules -> of which attempts, and which of them."""
+
+
+def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Estimate]:
+    """How the plant broke the rules, and success of the trials in which it did not."""
+    trials: Sequence[Trial] = cell.trials
+    player, luck = [trial.player for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    for quantity, (among, happened) in _BREAKS.items():
+        of = [list(filter(among, trial)) for trial in judged]
+        counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
+        crossed = any(player)
+        found = crossed_proportion(counts, sizes, player, luck) if crossed else clustered_proportion(counts, sizes)
+        yield from cell.share(quantity, found, note="clustered by trial")
+    kept = [trial for trial, of in zip(trials, judged, strict=True) if not any(one.against for one in of)]
+    every, solved = begun(outcomes(kept), broken_off(kept))
+    yield from cell.share("success_without_miss", share_of(solved, every.player, every.luck))
+
+
+def _conditions(found: Results) -> TextTable:
+    """How often attempts broke the rules, and success of all trials and of those without a miss."""
+    head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced", "another joint moved"]
+    table = [[*head, "success", "without a miss", "of trials"]]
+    for cell in filter(_broke, found.cells):
+        kept = cell.get("success_without_miss")
+        missed, forced, another = (cell.get(quantity) for quantity in _BREAKS)
+        row = [text for one in (missed, forced) for text in (str(one.n if one else 0), share_of_row(one))]
+        row += [share_of_row(one) for one in (another, cell.get("success"), kept)]
+        table.append([cell.agent, cell.condition, *row, str(kept.n if kept else 0)])
+    return table if len(table) > 1 else []
+
+
+def _broke(cell: Cell) -> bool:
+    return cell.get("attempts") is not None
+
+
+_CONDITIONS = Table("rules", _conditions)
+
+
+def _show_rules(found: Results) -> Iterator[Part]:
+    if not any(map(_broke, found.cells)):
         return
-    arm, camera = (bool(found.where(without)) for _, without in _JUDGES.values())
-    explained = []
-    if arm:
-        explained.append("Failed: the arm had no grip or no conclusion; a report made from it says that nothing moved.")
-    if camera:
-        explained.append("The camera sees a move if its reading of the joint changes. Unclear: it could not read it.")
+    rows = found.where("missed_share")
+    missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
     yield Part(
-        "Truth, verdict and camera" if arm and camera else f"Truth and {'verdict' if arm else 'camera'}",
-        _answer(found),
+        "Attempts against the rules",
+        f"{missed} of {n} attempts at free joints missed.",
         [
+            _CONDITIONS,
             Note(
-                "Every attempt as arm and camera judged it, by joint, over all conditions. Moved and blocked count the "
-                "truth; right and agree leave out attempts without an outcome.",
-                "Intervals (95 %) are clustered by trial; trials of equal number in all conditions are one cluster.",
-                " ".join(explained),
-                lead=True,
+                "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be "
+                "shorter than others, so their success does not estimate that of a hand without misses.",
+                "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of "
+                "all trials.",
             ),
-            _ROBOT,
         ],
     )
 
 
-def _answer(found: Results) -> str:
-    """How often each of the two was wrong, without its interval."""
-    verdict, camera = found.get("wrong_verdicts"), found.get("wrong_readings")
-    said = [f"the {what} at {count_of(row)}" for what, row in (("verdict", verdict), ("camera", camera)) if row]
-    return f"Wrong outcomes: {' attempts, '.join(said)} attempts." if said else ""
-
-
-SECTIONS = (Section(name="robot", title="Truth, verdict and camera", rows=_rows, show=_show, tables=(_ROBOT,)),)
+SECTIONS = (
+    Section(name="robot", title="Robot and truth", rows=_sensed, show=_show_sensed, tables=(_JOINTS,)),
+    Section(name="rules", title="Attempts against the rules", rows=_rules, show=_show_rules, tables=(_CONDITIONS,)),
+)

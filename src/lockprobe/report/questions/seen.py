@@ -1,41 +1,93 @@
-"""What agents saw: pictures from one trial of each modality."""
+"""What agents saw: of each modality with pictures, those of one trial before its first step and after some steps."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator
 from itertools import count, takewhile
-from typing import Any
+from pathlib import Path
 
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.report.rows import Fact, Results
-from lockprobe.report.sample_pictures import ABOUT, KINDS, seen_facts
 from lockprobe.report.section import Part, Picture, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.studies.records.picture_store import read_picture
+from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
+from lockprobe.trial.pictures.png import from_png, to_png
+from lockprobe.trial.record import Trial
+from lockprobe.trial.told_outcome import in_words
+
+_ABOUT = "seen "
+"""What facts are about: this and the modality, with the number of a moment for what was seen then."""
+
+_KINDS: tuple[PictureKind, ...] = ("rgb", "depth")
+"""Kinds that agents are shown; the others are kept for the record."""
+
+_WIDE = 320
+"""Pixels across a picture on a page, at most."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
-    yield from seen_facts(numbers.opened.trials)
+    """Of each modality the first trial that was played for a step: before it, after it, and after the first move."""
+    first: dict[str, Trial] = {}
+    for trial in numbers.opened.trials:
+        if trial.opening_pictures and trial.steps:
+            first.setdefault(trial.modality, trial)
+    for modality, trial in first.items():
+        yield Fact(about=f"{_ABOUT}{modality}", name="trial", text=trial.key)
+        first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
+        moments = [("before the first step", trial.opening, trial.opening_pictures)]
+        for step in trial.steps[:1] + (first_move,) * (first_move.step > 1):
+            when = f"after step {step.step}: {step.joint} {in_words(step.moved)}"
+            moments.append((when, step.told, step.pictures))
+        shown = [(when, told, files) for when, told, files in moments if any(kind in files for kind in _KINDS)]
+        for number, (when, told, files) in enumerate(shown, 1):
+            facts = {"when": when, "told": told} | {kind: files[kind] for kind in _KINDS if kind in files}
+            for name, text in facts.items():
+                yield Fact(about=f"{_ABOUT}{modality} {number}", name=name, text=text)
+
+
+def embedded(directory: Path, found: Results) -> dict[str, str]:
+    """The pictures that the page shows as data, made small.
+
+    Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
+    """
+    small = {
+        fact.text: _small(directory, fact.text, kind)
+        for fact in found.facts
+        for kind in _KINDS
+        if fact.about.startswith(_ABOUT) and fact.name == kind and PICTURE_NAME.fullmatch(fact.text)
+    }
+    return {name: f"data:image/png;base64,{base64.b64encode(png).decode()}" for name, png in small.items() if png}
+
+
+def _small(directory: Path, name: str, kind: PictureKind) -> bytes | None:
+    """Of colours, the mean of every block; of depth, one pixel of it: the mean of two codes is the code of neither."""
+    try:
+        pixels = from_png(read_picture(directory, name))
+    except (BadFile, BadValue, Missing):
+        return None
+    step = -(-pixels.shape[1] // _WIDE)
+    if kind == "depth":
+        return to_png(pixels[step // 2 :: step, step // 2 :: step])
+    high, wide = (side // step * step for side in pixels.shape[:2])
+    blocks = pixels[:high, :wide].reshape(high // step, step, wide // step, step, -1).mean(axis=(1, 3))
+    return to_png(blocks.round().astype(pixels.dtype).squeeze())
 
 
 def _show(found: Results) -> Iterator[Part]:
-    shown = list(_modalities(found))
+    shown: list[dict[str, object]] = []
+    for fact in found.facts:
+        if fact.about.startswith(_ABOUT) and fact.name == "trial":
+            moments = takewhile(bool, (found.facts_about(f"{fact.about} {number}") for number in count(1)))
+            modality = fact.about.removeprefix(_ABOUT)
+            shown.append({"modality": modality, "key": fact.text, "pictures": list(map(_picture, moments))})
     if shown:
         yield Part("What agents saw", "Pictures from one trial of each modality.", [Template("seen", {"shown": shown})])
 
 
-def _modalities(found: Results) -> Iterator[dict[str, Any]]:
-    for fact in found.facts:
-        if fact.about.startswith(ABOUT) and fact.name == "trial":
-            moments = takewhile(bool, (found.facts_about(f"{fact.about} {number}") for number in count(1)))
-            yield {
-                "modality": fact.about.removeprefix(ABOUT),
-                "key": fact.text,
-                "pictures": [_picture(moment) for moment in moments],
-            }
-
-
 def _picture(moment: dict[str, str]) -> Picture:
-    files = [moment[kind] for kind in KINDS if kind in moment]
-    when = moment["when"]
+    files, when = [moment[kind] for kind in _KINDS if kind in moment], moment["when"]
     return Picture(files, alt=f"The box {when}", caption=f"{when.capitalize()}. Told: “{moment['told']}”")
 
 

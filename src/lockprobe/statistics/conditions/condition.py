@@ -9,19 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.left_out import section
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
 from lockprobe.statistics.curves import SuccessCurve, success_curve
-from lockprobe.statistics.idle import StepsChanged, steps_changed
+from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
-from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
-from lockprobe.statistics.rationality import OptimalActions, optimal_actions
-from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.trial.record import Trial
@@ -41,14 +36,10 @@ class ConditionSummary:
             became of those that broke; players are clusters.
         errors: Trials that ended as error, by boundary.
         curve: Success by step.
-        claims: Misinterpretations.
-        optimal: Actions judged by an ideal observer; None if they cannot be judged.
         points: One point per repetition.
         distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
             plays one for each order of labels, however many trials there are.
         steps: The steps of ended trials.
-        changed: The steps that its interventions changed; None if the records do not say.
-        rules: Attempts against the rules of the box; None if the box is not known.
         never_acted: Whether its interventions changed nothing, or it has a flip rate above 0 and no report was false.
     """
 
@@ -60,13 +51,9 @@ class ConditionSummary:
     success: Proportion
     errors: Mapping[str, int]
     curve: SuccessCurve
-    claims: Misinterpretations
-    optimal: OptimalActions | None
     points: tuple[Point, ...]
     distinct_sequences: int
     steps: int = 0
-    changed: StepsChanged | None = None
-    rules: RuleBreaks | None = None
     never_acted: bool = False
 
 
@@ -106,38 +93,29 @@ class Contrast:
 
 def condition_summary(
     trials: Sequence[Trial],
-    box: Lockbox | None = None,
     place: Callable[[Trial], Place] = on_flip_axis,
     order: BlockOrder | None = None,
 ) -> ConditionSummary:
-    """The results of one agent's trials under one condition; rules are those of the box.
+    """The results of one agent's trials under one condition.
 
     ``place`` says where they are on the axis of the analysis, ``order`` the order of blocks if success must hold at
     every look.
     """
     agent, modality, dose = place(trials[0])
-    first, changed = trials[0], steps_changed(trials)
-    rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
-    claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
-    truthful = bool(first.p) and not claims.false_reports.count
     found, broken = outcomes(trials, order=order), broken_off(trials, order=order)
     return ConditionSummary(
-        key=first.name.cell,
-        name=first.condition,
+        key=trials[0].name.cell,
+        name=trials[0].condition,
         agent=agent,
         modality=modality,
         dose=dose,
         success=_success(*begun(found, broken)),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=success_curve(found, broken, max(trial.budget for trial in trials)),
-        claims=claims,
-        optimal=section("Optimal actions", lambda: optimal_actions(trials, box), lambda: None),
         points=tuple(replace(one, dose=dose) for one in points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),
-        changed=changed,
-        rules=rules,
-        never_acted=changed is not None and changed.known and (truthful or not changed.changed),
+        never_acted=never_acted(trials),
     )
 
 
@@ -149,7 +127,6 @@ def _success(every: Outcomes, solved: NDArray[np.float64]) -> Proportion:
 
 def condition_at(
     trials: Sequence[Trial],
-    box: Lockbox | None,
     place: Callable[[Trial], Place],
     known: Mapping[tuple[str, str], ConditionSummary],
     order: BlockOrder | None = None,
@@ -161,7 +138,7 @@ def condition_at(
     names = {(trial.group, trial.condition) for trial in trials}
     found = known.get(names.pop()) if len(names) == 1 else None
     if found is None:
-        return condition_summary(trials, box, place, order)
+        return condition_summary(trials, place, order)
     agent, modality, dose = place(trials[0])
     moved = tuple(replace(one, dose=dose) for one in found.points)
     return replace(found, agent=agent, modality=modality, dose=dose, points=moved)

@@ -107,7 +107,7 @@ def summarise_conditions(
     known = {(one.agent, one.name): one for one in flips.conditions}
     cells = grouped(trials, lambda trial: (trial.group, trial.condition))
     jobs = {
-        name: partial(_condition_if_possible, members, box, orders.get(name[0]))
+        name: partial(_condition_if_possible, members, orders.get(name[0]))
         for name, members in cells.items()
         if name[1] not in design.axis
     }
@@ -152,10 +152,10 @@ class _Cell:
         return broken_off(self.trials, order=self.order)
 
 
-def _condition_if_possible(trials: Sequence[Trial], box: Lockbox, order: BlockOrder | None) -> ConditionSummary | None:
+def _condition_if_possible(trials: Sequence[Trial], order: BlockOrder | None) -> ConditionSummary | None:
     """One agent under one condition; None if what no other number replaces cannot be computed."""
     with of_whom(f"{trials[0].group} under {trials[0].condition}"):
-        return section("All numbers", lambda: condition_summary(trials, box, _on_no_axis, order), lambda: None)
+        return section("All numbers", lambda: condition_summary(trials, _on_no_axis, order), lambda: None)
 
 
 def _on_no_axis(trial: Trial) -> Place:

@@ -8,8 +8,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.confusion import entries_of
 from lockprobe.interventions.misread_flip import MisreadFlip
-from lockprobe.statistics.confusion import confusion
-from lockprobe.statistics.misinterpretation import claims
+from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
@@ -33,9 +32,9 @@ def _with_rates(condition: Condition, study: Study) -> Condition:
         if isinstance(one, MisreadFlip) and not one.rates:
             other, label, trials = _read(one)
             _check_box(one, study, other)
-            found = confusion(trials)
-            rates = entries_of(found.rates(one.by, study.box.names))
-            acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=found.claims)
+            said = claim_counts(trials)
+            rates = entries_of(misread_rates(said, study.box.names, one.by))
+            acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=said.total())
             name = name.replace(one.like, f"{other.name}/{label}")
     return condition if name == condition.label else replace(condition, interventions=tuple(acting), name=name)
 
@@ -54,7 +53,7 @@ def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
     if (chosen := one.of or (agents[0] if len(agents) == 1 else "")) not in agents:
         raise BadValue("of", chosen, f"an agent of {directory}: {', '.join(agents)}")
     own = [trial for trial in trials if trial.group == chosen]
-    if not any(map(claims, own)):
+    if not claim_counts(own):
         raise BadValue("like", one.like, "a condition whose agent said what its attempts did")
     return read_study(directory), label, own
 

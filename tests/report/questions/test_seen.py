@@ -7,8 +7,8 @@ from builders import modality_study, small_study, write_study
 from reported import found_in
 
 from lockprobe.report.page import page_of
+from lockprobe.report.questions.seen import embedded
 from lockprobe.report.rows import Fact, Results
-from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
 from lockprobe.report.write import write_report
 from lockprobe.trial.pictures.png import from_png, to_png
 
@@ -54,12 +54,6 @@ def saw(*files):
     return Results.model_construct(facts=facts)
 
 
-def seen(trials):
-    """What facts say of each thing that they are about."""
-    found = Results.model_construct(facts=list(seen_facts(trials)))
-    return {fact.about: found.facts_about(fact.about) for fact in found.facts}
-
-
 def shown_small(directory, name, kind, pixels):
     """A picture as a page would show it."""
     (directory / "pictures").mkdir(exist_ok=True)
@@ -69,15 +63,16 @@ def shown_small(directory, name, kind, pixels):
     return from_png(base64.b64decode(found[name].partition(",")[2]))
 
 
-def test_no_picture_is_shown_that_only_the_record_needs(modal, picture_names):
-    found = seen(modal)
+def test_no_picture_is_shown_that_only_the_record_needs(tmp_path, modal, picture_names):
+    shown = [fact for fact in found_in(tmp_path, modality_study(), modal).facts if fact.about.startswith("seen ")]
+    found = {fact.about: {one.name: one.text for one in shown if one.about == fact.about} for fact in shown}
     assert list(found) == ["seen rgb", "seen rgb 1", "seen rgb 2", "seen rgbd", "seen rgbd 1", "seen rgbd 2"]
     assert found["seen rgb"] == {"trial": modal[0].key}
     assert found["seen rgb 2"]["when"] == "after step 1: revolute-left did not move"
     names = [picture_names[i] for i in (0, 1, 0, 2, 1, 4)]
     kinds = ("rgb", "rgb", "rgb", "depth", "rgb", "depth")
-    shown = pictures_shown(Results.model_construct(facts=list(seen_facts(modal))))
-    assert shown == list(zip(kinds, names, strict=True))
+    pictures = [(fact.name, fact.text) for fact in shown if fact.name in kinds]
+    assert pictures == list(zip(kinds, names, strict=True))
 
 
 def test_pictures_that_are_lost_or_lie_elsewhere_are_left_out(tmp_path, picture_names):

@@ -1,0 +1,185 @@
+"""Misreading: what agents claimed of their actions, against what they were told (Table 1) and against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from operator import attrgetter
+from statistics import mean, stdev
+from textwrap import fill
+from typing import Any, get_args
+
+from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.grouping import grouped
+from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
+from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.misinterpretation import claim_counts, claims
+from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.rules import state_after
+from lockprobe.trial.record import Outcome
+
+_ERRORS = {
+    "misread": ("misread", "claim and report differ (misread)"),
+    "false_report": ("falsely_told", "report and truth differ"),
+    "false_belief": ("false_belief", "claim and truth differ"),
+}
+"""Errors of claims -> which claims have them, and what they are."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    for cell in numbers.cells:
+        yield from _of_reports(cell)
+        yield from _of_claims(cell)
+
+
+def _of_reports(cell: PlayedCell) -> Iterator[Estimate]:
+    """How often reports were false, whatever the agent said of them."""
+    trials = ended(cell.trials)
+    lengths = [len(trial.steps) for trial in trials]
+    false = [sum(step.told_falsely for step in trial.steps) for trial in trials]
+    yield from cell.share("false_report", clustered_proportion(false, lengths), of="steps")
+    told = [
+        [step.told_state != state_after(trial, step) for step in trial.steps if step.told_state is not None]
+        for trial in trials
+    ]
+    yield from cell.share("false_positions", clustered_proportion(list(map(sum, told)), list(map(len, told))))
+
+
+def _of_claims(cell: PlayedCell) -> Iterator[Estimate]:
+    said = [found for trial in ended(cell.trials) if (found := claims(trial))]
+    made, trials = list(map(len, said)), len(said)
+    if not said:
+        return
+    for quantity, (error, _) in _ERRORS.items():
+        wrong = [sum(map(attrgetter(error), one)) for one in said]
+        yield from cell.share(quantity, clustered_proportion(wrong, made))
+    misread = [[claim for claim in one if claim.misread] for one in said]
+    wrong, invented = list(map(len, misread)), [sum(claim.claimed == "moved" for claim in one) for one in misread]
+    yield from cell.share("said_moved_of_misread", clustered_proportion(invented, wrong))
+    yield cell.estimate("misinterpretations", sum(wrong), unit="claims", n=sum(made))
+    affected, rates = sum(map(bool, wrong)), [of / n for of, n in zip(wrong, made, strict=True)]
+    yield cell.estimate("trials_with_misinterpretation", affected / trials, n=trials, count=affected)
+    yield cell.estimate("misinterpretation_rate", mean(rates), n=trials)
+    if trials > 1:
+        yield cell.estimate("misinterpretation_rate_sd", stdev(rates), n=trials)
+    counts = claim_counts(cell.trials)
+    for claimed, told, truth in product(get_args(Outcome), repeat=3):
+        count = sum(n for claim, n in counts.items() if claim[1:] == (claimed, told, truth))
+        yield cell.estimate("claims", count, of=f"claimed {claimed}, told {told}, in truth {truth}", unit="claims")
+
+
+def _asked(found: Results) -> list[Cell]:
+    """The agents that the study is about and that said what their actions did."""
+    return [cell for cell in found.cells if cell.agent in found.subjects and cell.get("misread")]
+
+
+def _table1(found: Results) -> TextTable:
+    """The paper's Table 1 with an interval.
+
+    The paper marks a total by asterisks for the number of trials that it occurred in; here a column says so, since
+    asterisks read as levels of significance.
+    """
+    cells = _asked(found)
+    head = ["agent", _varied(cells), "claims", "misread"]
+    table = [[*head, "rate per trial", "± SD", "misread in all", "in trials"]]
+    for cell in cells:
+        misread, affected = cell.get("misread"), cell.get("trials_with_misinterpretation")
+        if misread and affected:
+            rates = [percent(cell.value(f"misinterpretation_rate{end}"), 1) for end in ("", "_sd")]
+            row = [*_row(cell, cells), str(misread.n), share_of_row(misread), *rates, str(misread.count)]
+            table.append([*row, f"{affected.count} of {affected.n}"])
+    return table if len(table) > 1 else []
+
+
+_TABLE = Table("table1", _table1)
+
+
+def draw(found: Results) -> object:
+    """The shares of the three errors, a panel for each agent."""
+    from lockprobe.report.figures.compose import sheet
+    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
+    from lockprobe.report.figures.primitives import estimates
+    from lockprobe.report.figures.settings import FAINT
+
+    looks = Style(colour=SUBJECTS[0]), Style(colour=FAINT, marker="s", lead=False), Style(colour=ACCENT, marker="D")
+    asked = _asked(found)
+    panels = list(grouped(asked, lambda cell: _row(cell, asked)[0]).values())
+    most = max((row.high or 0.0 for cell in asked for name in _ERRORS if (row := cell.get(name))), default=1.0)
+
+    def panel(axes: Any, cells: list[Cell]) -> None:
+        for place, (quantity, style) in enumerate(zip(_ERRORS, looks, strict=True)):
+            rows = [(i + 0.24 * (place - 1), row) for i, cell in enumerate(cells) if (row := cell.get(quantity))]
+            across, shares = [at for at, _ in rows], [row for _, row in rows]
+            estimates(axes, across, shares, style, across=True, label=_ERRORS[quantity][1])
+        name = "flip rate " * (_varied(asked) == "flip rate")
+        names = [fill(safe_name(name + _row(cell, asked)[1], 40), 20) for cell in cells]
+        axes.set_yticks(range(len(cells)), names)
+        axes.set(xlim=(-0.02 * most, 1.02 * most), ylim=(len(cells) - 0.5, -0.5), xlabel="share of claims")
+        axes.xaxis.set_major_formatter(lambda share, _: f"{100 * share:g} %")
+        axes.grid(axis="x", zorder=0)
+        title(axes, safe_name(_row(cells[0], asked)[0], 40))
+
+    return sheet(panels, panel, heights=[0.9 + 0.45 * max(map(len, panels), default=0)], width=4.2)
+
+
+def _varied(cells: list[Cell]) -> str:
+    """What tells the rows of an agent apart: the modality where that alone differs, else flip rate or condition."""
+    alone = len({one.p for one in cells}) == 1 and len({one.modality for one in cells}) > 1
+    return "modality" if alone and not by_conditions(cells) else varied(cells)
+
+
+def _row(cell: Cell, among: list[Cell]) -> tuple[str, str]:
+    """What names a row."""
+    if _varied(among) == "modality":
+        return cell.agent, cell.label.removeprefix(f"{cell.agent} (").removesuffix(")")
+    return cell.label, under(cell, among)
+
+
+_FIGURE = Figure(
+    "misreading",
+    "Shares of claims that contradict the report, of false reports, and of claims that contradict the truth",
+    Caption(
+        "How often claim and report, report and truth, and claim and truth differ.",
+        "Bars are 95 % intervals clustered by trial. A false report that is misread leaves a true belief.",
+    ),
+    draw="lockprobe.report.questions.misreading:draw",
+    applies=lambda found: any(cell.value("misinterpretations") for cell in _asked(found)),
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if not (cells := _asked(found)):
+        return
+    yield Part(
+        "Misreading",
+        _answer(cells),
+        [
+            _TABLE,
+            Note(
+                "The paper's Table 1: claims about the last action that contradict what the agent was told, or what "
+                "the pictures showed (misread). There is no claim about the last step of a trial.",
+                "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
+                "deviation (n - 1).",
+            ),
+            *([_FIGURE] if _FIGURE.applies(found) else []),
+        ],
+    )
+
+
+def _answer(cells: list[Cell]) -> str:
+    shares = sorted([(cell.value("misread") or 0.0, i) for i, cell in enumerate(cells)])
+    (low, least), (high, most) = shares[0], shares[-1]
+    if low == high:
+        return f"{percent(low)} of claims contradict the report."
+    first, last = (", ".join(_row(cells[i], cells)) for i in (least, most))
+    return f"From {percent(low)} ({first}) to {percent(high)} ({last}) of claims contradict the report."
+
+
+SECTIONS = (
+    Section(name="misreading", title="Misreading", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
+)
