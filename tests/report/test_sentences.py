@@ -3,109 +3,24 @@
 from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
+from builders import play_study, played_by_people, small_study, write_study
 from why_answers import answer
 
 from lockprobe.boxes.families import box
 from lockprobe.report.page import parts_of
-from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.prose.branch import branch_said, found_said
 from lockprobe.report.prose.first_screen import flips_answer
 from lockprobe.report.prose.idle import idle_doses_said
 from lockprobe.report.prose.several_answers import Question, several_answers
-from lockprobe.report.prose.study_comparison import comparison_of_studies_said
-from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.subject import subject_of
 from lockprobe.report.prose.success import finding
 from lockprobe.report.prose.why import mechanism_said, why_said
 from lockprobe.report.results import results
-from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.summary import summarise
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
-
-
-def models(agent, solved, of=20):
-    return [
-        make_trial(SOLUTION if i < n else (0,) * 20, agent=agent, p=p, trial=i + 1)
-        for p, n in zip((0.0, 0.4), solved, strict=True)
-        for i in range(of)
-    ]
-
-
-def pair_said(*agents):
-    summary = summarise([trial for name, solved in agents for trial in models(name, solved)])
-    return comparison_said(summary.comparisons[0], summary)
-
-
-def test_noise_that_helps_one_is_said_with_its_direction():
-    _, noise, _ = pair_said(("llm:a", (2, 19)), ("llm:b", (10, 10)))
-    assert noise.startswith(
-        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a rises more, or falls less, "
-        "than that of llm:b (+85 points"
-    )
-    _, other, _ = pair_said(("llm:b", (10, 10)), ("llm:a", (2, 19)))
-    assert "llm:b rises less, or falls more, than that of llm:a (\N{MINUS SIGN}85 points" in other
-
-
-def test_noise_is_said_to_act_where_the_test_sees_it():
-    """At 0.2 nine of forty blocks change for the better; at 0.4 the change is larger, for the worse, and not sure."""
-    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
-    made = [
-        make_trial(SOLUTION if sign * ahead > 0 else (0,) * 20, agent=agent, p=p, trial=i + 1)
-        for agent, sign in (("llm:a", 1), ("llm:b", -1))
-        for i, signs in enumerate(apart)
-        for p, ahead in zip((0.0, 0.2, 0.4), signs, strict=True)
-    ]
-    summary = summarise(made)
-    noise = comparison_said(summary.comparisons[0], summary)[1]
-    assert noise.startswith(
-        "False reports affect the two differently: from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, "
-        "than that of llm:b (+22 points"
-    )
-
-
-def sample(study, solved, *, luck=1, agent="llm:a", condition="truth", broken=0, baseline=False):
-    trials = [make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, trial=i + 1) for i in range(20)]
-    trials += [make_trial([0], agent=agent, trial=21 + i, broken="model") for i in range(broken)]
-    return Sample(side=Side(study, agent), condition=condition, luck=luck, baseline=baseline, trials=trials)
-
-
-def studies_said(*samples):
-    found = study_differences(samples)
-    names = {
-        one.side: Subject(name=f"{one.side.agent} in {'abc'[one.side.study]}", plural=one.side.agent == "people")
-        for one in samples
-    }
-    return comparison_of_studies_said(found, names)
-
-
-def test_a_difference_that_is_not_shown_is_not_said_to_be_nothing():
-    found = studies_said(sample(0, 9), sample(1, 11, luck=2))
-    assert found.startswith(
-        "No difference between studies was detected, which does not show that there is none; it is "
-    )
-    assert "solves" not in found
-    several = studies_said(sample(0, 9), sample(1, 11, luck=2), sample(2, 10, luck=3))
-    assert several.startswith("No difference between studies was detected in 3 comparisons, ")
-    assert "P = 1, corrected for 3 differences" in several
-
-
-def test_a_sentence_about_several_families_is_corrected_for_their_number():
-    """A P value of 0.03 in its family: the sentence is about two, and the table about each."""
-    nudged = [replace(sample(study, n, condition="nudge", luck=study), family="") for study, n in ((0, 4), (1, 11))]
-    flips = [replace(sample(study, 10, luck=study), family="flip rate") for study in (0, 1)]
-    alone, both = studies_said(*nudged), studies_said(*flips, *nudged)
-    assert alone.startswith("llm:a in b solves the box more often than llm:a in a under nudge: ")
-    assert both.startswith("No difference between studies was detected in 2 comparisons, ")
-    assert ", corrected for 1 difference of its family and for 2 families of conditions; " in both
-    assert both.endswith(" 1 more is detected if each family is taken alone.")
-    clear = [replace(sample(study, n, condition="nudge"), family="") for study, n in ((0, 1), (1, 19))]
-    assert studies_said(*flips, *clear).startswith(
-        "1 of 2 differences between studies was detected: llm:a in b solves "
-    )
-    assert "taken alone" not in studies_said(*flips, *clear)
 
 
 def fork(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
@@ -212,7 +127,6 @@ def summary():
 
 def test_no_sentence_calls_people_by_their_spec(summary):
     said = [finding(agent) for agent in summary.agents]
-    said += [sentence for one in summary.comparisons for sentence in comparison_said(one, summary)]
     assert not [sentence for sentence in said if "participant" in sentence]
     assert not [sentence for sentence in said if sentence.startswith("people")]
     assert not [sentence for sentence in said for many in ("eople solves", "eople needs") if many in sentence]

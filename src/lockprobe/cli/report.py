@@ -24,7 +24,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
 
 if TYPE_CHECKING:
-    from lockprobe.report.compare.studies import Comparison
+    from lockprobe.report.compare import Comparison
     from lockprobe.report.rows import Results
 
 _PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
@@ -93,8 +93,7 @@ def report(
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
-    from lockprobe.report.compare.page import write_comparison
-    from lockprobe.report.compare.studies import compare_studies
+    from lockprobe.report.compare import compare_studies, write_comparison
 
     refuse_study_file(out)
     found = compare_studies(directories, agents)
@@ -108,8 +107,7 @@ def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, j
 
 
 def _print_comparison(found: Comparison) -> None:
-    from lockprobe.report.compare.page import difference_table, success_table
-    from lockprobe.report.prose.study_comparison import leading
+    from lockprobe.report.compare import difference_table, success_table
 
     print(printable(found.said))
     for one in found.studies:
@@ -120,11 +118,10 @@ def _print_comparison(found: Comparison) -> None:
             print(printable(f"Only in {one.name}: {'; '.join(one.not_shared)}."))
     for line in found.unlike:
         print(printable(f"Different settings: {line[:_LONGEST]}"))
-    first = leading(found.differences)
-    for rows in (success_table(found), difference_table(found, first)):
+    for rows in (success_table(found), difference_table(found, found.leading)):
         print()
         print_rows(rows)
-    if left := len(found.differences) - len(first):
+    if left := len(found.differences) - len(found.leading):
         print(f"{left} more differences, with baselines or within one study, are on the page.")
 
 

@@ -14,8 +14,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.statistics.agent_comparison.pair import AgentComparison
-from lockprobe.statistics.agent_comparison.pairs import Entrant, comparisons
+from lockprobe.statistics.agent_comparison.pairs import AgentComparison, comparisons
 from lockprobe.statistics.agent_summary import AgentSummary, agent_summary
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
@@ -134,7 +133,7 @@ def _jobs(
     return [
         lambda: section(
             "Agents compared",
-            lambda: comparisons([entrant(members) for members in by_agent], by_agent[0].seed if by_agent else 0),
+            lambda: comparisons(by_agent),
             tuple,
         ),
         *(
@@ -181,20 +180,6 @@ def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | No
     families = [(members.modality, is_baseline(members.spec)) for members in by_agent]
     sizes = Counter(family for family, counts in zip(families, heeding, strict=True) if counts)
     return [max(1, sizes[family]) for family in families]
-
-
-def entrant(trials: AxisTrials) -> Entrant:
-    """One agent, to be compared with others."""
-    return Entrant(
-        agent=trials.agent,
-        spec=trials.spec,
-        modality=trials.modality,
-        counted=trials.outcomes,
-        broken=trials.broken_off,
-        budget=trials.budget,
-        head=trials.kind,
-        reference=is_baseline(trials.spec),
-    )
 
 
 def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSummary | None:

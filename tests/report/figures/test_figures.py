@@ -19,7 +19,6 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import p_value
 from lockprobe.report.figures import files, render
 from lockprobe.report.figures.boxes import box_figure
-from lockprobe.report.figures.differences import side_by_side
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
@@ -93,7 +92,7 @@ def readings(directory):
     [
         (controls, ("why", "forks")),
         (decided, ("stopping",)),
-        (readings, ("readings", "effects", "side-by-side", "agents-by-condition")),
+        (readings, ("readings", "effects", "agents-compared")),
     ],
 )
 def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, names):
@@ -266,48 +265,6 @@ def test_what_stands_in_a_cell_of_a_grid_fits_into_it(columns):
         room, taken = cell.get_window_extent(), text.get_window_extent()
         assert taken.width <= room.width
         assert taken.height <= room.height
-
-
-# Pairs of agents: filled where the difference was detected, the right way round.
-
-
-def mark_of(axes):
-    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
-    return mark.get_xdata()[0], mark.get_markerfacecolor() == mark.get_color()
-
-
-def pair(directory, trials, rates):
-    planned = small_study(("llm:a", "llm:b"), rates, 1, max(one.trial for one in trials))
-    return found_in(directory, planned, trials)
-
-
-def test_the_change_that_is_drawn_is_the_one_that_the_test_speaks_of(tmp_path):
-    """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
-    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
-    rates = (0.0, 0.2, 0.4)
-    made = [
-        make_trial(SOLUTION if sign * ahead > 0 else UNSOLVED, agent=agent, p=p, trial=i + 1)
-        for agent, sign in (("llm:a", 1), ("llm:b", -1))
-        for i, signs in enumerate(apart)
-        for p, ahead in zip(rates, signs, strict=True)
-    ]
-    _, axes = side_by_side(pair(tmp_path, made, rates)).axes
-    assert mark_of(axes) == (pytest.approx(9 / 40), True)
-    assert any(text.get_text().startswith("to 0.2: +22 [") for text in axes.texts)
-
-
-def test_agents_that_the_test_alone_tells_apart_stay_hollow(tmp_path):
-    """One fails in six blocks at the lowest p of seven: the test is below 0.05, the interval holds 0."""
-    rates = [p / 10 for p in range(7)]
-    made = [
-        make_trial(SOLUTION if agent == "llm:a" or p or i < 4 else UNSOLVED, agent=agent, p=p, trial=i + 1)
-        for agent in ("llm:a", "llm:b")
-        for p in rates
-        for i in range(10)
-    ]
-    found = pair(tmp_path, made, rates)
-    assert found.one("success_difference", axis="flip rate", versus="llm:b").p_value < 0.05
-    assert mark_of(side_by_side(found).axes[0])[1] is False
 
 
 # An agent has one colour and one mark in every report.

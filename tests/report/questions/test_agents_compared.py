@@ -1,4 +1,6 @@
-"""Agents compared: every two of them on the same boxes."""
+"""Agents compared: rows counted by hand, families, what is said of two agents, and every pair in the figure."""
+
+from itertools import product
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
@@ -6,68 +8,248 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions import agents_compared
-from lockprobe.report.results import results_of
+from lockprobe.report.questions.agents_compared import draw
+from lockprobe.report.results import results
+from lockprobe.report.results import results_of as made_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.read_records import load
 
 P = (0.0, 0.4)
-SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
-TABLES = [table for one in agents_compared.SECTIONS for table in one.tables]
+FAILED = (0,) * 20
+(SECTION,) = agents_compared.SECTIONS
 
 
-def trials(agent):
-    """Trials that are solved at once or not at all."""
-    for p, solved in zip(P, SOLVED[agent], strict=True):
-        for i in range(10):
-            joints = SOLUTION if i < solved else (0,) * 20
-            yield make_trial(joints, agent=agent, p=p, trial=i + 1)
+def of_trials(directory, *trials, p=P):
+    """The results of a study that was played so."""
+    agents = dict.fromkeys(trial.group for trial in trials)
+    planned = small_study(tuple(agents), p, 1, max(trial.trial for trial in trials))
+    return made_of(study_numbers(open_study(write_study(directory / "study", planned, list(trials)))))
 
 
-def opened(directory, *agents):
-    """A study of these agents."""
-    made = [trial for agent in agents for trial in trials(agent)]
-    return open_study(write_study(directory / "study", small_study(agents, P, 1, 10), made))
+def some(agent, *solved, of=10, fast=SOLUTION, slow=FAILED, p=P):
+    """So many trials that are solved in this way at each p, and all others in the other way."""
+    return [
+        make_trial(fast if i < n else slow, agent=agent, p=rate, trial=i + 1)
+        for rate, n in zip(p, solved, strict=True)
+        for i in range(of)
+    ]
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return opened(tmp_path_factory.mktemp("side"), *SOLVED)
-
-
-@pytest.fixture(scope="module")
-def found(study):
-    return results_of(study_numbers(study))
-
-
-def results(directory, *agents):
-    return results_of(study_numbers(opened(directory, *agents)))
-
-
-def table(found, name):
-    head, *rows = tables_of(found, TABLES)[name]
+def table(found):
+    head, *rows = tables_of(found, SECTION.tables)["comparisons"] or [[]]
     return [dict(zip(head, row, strict=True)) for row in rows]
 
 
-def test_pairs_are_compared_and_changes_with_noise(found):
-    pairs = [(row.agent, row.versus, row.family) for row in found.where("played_by_one_only")]
+def said(found):
+    """What is said of the first pair over all flip rates."""
+    return agents_compared.said(found, agents_compared._pairs(found)[0])
+
+
+def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_changes(tmp_path):
+    solved = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
+    found = of_trials(tmp_path, *(trial for agent, n in solved.items() for trial in some(agent, *n)))
+    pairs = [(row.agent, row.versus, row.family) for row in found.where("success_in_pairs", of="") if row.versus]
     assert pairs == [
         ("llm:acme/one", "llm:acme/two", "agents"),
         ("llm:acme/one", "random", "agents and baselines"),
         ("llm:acme/two", "random", "agents and baselines"),
     ]
-    (first, *_) = rows = table(found, "comparisons")
-    assert len(rows) == 3
-    assert [first[name] for name in ("agent", "pairs of trials", "success", "success of the other")] == [
+    rows = table(found)
+    assert [row["under"] for row in rows] == ["all flip rates", "flip rate 0", "flip rate 0.4"] * 3
+    assert [rows[0][name] for name in ("agent", "trials", "success", "success of the other")] == [
         *("llm:acme/one", "20", "85 %", "65 %")
     ]
-    assert len(table(found, "comparisons-by-p")) == 6
-    assert [row["to flip rate"] for row in table(found, "interactions")] == ["all higher, mean", "0.4"]
-    (change,) = found.where("success_change_difference", of="")
+    (change,) = found.where("success_interaction", of="")
     assert (change.value, change.control) == (pytest.approx(-0.8), "truth")
-    assert found.one("success_change_difference", of="any flip rate").p_value < 0.05
+    assert found.one("success_interaction", of="any flip rate").p_value < 0.05
+    assert "rises less, or falls more, than that of llm:acme/two (\N{MINUS SIGN}80 points" in said(found)
+    (part,) = SECTION.show(found)
+    assert part.answer == (
+        "Differences detected between 3 pairs of agents: 2 in success, 2 in steps, 1 in what false reports do."
+    )
+
+
+def test_two_agents_of_identical_play_play_alike_and_nothing_is_tested(tmp_path):
+    found = of_trials(tmp_path, *some("llm:a", 3, 6), *some("llm:b", 3, 6), *some("random", 10, 10))
+    own = [row for row in found.rows if (row.agent, row.versus) == ("llm:a", "llm:b")]
+    differences = [row for row in own if row.quantity in ("success_difference", "steps_difference")]
+    assert len(differences) == 6
+    assert {(row.value, row.p_value) for row in differences} == {(0.0, None)}
+    assert all("play alike" in row.note for row in differences)
+    assert not [row for row in own if row.quantity == "success_interaction"]
+    assert said(found) == "llm:a and llm:b play alike: they act the same in all 20 trials, so nothing is tested."
+    assert {row["conclusion"] for row in table(found)[:3]} == {"play alike"}
+    assert found.one("success_difference", agent="llm:a", versus="random", axis="flip rate").p_value < 0.05
+
+
+@pytest.mark.parametrize(
+    ("fast", "solved", "begins", "ends"),
+    [
+        (SOLUTION, 10, "llm:a is 5.5 steps sooner than random (", "; both solve all of 20 trials (100 % and 100 %)."),
+        (FAILED, 0, "How soon llm:a and random solve the box could not be told", "both solve none of 20 trials"),
+    ],
+)
+def test_where_success_is_at_its_ceiling_or_floor_how_soon_is_compared(tmp_path, fast, solved, begins, ends):
+    late = (*([0] * 6), *SOLUTION)
+    other = [
+        make_trial(late[i % 2 :] if solved else (1,) * 20, agent="random", p=p, trial=i + 1)
+        for p, i in product(P, range(10))
+    ]
+    text = said(of_trials(tmp_path, *some("llm:a", solved, solved, fast=fast), *other))
+    assert text.startswith(begins)
+    assert ends in text
+    assert "No difference" not in text
+    assert "against" not in text
+
+
+@pytest.mark.parametrize("of", [8, 40])
+def test_all_of_an_agents_trials_solved_are_never_told_beside_no_difference_from_a_baseline(tmp_path, of):
+    """Of 8 or 40 trials a baseline fails one: success is not told apart, and how soon is compared."""
+    found = of_trials(
+        tmp_path,
+        *some("llm:a", of, of, of=of),
+        *some("random", of, of - 1, of=of, fast=(0, 1, 0, *SOLUTION)),
+    )
+    assert not found.one("success_difference", versus="random", axis="flip rate").detected
+    text = said(found)
+    assert ("steps sooner than random" in text) is (of == 40)
+    assert text.startswith(
+        ("llm:a is 3.2 steps sooner", "How soon llm:a and random solve the box could not be told apart")
+    )
+    assert "o difference" not in text
+
+
+def test_an_agent_that_solves_more_is_said_to(tmp_path):
+    text = said(of_trials(tmp_path, *some("llm:a", 10, 9), *some("random", 2, 1)))
+    assert text.startswith("llm:a solves the box more often than random: 95 % against 15 % of 20 trials (+80 points, ")
+
+
+def test_a_sentence_that_names_people_is_in_the_plural(tmp_path):
+    people = [
+        make_trial(SOLUTION if i < 9 else FAILED, agent=f"participant:{i:04}", p=p, trial=i + 1)
+        for p in P
+        for i in range(10)
+    ]
+    text = said(of_trials(tmp_path, *people, *some("random", 1, 1, slow=(1,) * 20)))
+    assert text.startswith("People solve the box more often than random: ")
 
 
 def test_one_agent_has_nobody_beside_it(tmp_path):
-    found = results(tmp_path, "llm:acme/one")
-    assert found.where("played_by_one_only") == []
+    found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in page_of(found)
-    assert table(found, "comparisons") == table(found, "interactions") == []
+    assert table(found) == []
+    assert draw(found) is None
+
+
+# Under other conditions
+
+AGENTS = ("cognitive:perseverant", "cognitive:careful", "human-inspired")
+CONDITIONS = ("drop?p=0.5", "tremble?p=0.2", "nudge")
+
+
+@pytest.fixture(scope="module")
+def beside_flips(tmp_path_factory):
+    asked = {"agent": [*AGENTS], "p": [0, 0.4], "condition": [*CONDITIONS], "trials": 20, "repetitions": 2, "seed": 1}
+    directory = write_study(tmp_path_factory.mktemp("by-condition") / "study", study("flips", **asked))
+    return directory, results(directory)
+
+
+def test_rows_under_conditions_are_counted_in_the_records(beside_flips):
+    directory, found = beside_flips
+    solved = {(trial.agent, trial.condition): [] for trial in load(directory)}
+    for trial in load(directory):
+        solved[trial.agent, trial.condition].append(trial.ending == "solved")
+    share = {name: sum(own) / 40 for name, own in solved.items()}
+    pair = {"agent": AGENTS[0], "versus": AGENTS[1]}
+    for label in CONDITIONS[:2]:
+        gap = share[AGENTS[0], label] - share[AGENTS[1], label]
+        row = found.one("success_difference", **pair, condition=label)
+        assert (row.value, row.n, row.corrected_for, row.test) == (pytest.approx(gap), 40, 2, "McNemar")
+        assert row.family == "agents, conditions"
+        change = found.one("success_interaction", **pair, condition=label)
+        before = share[AGENTS[0], "truth"] - share[AGENTS[1], "truth"]
+        assert (change.value, change.control, change.corrected_for) == (pytest.approx(gap - before), "truth", 2)
+        baseline = found.one("success_difference", agent=AGENTS[0], versus="human-inspired", condition=label)
+        assert (baseline.family, baseline.corrected_for) == ("agents and baselines, conditions", 4)
+        assert not found.where("success_interaction", agent=AGENTS[0], versus="human-inspired", condition=label)
+    assert not found.where("success_difference", **pair, condition="nudge")  # strategies read no remarks
+
+
+def test_what_was_detected_under_conditions_is_said(beside_flips):
+    _, found = beside_flips
+    texts = [agents_compared.said(found, pair) for pair in agents_compared._pairs(found)]
+    under = [
+        row for row in found.rows if row.versus and row.condition in CONDITIONS and row.quantity != "steps_difference"
+    ]
+    clear = [row for row in under if row.detected and row.family.startswith("agents")]
+    assert 0 < len(clear) < len(under)
+    for row in clear:
+        assert any(f"{row.condition} (" in text and row.versus in text for text in texts)
+
+
+def test_the_doses_of_an_axis_are_a_family_that_a_condition_beside_them_does_not_change(tmp_path):
+    def of(name, *more):
+        asked = {"agent": [*AGENTS[:2]], "p": [0], "trials": 12, "repetitions": 1, "seed": 1}
+        doses = ["tremble?p=0.1", "tremble?p=0.3", *more]
+        return results(write_study(tmp_path / name, study("flips", **asked, condition=doses)))
+
+    alone, beside = of("alone"), of("beside", "drop?p=0.5")
+    tested = [[row for row in one.rows if row.family == "agents, tremble p"] for one in (alone, beside)]
+    assert len(tested[0]) == 6
+    assert tested[0] == tested[1]
+    assert [row.condition for row in beside.where("success_difference") if row.family == "agents, conditions"] == [
+        "drop?p=0.5"
+    ]
+
+
+def test_every_pair_is_in_the_figure_or_the_figure_says_how_many_are_not(beside_flips, tmp_path):
+    _, found = beside_flips
+    titles = {axes.get_title(loc="left").split("\n")[0]: axes for axes in draw(found).axes if axes.get_visible()}
+    assert list(titles) == [
+        "success over all flip rates",
+        "steps over all flip rates",
+        "success under other conditions",
+        "steps under other conditions",
+        "most that false reports change",
+        "what other conditions change",
+    ]
+    names = [text.get_text() for text in titles["success over all flip rates"].texts]
+    assert sum(text.startswith("\N{MINUS SIGN} ") for text in names) == 3
+    agents = [f"llm:{name}" for name in "abcdefghi"]
+    many = of_trials(tmp_path, *(trial for i, agent in enumerate(agents) for trial in some(agent, i, 9 - i)))
+    title = draw(many).axes[0].get_title(loc="left")
+    assert "the first 30 of 36; all are in the table" in title.replace("\n", " ")
+    assert len(table(many)) == 36 * 3
+
+
+def mark_of(axes):
+    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
+    return mark.get_xdata()[0], mark.get_markerfacecolor() == mark.get_color()
+
+
+def test_the_change_that_is_drawn_and_said_is_the_one_that_the_test_speaks_of(tmp_path):
+    """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
+    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
+    rates = (0.0, 0.2, 0.4)
+    made = [
+        make_trial(SOLUTION if sign * ahead > 0 else FAILED, agent=agent, p=p, trial=i + 1)
+        for agent, sign in (("llm:a", 1), ("llm:b", -1))
+        for i, signs in enumerate(apart)
+        for p, ahead in zip(rates, signs, strict=True)
+    ]
+    found = of_trials(tmp_path, *made, p=rates)
+    *_, axes = (axes for axes in draw(found).axes if axes.get_visible())
+    assert mark_of(axes) == (pytest.approx(9 / 40), True)
+    assert any(text.get_text().startswith("to 0.2: +22 [") for text in axes.texts)
+    assert "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b" in said(
+        found
+    )
+
+
+def test_agents_that_the_test_alone_tells_apart_stay_hollow(tmp_path):
+    """One fails in six blocks at the lowest p of seven: the test is below 0.05, the interval holds 0."""
+    rates = [p / 10 for p in range(7)]
+    found = of_trials(tmp_path, *some("llm:a", *[10] * 7, p=rates), *some("llm:b", 4, *[10] * 6, p=rates), p=rates)
+    assert found.one("success_difference", axis="flip rate", versus="llm:b").p_value < 0.05
+    assert mark_of(draw(found).axes[0])[1] is False

@@ -93,7 +93,7 @@ def test_cells_of_a_grid_are_its_conditions(grid):
 
 
 def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
-    first, random = grid.where("success_interaction")
+    first, random = grid.where("success_interaction", versus="")
     assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
     assert random.corrected_for == 2  # agents
     head, *rows = tables_of(grid)["crossings"]

@@ -7,7 +7,7 @@ from reported import found_in
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.plugins import allow
-from lockprobe.report.compare.studies import compare_studies
+from lockprobe.report.compare import compare_studies
 from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.results import results

@@ -1,17 +1,26 @@
-"""Blocks of luck: the exact test against counting all signs, intervals that hold the truth, missing trials."""
+"""The contrast over blocks of luck: the test against all signs, intervals that hold the truth, people as clusters."""
 
 from itertools import product
 
 import numpy as np
 import pytest
 from builders import make_trial
+from scipy.stats import norm
 
-from lockprobe.statistics.agent_comparison.paired import block_mean, sheets, sign_flip
+from lockprobe.statistics.agent_comparison.paired import (
+    FEWEST,
+    at_one_dose,
+    block_mean,
+    crossed_mean,
+    sheets,
+    sign_flip,
+)
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import paired
+from lockprobe.statistics.rare_long_trials import rare_block
 
 
-@pytest.mark.parametrize("sums", [[1, 2, 3], [4, -4, 2, 0], [7, 7, 7, 7, -1, 2], [3, 1, -1, 5, 2, 2, 6, -7]])
+@pytest.mark.parametrize("sums", [[1, 2, 3], [4, -4, 2, 0], [7, 7, 7, 7, -1, 2], [3, 1, -1, 5, 2, 2, 6, -7], [0] * 9])
 def test_the_exact_test_counts_all_signs(sums):
     away = abs(sum(sums))
     every = [
@@ -20,26 +29,18 @@ def test_the_exact_test_counts_all_signs(sums):
     assert sign_flip(np.array(sums, dtype=float)) == pytest.approx(np.mean(np.array(every) >= away))
 
 
-def test_blocks_that_do_not_differ_tell_nothing():
-    assert sign_flip(np.zeros(9)) == 1.0
-    assert sign_flip(np.array([0.0, 0.0, 5.0])) == 1.0
-
-
 def test_very_many_blocks_are_taken_as_normal_which_is_close_to_exact():
     rng = np.random.default_rng(1)
     sums = rng.integers(-60, 70, size=1500).astype(float)
     drawn = np.abs((rng.integers(0, 2, size=(4000, 1500)) * 2 - 1) @ sums)
     assert sign_flip(sums) == pytest.approx(np.mean(drawn >= abs(sums.sum())), abs=0.05)
-    assert sign_flip(sums[:1000]) == pytest.approx(sign_flip(sums[:1000] * 1.0 * 3), abs=1e-12)
 
 
 def test_one_pair_in_every_block_is_mcnemars_test():
     rng = np.random.default_rng(2)
     first, second = rng.random(40) < 0.4, rng.random(40) < 0.7
-    found = block_mean((second * 1.0 - first)[:, None], unit=1.0)
-    mcnemar = paired(first, second)
-    assert found.p_value == pytest.approx(mcnemar.p_value)
-    assert found.value == pytest.approx(mcnemar.value)
+    found, mcnemar = block_mean((second * 1.0 - first)[:, None], unit=1.0), paired(first, second)
+    assert (found.value, found.p_value) == pytest.approx((mcnemar.value, mcnemar.p_value))
     assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
 
 
@@ -47,8 +48,7 @@ def test_trials_that_share_their_luck_count_once():
     """Seven copies of one column are no more than one of it."""
     column = np.repeat([1.0, 0.0, -1.0], [12, 10, 4])[:, None]
     once, often = block_mean(column, unit=1.0), block_mean(np.tile(column, 7), unit=1.0)
-    assert often.value == pytest.approx(once.value)
-    assert often.p_value == pytest.approx(once.p_value)
+    assert (often.value, often.p_value) == pytest.approx((once.value, once.p_value))
     assert often.high - often.low == pytest.approx(once.high - once.low, abs=0.02)
     assert (often.pairs, often.blocks) == (182, 26)
 
@@ -58,30 +58,115 @@ def test_missing_pairs_are_in_no_number():
     found = block_mean(differences, unit=1.0)
     assert (found.pairs, found.blocks, found.value) == (5, 3, pytest.approx(0.2))
     assert block_mean(np.full((3, 2), np.nan)).p_value is None
+    one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
+    values, (first, second) = sheets([one, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
+    assert values == (0.0, 0.3)
+    assert np.isnan(first.solved).tolist() == [[False, True], [True, True]]
+    assert second.steps[1, 1] == 20
 
 
-def test_agents_that_never_differ_are_still_not_surely_equal():
-    found = block_mean(np.zeros((30, 7)), unit=1.0)
-    assert found.p_value == 1.0
-    assert found.high == -found.low
-    assert 0.03 < found.high < 0.2
-    assert block_mean(np.zeros((30, 7))).low is None
-    assert block_mean(np.ones((1, 7)), unit=1.0).low is None
-
-
-def test_blocks_that_all_differ_alike_have_an_interval_where_the_most_that_a_trial_differs_by_is_known():
+def test_blocks_that_all_differ_alike_have_an_interval_if_the_most_that_a_trial_differs_by_is_known():
     """Ten blocks one step faster may hide one in which the agent fails; sixteen steps faster they cannot."""
+    never = block_mean(np.zeros((30, 7)), unit=1.0)
+    assert (never.p_value, never.high) == (1.0, -never.low)
+    assert 0.03 < never.high < 0.2
     assert block_mean(np.full((10, 7), -1.0)).low is None
-    assert not block_mean(np.full((10, 7), -1.0)).clear
     assert not block_mean(np.full((10, 7), -1.0), unit=19.0).clear
     assert block_mean(np.full((10, 7), -16.0), unit=19.0).clear
 
 
-def test_what_has_not_ended_is_missing():
-    one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
-    two = outcomes([make_trial([0] * 20, p=0.3, trial=2)])
-    values, (first, second) = sheets([one, two])
-    assert values == (0.0, 0.3)
-    assert np.isnan(first.solved).tolist() == [[False, True], [True, True]]
-    assert second.steps[1, 1] == 20
-    assert sheets([]) == ((), [])
+def test_clusters_of_two_kinds_of_one_trial_each_are_blocks():
+    values = np.array([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
+    found, alone = crossed_mean(values, np.arange(8), np.arange(8)), block_mean(values[:, None])
+    assert (found.low, found.high) == pytest.approx((alone.low, alone.high))
+
+
+def test_few_people_are_not_tested_and_one_has_no_interval():
+    def same(of, person):
+        return crossed_mean(np.ones(of), np.arange(of), person, unit=1.0)
+
+    few, enough = (same(n, np.arange(n)) for n in (FEWEST - 1, FEWEST))
+    assert few.p_value is None
+    assert few.low is not None
+    assert 0 < enough.p_value < 0.05
+    one = same(FEWEST, np.zeros(FEWEST))
+    assert (one.low, one.high, one.p_value) == (None, None, None)
+
+
+def test_it_keeps_its_level_where_exchange_within_luck_does_not():
+    """People differ much from each other. At 5 % more than 20 of 200 come once in 1000 tests."""
+    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
+    rng, rejected, by_exchange = np.random.default_rng(3), 0, 0
+    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
+    for _ in range(200):
+        people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
+        apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
+        rejected += crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0).p_value < 0.05
+        by_exchange += sign_flip(apart.sum(axis=1)) < 0.05
+    assert rejected <= 20
+    assert by_exchange > 20
+
+
+def test_able_people_who_stay_are_not_said_to_solve_more():
+    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
+    wrong = 0
+    for seed in range(100):
+        rng = np.random.default_rng([seed, 9])
+        chance, rows = norm.cdf(rng.standard_normal(60)), []
+        for i in range(60):
+            for _ in range(6):
+                rows.append((i, rng.random() < chance[i]))
+                if not rows[-1][1] and rng.random() < 0.5:
+                    break
+        who, solved = np.array(rows).T
+        found = crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
+        wrong += found.p_value < 0.05 and found.low > 0
+    assert wrong <= 9
+
+
+def test_at_one_dose_whole_people_are_exchanged():
+    found = at_one_dose(np.ones(10), np.repeat(["a", "b", "c", "d", "e"], 2), unit=1.0)
+    assert found.p_value == 2 * 0.5**5  # and not 2 * 0.5**10, as if ten people had played
+    values, person = np.array([1.0] * 20 + [-1, 0, 1, 0, -1, 1, 0, 0]), np.array(["a"] * 20 + list("bcdefghi"))
+    one_of_many = at_one_dose(values, person, unit=1.0)
+    assert one_of_many.value > 0.6
+    assert one_of_many.low < 0 < one_of_many.high
+    assert one_of_many.p_value > 0.05
+
+
+def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
+    """All of ten people are a step faster in each of five boxes; one slow person would undo that."""
+    values, person = np.full(50, -1.0) + np.tile([0.5, -0.5], 25), np.repeat(np.arange(10), 5)
+    narrow, wide = (
+        crossed_mean(values, np.arange(50), person, unit=20.0, rare=rare) for rare in (None, rare_block(7, 6, 20, 4))
+    )
+    assert wide.high - wide.low > 2 * (narrow.high - narrow.low)
+    assert not wide.clear
+
+
+def test_exchange_rarely_tells_equal_agents_apart_that_share_their_luck_over_doses():
+    """An agent's trials go alike at every dose. So few rejections come of a level of 5 % in 999 of 1000 cases."""
+    rejected = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
+        rejected += block_mean(two - one, unit=1.0).p_value < 0.05
+    assert rejected <= 20
+
+
+@pytest.mark.parametrize(
+    ("budget", "blocks", "slow"), [(20, 10, 0.05), (20, 18, 0.05), (20, 30, 0.05), (100, 60, 0.037), (100, 100, 0.022)]
+)
+def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slow):
+    """Equal means; every trial is solved, so the budget shows in no failure. Without it, 0.2 to 0.6 of studies err."""
+    wrong = 0
+    usual = (6 - slow * budget) / (1 - slow)
+    for seed in range(200):
+        rng = np.random.default_rng([seed, blocks])
+        first = rng.integers(5, 8, size=(blocks, 7)) * 1.0
+        stuck = rng.random((blocks, 1)) < slow
+        second = np.where(stuck, budget, np.floor(usual + rng.random((blocks, 7))) + rng.integers(-1, 2, (blocks, 7)))
+        rare = rare_block(first.mean(), second.mean(), budget, min(first.min(), second.min()))
+        found = block_mean(second - first, unit=float(budget), rare=rare)
+        wrong += found.clear and found.p_value < 0.05
+    assert wrong / 200 <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)

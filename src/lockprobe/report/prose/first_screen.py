@@ -14,7 +14,7 @@ from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
 from lockprobe.report.prose.subject import Subject, subject_of, subjects_by_name
 from lockprobe.report.prose.success import alike_said
-from lockprobe.statistics.agent_comparison.pair import AgentComparison
+from lockprobe.statistics.agent_comparison.pairs import AgentComparison
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import Axis

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lockprobe.foundation.formatting import first_three, percent
+from lockprobe.foundation.formatting import first_three
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.summary import StudySummary
@@ -19,25 +19,9 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     if not agents:
         return {}
     found = {
-        "agents_compared": _best(summary),
         "hypothesis_tests": _tests(agents),
     }
     return {section: said for section, said in found.items() if said}
-
-
-def _best(summary: StudySummary) -> str:
-    shares = [(_share(agent), subject_of(agent).name) for agent in summary.agents]
-    most = max(share for share, _ in shares)
-    if not most:
-        return "No agent solved a trial."
-    best = [agent for share, agent in shares if share == most]
-    return f"Highest success: {first_three(best)}, {percent(most)}{' each' * (len(best) > 1)}."
-
-
-def _share(agent: AgentSummary) -> float:
-    """The share of all trials that were solved, over all doses."""
-    found = [one.success for one in agent.conditions]
-    return sum(one.count for one in found) / max(1, sum(one.n for one in found))
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:

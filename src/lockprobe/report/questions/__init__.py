@@ -12,7 +12,7 @@ __all__ = ["all_sections"]
 _OWN = (
     "first_screen", "trials", "people", "stopping", "success", "readings", "conditions", "crossings",
     "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
-    "agents_by_condition", "speed", "modalities", "actions", "misreading", "seen", "robot",
+    "speed", "modalities", "actions", "misreading", "seen", "robot",
     "study_design", "agents", "broken", "limits", "claims", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and

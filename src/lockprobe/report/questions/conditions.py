@@ -134,7 +134,7 @@ def draw(found: Results) -> Drawing | None:
     panels, looks = [], colours(found.courses())
     for (agent, control), own in grouped(found.against_control(), lambda row: (row.agent, row.control)).items():
         of = agent, shown[control]
-        crossed = found.where("success_interaction", agent=agent, modality=shown[control], axis="")
+        crossed = found.where("success_interaction", agent=agent, modality=shown[control], axis="", versus="")
         rows = [
             difference(safe_name(name, _LONGEST), row, detected=row.detected, colour=looks.get(of, INK), marker=marker)
             for row, name, marker in (*((r, r.condition, "o") for r in own), *((r, r.of, "s") for r in crossed))
@@ -153,7 +153,7 @@ def _compared(found: Results) -> bool:
 
 
 def _caption(found: Results) -> Caption:
-    squares = bool(found.where("success_interaction", axis=""))
+    squares = bool(found.where("success_interaction", axis="", versus=""))
     return Caption(
         f"{'Circles: success' if squares else 'Success'} under each condition minus success under the control"
         f"{'. Squares: interactions of two interventions' * squares}; filled marks were detected.",

@@ -108,7 +108,7 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "every_look": (False, ()),
     "small": (True, ("decided_at_block",)),
     "changed_nothing": (False, ("changed_steps", "false_report")),
-    "interaction": (True, ("success_change_difference",)),
+    "interaction": (True, ("success_interaction",)),
     "chance": (True, ("success", "success_chance")),
     "needed": (True, ("success_difference", "clearest_success_difference")),
     "untested": (False, ()),

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.crossed_clusters import people_of
-from lockprobe.statistics.agent_comparison.pair import paired_difference
-from lockprobe.statistics.agent_comparison.paired import sheets
+from lockprobe.statistics.agent_comparison.paired import paired_success, people_of, sheets
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference
 from lockprobe.statistics.inference.holm import holm_by_family
@@ -32,13 +31,7 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """One side of a comparison: an agent of one study, with its prompt.
-
-    Attributes:
-        study: Number of the study, from 0.
-        agent: Its name, or its spec if it has none.
-        prompt: File of its prompt; empty for the default prompt.
-    """
+    """One side of a comparison: an agent of one study (by its number, from 0), with the file of its prompt, if any."""
 
     study: int
     agent: str
@@ -54,7 +47,7 @@ class Sample:
         condition: Name of the condition, equal in all studies that have it.
         luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
         baseline: Whether the agent is a baseline.
-        trials: All trials played. Trials that ended as error are counted in ``broken``.
+        trials: All trials played, broken ones too.
         family: Family of the condition: the axis on which it lies; empty for all conditions on none.
     """
 
@@ -72,24 +65,24 @@ class StudyDifference:
 
     Attributes:
         condition: Name of the condition.
+        family: Family of the condition.
         kind: P values are corrected within a kind and a family.
         first: The reference side.
         second: The other side.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
-        first_success: Share of the compared trials that the first side solved.
-        second_success: Share of the compared trials that the second side solved.
+        first_success, second_success: Shares of the compared trials that each side solved.
         value: Second share minus first share, [-1, 1].
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
             samples, clustered by person where people are on one side. Where trials broke, it holds whatever became of
             them.
         p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
             Where trials broke, the larger of both ends, and 1 if the signs differ.
-        broken: Trials of either side that ended as error.
-        family: Family of the condition.
         p_adjusted: The P value corrected for the differences of its kind and family (Holm).
+        broken: Trials of either side that ended as error.
     """
 
     condition: str
+    family: str = ""
     kind: Kind
     first: Side
     second: Side
@@ -100,9 +93,8 @@ class StudyDifference:
     low: float
     high: float
     p_value: float
-    broken: int
-    family: str = ""
     p_adjusted: float = 1.0
+    broken: int
 
     @property
     def verdict(self) -> int:
@@ -111,16 +103,6 @@ class StudyDifference:
         The corrected test must reject, and the interval must exclude 0.
         """
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
-
-
-@dataclass(frozen=True, slots=True)
-class _PairEstimate:
-    first: Proportion
-    second: Proportion
-    value: float
-    low: float
-    high: float
-    p_value: float
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
@@ -136,35 +118,36 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
     pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
     for first, second in combinations(samples, 2):
         if first.condition == second.condition:
-            made = _difference(first, second, _kind(first, second, every_baseline=every_baseline))
-            pairs.setdefault((first.side, second.side), []).extend(filter(None, [made]))
+            beside = not every_baseline and (first.baseline or second.baseline)
+            kind = _KINDS[2 * (first.side.study == second.side.study) + beside]
+            pairs.setdefault((first.side, second.side), []).extend(filter(None, [_difference(first, second, kind)]))
     found = [one for rows in pairs.values() for one in rows]
     corrected = holm_by_family([(one.kind, one.family) for one in found], [one.p_value for one in found])
     adjusted = [replace(one, p_adjusted=p) for one, p in zip(found, corrected, strict=True) if p is not None]
     return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
-def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:
-    plain = every_baseline or not (first.baseline or second.baseline)
-    if first.side.study != second.side.study:
-        return "between" if plain else "between-baselines"
-    return "within" if plain else "within-baselines"
+@dataclass(frozen=True, slots=True)
+class _Estimate:
+    first: Proportion
+    second: Proportion
+    value: float
+    low: float
+    high: float
+    p_value: float
 
 
 def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
-    one, two = outcomes(first.trials), outcomes(second.trials)
-    shared = first.luck == second.luck and not (one.crossed and two.crossed)  # no two people play as a pair
-    found = _estimate(one, two, shared=shared, same_luck=first.luck == second.luck)
+    ended = [outcomes(one.trials) for one in (first, second)]
+    broken = [broken_off(one.trials) for one in (first, second)]
+    same_luck = first.luck == second.luck
+    shared = same_luck and not all(one.crossed for one in ended)  # no two people play as a pair
+    estimate = partial(_estimate, shared=shared, same_luck=same_luck)
+    found = estimate(ended)
     if found is None:
         return None
-    broken = broken_off(first.trials), broken_off(second.trials)
     if any(map(len, broken)):
-        low, high = opposed(
-            lambda both: _estimate(*both, shared=shared, same_luck=first.luck == second.luck),
-            (one, two),
-            broken,
-            (False, True),
-        )
+        low, high = opposed(estimate, ended, broken, (False, True))
         assert low is not None
         assert high is not None
         found = replace(
@@ -189,59 +172,39 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     )
 
 
-def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _PairEstimate | None:
+def _estimate(groups: Sequence[Outcomes], *, shared: bool, same_luck: bool) -> _Estimate | None:
+    """The difference, in pairs of trials that both finished if luck is shared; None without a trial to compare."""
+    first, second = groups
     if not (len(first) and len(second)):
         return None
-    if shared:
-        return _paired(first, second)
-    if first.crossed or second.crossed:
-        return _clustered(first, second, same_luck=same_luck)
     shares = _share(first.solved), _share(second.solved)
-    apart = difference(*shares)
-    return None if apart is None else _PairEstimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
-
-
-def _paired(first: Outcomes, second: Outcomes) -> _PairEstimate | None:
-    """The paired estimate, from trials of equal luck that both sides finished."""
-    _, laid = sheets([replace(one, dose=np.zeros(len(one))) for one in (first, second)])
-    one, two = laid
-    both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
-    if not both.any():
-        return None
-    person = people_of((one, two))
-    solved = one.solved[both, 0], two.solved[both, 0]
-    found = paired_difference(*solved, None if person is None else person[both, 0])
-    return _PairEstimate(
-        _share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value
-    )
-
-
-def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _PairEstimate:
-    """The estimate from independent samples with people on at least one side, clustered by person and by luck."""
-    people = [_person_clusters(one, side) for side, one in enumerate((first, second))]
-    lucks = [
-        [f"{0 if same_luck else side}/{place}" for place in _trial_names(one)]
-        for side, one in enumerate((first, second))
+    if shared:
+        _, (one, two) = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
+        both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
+        if not both.any():
+            return None
+        person, before, after = people_of((one, two)), one.solved[both, 0], two.solved[both, 0]
+        apart = paired_success(before, after, None if person is None else person[both, 0])
+        shares = _share(before > 0), _share(after > 0)
+        assert apart.low is not None
+        assert apart.high is not None
+        assert apart.p_value is not None
+        return _Estimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
+    if not (first.crossed or second.crossed):
+        plain = difference(*shares)
+        return None if plain is None else _Estimate(*shares, plain.value, plain.low, plain.high, plain.p_value)
+    names = [[f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)] for one in groups]
+    people = [
+        f"{side}/{player or name}"  # an agent's trial is a cluster of its own
+        for side, (one, own) in enumerate(zip(groups, names, strict=True))
+        for player, name in zip(one.player.tolist() if one.crossed else [""] * len(one), own, strict=True)
     ]
+    lucks = [f"{0 if same_luck else side}/{name}" for side, own in enumerate(names) for name in own]
+    later = np.repeat([False, True], [len(first), len(second)])
     found = clustered_difference(
-        np.concatenate([first.solved, second.solved]),
-        np.repeat([False, True], [len(first), len(second)]),
-        np.array(people[0] + people[1]),
-        np.array(lucks[0] + lucks[1]),
+        np.concatenate([first.solved, second.solved]), later, np.array(people), np.array(lucks)
     )
-    return _PairEstimate(
-        _share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p
-    )
-
-
-def _person_clusters(one: Outcomes, side: int) -> list[str]:
-    """The cluster of each trial: its person, or for an agent the trial itself."""
-    players = one.player.tolist() if one.crossed else [""] * len(one)
-    return [f"{side}/{player or place}" for player, place in zip(players, _trial_names(one), strict=True)]
-
-
-def _trial_names(one: Outcomes) -> list[str]:
-    return [f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)]
+    return _Estimate(*shares, found.value, found.low, found.high, found.interval_p)
 
 
 def _share(solved: NDArray[np.bool_]) -> Proportion:

@@ -1,42 +1,52 @@
-"""Paired differences between two agents on trials of equal luck: mean, confidence interval and exchange test.
+"""The one contrast of agents: a mean of paired differences over blocks of equal luck, with its interval and test.
 
-A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. The
+A *block* is one repetition and trial: its labels, flips and draws are the same at every dose and for every agent. The
 null hypothesis is that two agents *play exchangeably*: each is as likely to play a block as the other did. Then the
 sign of a block's difference is random, whatever its trials have in common, so agents are exchanged within whole blocks.
 Agents that are equally good on average need not play exchangeably: one may fail often in few blocks, the other seldom
 in many. So a conclusion also needs the interval of the mean, which does not assume it, to leave out 0.
+
+A person's boxes are correlated too, and lie in several blocks. So beside people neither blocks nor people are
+exchangeable, and Student's t uses a variance clustered by both. At a single dose no two people share a luck, so whole
+people are exchanged.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.distributions import student_quantile
+from lockprobe.statistics.clustered import alike_weights, two_way_variance
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.paired_proportions import FEW, score_interval
-from lockprobe.statistics.proportions import ALPHA, LEVEL
+from lockprobe.statistics.proportions import ALPHA, LEVEL, paired
 from lockprobe.statistics.rare_long_trials import RareBlock
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
 Array = NDArray[np.float64]
+Labels = NDArray[Any]
+
+FEWEST = 7
+"""The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
 _TIE = 1e-9
-"""Sum of squared deviations of blocks below which all blocks count as equal, within rounding."""
+"""Sum of squared deviations below which all blocks count as equal, within rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """One agent's trials, a row for each block of luck and a column for each p; NaN where no trial has ended.
+    """One agent's trials, a row for each block of luck and a column for each dose; NaN where no trial has ended.
 
     Attributes:
-        solved: 1 where the box was solved, else 0, shape (blocks, p).
+        solved: 1 where the box was solved, else 0, shape (blocks, doses).
         steps: Steps played, of the same shape; an unsolved trial has its whole budget.
         person: The person of each trial, empty text where there is no trial; no rows for an agent.
         order: The rows in the order in which blocks were planned, if what is said must hold at every look; else empty.
@@ -50,16 +60,15 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockMean:
-    """A mean over pairs of trials with its clustered interval; clusters are blocks of luck.
+    """A mean over pairs of trials with its clustered interval.
 
     Attributes:
         value: The mean; NaN without pairs.
         low, high: Ends of the 95 % interval, wider where several means are looked at; None where it cannot be
             estimated.
-        p_value: Exchange test that the two play exchangeably, two-sided; 1 if no block differs; None without pairs, and
-            where the test would not keep its level.
+        p_value: Two-sided; 1 if no block differs; None where nothing was tested.
         pairs: Pairs of trials.
-        blocks: Blocks with at least one.
+        blocks: Blocks of luck with at least one.
     """
 
     value: float
@@ -76,7 +85,7 @@ class BlockMean:
 
 
 def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
-    """The values of p, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (p)."""
+    """The doses, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (doses)."""
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
@@ -100,10 +109,15 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
+def people_of(laid: tuple[Sheet, Sheet]) -> Labels | None:
+    """The person of each trial, shape (blocks, doses); None if neither of the two agents is people."""
+    return next((sheet.person for sheet in laid if sheet.person.size), None)
+
+
 def block_mean(
     differences: Array, *, unit: float | None = None, choices: int = 1, rare: RareBlock | None = None
 ) -> BlockMean:
-    """The mean of all differences, clustered by block.
+    """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
 
     The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
     column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
@@ -122,39 +136,184 @@ def block_mean(
     kept = present.any(axis=1)
     sizes = present.sum(axis=1)[kept].astype(np.float64)
     sums = np.where(present, differences, 0.0).sum(axis=1)[kept]
-    n, pairs = len(sizes), int(sizes.sum())
+    n, pairs, level = len(sizes), int(sizes.sum()), 1 - ALPHA / choices
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, rare)
-    if low is not None and high is not None and unit == 1.0 and pairs == n:
-        first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
-        if first + second <= FEW:  # few pairs differ: not narrower than Tango's
-            ends = score_interval(first, second, len(sums), 1 - ALPHA / choices)
-            low, high = min(low, ends[0]), max(high, ends[1])
-    return BlockMean(
-        value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
+    value = float(sums.sum()) / pairs
+    found = BlockMean(value=value, low=None, high=None, p_value=sign_flip(sums), pairs=pairs, blocks=n)
+    spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
+    found = _with_interval(found, spread, float(sizes.max()), n, unit, unit, rare, level, small=n / max(1, n - 1))
+    if found.low is None or found.high is None or unit != 1.0 or pairs != n:
+        return found
+    first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
+    if first + second > FEW:
+        return found
+    low, high = score_interval(first, second, n, level)  # few pairs differ: not narrower than Tango's
+    return replace(found, low=min(found.low, low), high=max(found.high, high))
+
+
+def _with_interval(
+    found: BlockMean,
+    spread: float,
+    widest: float,
+    clusters: int,
+    unit: float | None,
+    most: float | None,
+    rare: RareBlock | None,
+    level: float,
+    *,
+    small: float = 1.0,
+    tested: bool = False,
+) -> BlockMean:
+    """The mean with Student's interval for the variance of its sum, and with Student's P value if it is ``tested``.
+
+    Args:
+        found: The mean.
+        spread: The variance of the sum of its pairs.
+        widest: Pairs of the largest cluster.
+        clusters: How many count as independent.
+        unit: The largest difference of a single trial, by which the variance is widened; None if it is not known.
+        most: The largest mean.
+        rare: Of steps, how far a rare cluster may lie from the mean; the variance is then widened by it alone.
+        level: Of the interval.
+        small: Factor of the widening in small samples.
+        tested: Whether it has a P value, if there are clusters enough.
+    """
+    if clusters < 2 or (spread < _TIE and unit is None):
+        return found
+    if unit is not None and rare is None:
+        spread += small * unit**2 * (widest**2 if spread < _TIE else widest)
+    value, se, share = found.value, math.sqrt(spread) / found.pairs, widest / found.pairs
+    if rare is None:
+        half = student_quantile((1 + level) / 2, clusters - 1) * se
+        low, high = value - half, value + half
+    else:
+        low, high = rare.interval(value, se, clusters, share=share, level=level)
+    ends = math.inf if most is None else most
+    found = replace(found, low=max(-ends, low), high=min(ends, high))
+    if not tested or clusters < FEWEST:
+        return found
+    p_value = rare.p_value(value, se, clusters, share=share) if rare else student_tails(value / se, clusters - 1)
+    return replace(found, p_value=float(p_value))
+
+
+def crossed_mean(
+    values: Array, luck: Labels, person: Labels, *, unit: float | None = None, rare: RareBlock | None = None
+) -> BlockMean:
+    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
+
+    The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
+    that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
+    person counted alike (:func:`lockprobe.statistics.clustered.crossed_proportion`).
+
+    Args:
+        values: One value per trial, shape (trials,).
+        luck: Its block of luck, of the same shape.
+        person: Its person, of the same shape.
+        unit: The largest value of a single trial, as in :func:`block_mean`.
+        rare: Of steps, how far a rare block, or person, may lie from the mean.
+    """
+    n = len(values)
+    if not n:
+        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+    made = [
+        _two_way(mean, weight * (values - mean), luck, person, pairs=n, unit=unit, most=unit, rare=rare)
+        for weight in (np.ones(n), alike_weights(person))
+        for mean in [float((weight * values).mean())]
+    ]
+    return _held_by_both(*made)
+
+
+def crossed_change(low: Array, high: Array, person: tuple[Labels, Labels], *, choices: int = 1) -> BlockMean:
+    """How much the difference of two agents' success changes from the lowest dose to a higher one.
+
+    Args:
+        low: Differences of the two agents at the lowest dose by block of luck, shape (blocks,), in [-1, 1].
+        high: The same at the higher dose.
+        person: The person of each, at the lowest dose and at the higher, of the same shape.
+        choices: Number of changes examined; the interval has the level 1 - 0.05 / choices.
+    """
+    return _two_way(
+        float(high.mean() - low.mean()),
+        np.concatenate([low.mean() - low, high - high.mean()]),
+        np.tile(np.arange(len(low)), 2),
+        np.concatenate(person),
+        pairs=len(low),
+        unit=1.0,
+        most=2.0,
+        level=1 - ALPHA / choices,
     )
 
 
-def _interval(
-    sums: Array, sizes: Array, unit: float | None, level: float, rare: RareBlock | None
-) -> tuple[float, float] | tuple[None, None]:
-    n, total = len(sizes), float(sizes.sum())
-    if n < 2:
-        return None, None
-    value, widest = float(sums.sum()) / total, float(sizes.max())
-    spread = float(np.sum((sums - value * sizes) ** 2))
-    alike = spread < _TIE
-    if alike and unit is None:
-        return None, None
-    if unit is not None and rare is None:
-        spread += unit**2 * (widest**2 if alike else widest)
-    se, most = math.sqrt(n / (n - 1) * spread) / total, math.inf if unit is None else unit
-    if rare is None:
-        half = half_width(se, n, level)
-        return max(-most, value - half), min(most, value + half)
-    low, high = rare.interval(value, se, n, share=widest / total, level=level)
-    return max(-most, low), min(most, high)
+def _two_way(
+    value: float,
+    residuals: Array,
+    luck: Labels,
+    person: Labels,
+    *,
+    pairs: int,
+    unit: float | None,
+    most: float | None,
+    rare: RareBlock | None = None,
+    level: float = LEVEL,
+) -> BlockMean:
+    sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
+    found = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=len(sizes[0]))
+    fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
+    spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
+    return _with_interval(found, spread, widest, fewest, unit, most, rare, level, tested=True)
+
+
+def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
+    """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
+    if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
+        return pooled
+    tested = pooled.p_value
+    if tested is not None and alike.p_value is not None:
+        tested = max(tested, alike.p_value) if pooled.value * alike.value > 0 else 1.0
+    return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
+
+
+def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> BlockMean:
+    """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
+
+    If people have unequally many trials, a conclusion must also hold with every person counted alike.
+
+    Args:
+        values: Differences, whole numbers, shape (pairs,).
+        person: The person of each, of the same shape.
+        unit: The largest difference of a single trial.
+        rare: Of steps, how far a rare person may lie from the mean.
+    """
+    place = np.unique(person, return_inverse=True)[1].reshape(-1)
+    sizes = np.bincount(place)
+    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
+    for i in range(len(sizes)):
+        rows[i, : sizes[i]] = values[place == i]
+    found = block_mean(rows, unit=unit, rare=rare)
+    if not len(sizes) or np.ptp(sizes) == 0:
+        return found
+    means = np.nanmean(rows, axis=1)
+    alike = block_mean(means[:, None], unit=unit, rare=rare)
+    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
+
+
+def paired_success(first: Array, second: Array, person: Labels | None) -> BlockMean:
+    """The difference in success of two agents at one dose, with McNemar's test and Agresti and Min's interval.
+
+    Args:
+        first: 1 where the first solved its trial, else 0, shape (pairs,); trials of equal luck that both finished.
+        second: The same for the second agent.
+        person: The person of each pair, if one side is people. If one of them has several boxes, agents are exchanged
+            within whole people, and the interval is over people.
+    """
+    found = paired(first > 0, second > 0)
+    low, high, p_value = found.low, found.high, found.p_value
+    if person is not None and len(np.unique(person)) < len(person):
+        over = at_one_dose(second - first, person, unit=1.0)
+        low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
+        p_value = 1.0 if over.p_value is None else over.p_value
+    return BlockMean(value=found.value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
 
 
 def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 1) -> BlockMean:
@@ -183,22 +342,6 @@ def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:
     """The mean of each block that has a difference; see :func:`mean_at_every_look`."""
     played = np.flatnonzero(~np.isnan(differences).all(axis=1))
     return Numbers(values=np.nanmean(differences[played], axis=1), block=played, bound=bound)
-
-
-def half_width(se: float, clusters: int, level: float = LEVEL) -> float:
-    """Half the width of Student's interval for a standard error from at least two clusters; level in (0, 1)."""
-    return student_quantile((1 + level) / 2, clusters - 1) * se
-
-
-def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
-    """Values of shape (trials,) as one row for each cluster (from 0), padded with NaN."""
-    place = np.zeros(len(cluster), dtype=np.int64)
-    order = np.argsort(cluster, kind="stable")
-    sizes = np.bincount(cluster)
-    place[order] = np.arange(len(cluster)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
-    rows[cluster, place] = values
-    return rows
 
 
 def sign_flip(sums: Array) -> float:

@@ -15,7 +15,6 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, condition_summary
 from lockprobe.statistics.conditions.design import Design
@@ -49,7 +48,6 @@ class ConditionStudySummary:
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
-        agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         factorials: What each factor of a factorial design does to each agent.
@@ -63,7 +61,6 @@ class ConditionStudySummary:
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
-    agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     factorials: tuple[FactorialEffects, ...]
@@ -124,11 +121,6 @@ def summarise_conditions(
         conditions=conditions,
         effects=section("Every condition against the control", lambda: tuple(against_control(own, design)), tuple),
         on_axes=tuple(one for summary in by_axis for agent in summary.agents if (one := _axis_effects(agent))),
-        agents_compared=section(
-            "Agents compared under conditions",
-            lambda: agents_by_condition(acting, design, orders, each=each),
-            tuple,
-        ),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
         factorials=section("Factors of a factorial design", lambda: tuple(factorial_effects(cells, design)), tuple),
