@@ -33,7 +33,7 @@ def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
         ("flip?p=0.4", "3", "random"),
         ("truth", "onset", "lie-truth"),
     }
-    assert "No effect on success was detected" in first.stdout or "the success of" in first.stdout
+    assert "No effect of one report on success was detected" in first.stdout or "the success of" in first.stdout
     again = run(*command)
     assert "forks are done already" in again.stdout
     assert [line for line in again.stdout.splitlines() if "lie" in line and "%" in line] == [
@@ -46,9 +46,11 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert events[0]["event"] == "begin"
     effects = events[-1]["effects"]
-    assert {(one["condition"], one["where"], one["arm"]) for one in effects} == {("flip?p=0.4", "5", "lie")}
-    assert {one["outcome"] for one in effects} >= {"solved", "steps", "repeats", "choice"}
-    assert all(one["change"]["blocks"] <= 4 for one in effects)
+    places = {(one["condition"], one["of"]) for one in effects}
+    assert places == {("flip?p=0.4", "lie, 5, later reports as in the condition")}
+    changes = {one["quantity"]: one for one in effects if one["quantity"].endswith("_change_by_fork")}
+    assert {name.removesuffix("_change_by_fork") for name in changes} >= {"success", "steps", "repeats", "next_choice"}
+    assert all(one["clusters"] <= 4 for one in changes.values())
 
 
 def test_the_estimate_plays_nothing(directory, tmp_path):

@@ -117,17 +117,6 @@ def test_a_study_that_may_stop_shows_when_each_difference_was_decided(pages):
     assert part.answer == "1 of 1 differences are decided."
 
 
-def test_a_study_that_may_stop_shows_each_half_of_its_blocks_because_its_rule_assumes_no_drift(tmp_path):
-    drifting = [trial_of(p, n, solved=p == 0 or n <= 10) for n in range(1, 21) for p in (0.0, 0.4)]
-    found = found_in(tmp_path, planned(300, until=Until(rule="decided")), drifting)
-    shown = ("difference_by_block", "difference_first_half", "difference_second_half")
-    assert [found.one(one, of="flip?p=0.4").value for one in shown] == [-0.5, 0, -1]
-    (part,) = SECTIONS[0].show(found)
-    assert "does not drift" in str([*part.blocks])
-    table = SECTIONS[0].tables[0].cells(found)
-    assert [row[4:6] for row in table] == [["first half", "second half"], ["0", "\N{MINUS SIGN}100"]]
-
-
 def test_trials_behind_an_open_block_are_in_no_number(tmp_path):
     found = found_in(tmp_path, planned(60), trials_of(ROWS, without=[(0.4, 31)]))
     assert found.one("success_difference", of="").n == 30

@@ -4,48 +4,18 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, played_by_people, small_study, write_study
-from why_answers import answer
 
 from lockprobe.boxes.families import box
 from lockprobe.report.page import parts_of
-from lockprobe.report.prose.branch import branch_said, found_said
 from lockprobe.report.prose.first_screen import flips_answer
 from lockprobe.report.prose.idle import idle_doses_said
 from lockprobe.report.prose.several_answers import Question, several_answers
 from lockprobe.report.prose.subject import subject_of
 from lockprobe.report.prose.success import finding
-from lockprobe.report.prose.why import mechanism_said, why_said
 from lockprobe.report.results import results
-from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.summary import summarise
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
-
-
-def fork(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
-    change = BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=300, blocks=150)
-    about = {
-        "agent": "random",
-        "condition": "truth",
-        "where": "8",
-        "arm": "lie",
-        "truthful": False,
-        "outcome": "solved",
-    }
-    return BranchEffect(**(about | others), after_truth=0.4, change=change, forks=300)
-
-
-@pytest.mark.parametrize("open_", [fork(p_value=0.2), fork(low=-0.01), fork(p_value=None)])
-def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
-    assert branch_said(open_).startswith(
-        "No effect of one inverted report at the report of step 8 on the success of random"
-    )
-    assert " was detected: 40 % after" in branch_said(open_)
-    assert found_said([open_, open_]) == [
-        "No effect on success was detected after correction for the number of effects."
-    ]
-    assert found_said([open_]) == [branch_said(open_)]
 
 
 def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():
@@ -133,67 +103,3 @@ def test_no_sentence_calls_people_by_their_spec(summary):
     (people,) = (agent for agent in summary.agents if agent.agent == "participant")
     assert (subject_of(people).name, people.name) == ("people", "participant")
     assert subject_of(replace(people, shown="reports")).name == "people (reports)"
-
-
-@pytest.mark.parametrize(
-    ("found", "said"),
-    [
-        (
-            answer("says", "last"),
-            (
-                "raise the success of cognitive:insistent through what they say: of reports in two statements, those whose "
-                "last statement is false raise it."
-            ),
-        ),
-        (answer("says", "first", lie=10), "lower the success of cognitive:insistent through what they say: of reports"),
-        (
-            answer("says", "last", "first"),
-            (
-                "through what they say in several ways: of reports in two statements, those whose last statement is false "
-                "raise it and those whose first statement is false raise it."
-            ),
-        ),
-        (answer("says", "contradiction"), "a single false statement is enough to raise it."),
-        (answer("says", "falsity"), "which of the two counts is not decided."),
-        (
-            answer("form", "form"),
-            "as any odd report does: a true correction and an irrelevant remark raise it too, so falsity is not needed.",
-        ),
-        (
-            answer("both", "last", "form"),
-            (
-                "both through what they say and as any odd report does: of reports in two statements, those whose last "
-                "statement is false raise it; a true correction and an irrelevant remark raise it too."
-            ),
-        ),
-        (answer("blurred"), "a true correction does it as well, so corrections cannot show why."),
-        (answer("not decided"), "Whether through what they say or as any odd report does is not decided."),
-        (answer("no change", lie=30), "change the success of cognitive:insistent by less than 10 points."),
-        (answer("inconclusive", lie=30), "Inconclusive: no effect of false reports on the success of cognitive:insist"),
-    ],
-)
-def test_every_verdict_has_its_sentence(found, said):
-    assert said in mechanism_said(found)
-
-
-@pytest.mark.parametrize("verdict", ["says", "form", "both", "blurred", "not decided", "no change", "inconclusive"])
-def test_no_sentence_says_that_a_report_is_believed(verdict):
-    claims = {"says": ("last",), "form": ("form",), "both": ("last", "form")}.get(verdict, ())
-    said = " ".join(why_said(answer(verdict, *claims)))
-    assert not any(word in said for word in ("believe", "because", "disturb"))
-
-
-@pytest.mark.parametrize("verdict", ["no change", "inconclusive"])
-def test_where_no_effect_is_detected_nothing_is_said_of_the_arms(verdict):
-    said = " ".join(why_said(answer(verdict, lie=30)))
-    assert "two statements" not in said
-    assert "false last" not in said
-    assert "in either direction give P = 0.5" in said
-
-
-def test_what_only_an_uncorrected_interval_shows_is_not_named():
-    found = answer("form", "form", others=("withheld",))
-    *rest, last = found.arms
-    unsure = replace(last, change=replace(last.change, p_value=0.2))
-    assert last.change.clear
-    assert len(why_said(replace(found, arms=(*rest, unsure)))) == 3

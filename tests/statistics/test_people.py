@@ -11,7 +11,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.outcomes import joined, outcomes
 from lockprobe.statistics.pace import pace
-from lockprobe.statistics.people import people
+from lockprobe.statistics.people import steps_of_people, success_of_people
 from lockprobe.statistics.resample import drawn_shares
 from lockprobe.statistics.summary import summarise
 
@@ -33,45 +33,19 @@ def summary(played):
     return summarise(played, STUDY.box)
 
 
-def test_no_people_nothing():
-    assert people([make_trial(SOLUTION)]) is None
-    assert people([replace(person("aaaa", solved=True), ending="error")]) is None
-
-
 def test_the_interval_of_success_holds_whatever_became_of_broken_trials():
     """Twelve people, two boxes each; every fourth trial broke, as a plant may: unsolved at one end, solved at the other."""
     whole = [person(f"{i // 2:04d}", solved=i % 3 == 0, trial=i) for i in range(24)]
     broke = [replace(one, ending="error") if i % 4 == 1 else one for i, one in enumerate(whole)]
     failed, opened = (
-        people([replace(one, ending="solved" if end else "budget") if one.ending == "error" else one for one in broke])
+        success_of_people(
+            [replace(one, ending="solved" if end else "budget") if one.ending == "error" else one for one in broke]
+        )
         for end in (False, True)
     )
-    found = people(broke)
-    assert (found.success.n, found.trials) == (18, 18)
-    assert (found.success.low, found.success.high) == (failed.success.low, opened.success.high)
-    assert (found.at[0].success.low, found.at[0].success.high) == (failed.at[0].success.low, opened.at[0].success.high)
-
-
-def test_counts_by_hand():
-    found = people(
-        [
-            person("aaaa", solved=True, view="text"),
-            person("aaaa", solved=True, position=2, p=0.3, trial=2, view="text"),
-            person("bbbb", solved=False, trial=3, view="text"),
-            person("bbbb", solved=True, position=2, p=0.3, trial=4, view="panel", feedback=False),
-            person("cccc", solved=False, trial=5, view="panel", feedback=True),
-        ]
-    )
-    assert (found.people, found.trials, found.fewest, found.most) == (3, 5, 1, 2)
-    assert (found.success.count, found.success.n, found.success.clusters) == (3, 5, 3)
-    assert (found.first.count, found.first.n) == (1, 3)
-    assert [(at.position, at.success.count, at.success.n) for at in found.positions] == [(1, 1, 3), (2, 2, 2)]
-    assert [(at.condition, at.people, at.success.count, at.success.n) for at in found.at] == [
-        ("truth", 3, 1, 3),
-        ("flip?p=0.3", 2, 2, 2),
-    ]
-    assert [(over.condition, over.success.n) for over in found.over] == [("", 5)]
-    assert found.saw == {"view": {"text": 3, "panel": 2}, "feedback": {"no": 1, "yes": 1}}
+    found = success_of_people(broke)
+    assert (found.n, found.clusters) == (18, 12)
+    assert (found.low, found.high) == (failed.low, opened.high)
 
 
 def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summary):
@@ -162,5 +136,4 @@ def test_boxes_of_one_person_are_less_than_as_many_people():
         make_trial((*(0,) * wait, *SOLUTION), agent=f"participant:{i // 10:04d}", trial=i + 1)
         for i, wait in enumerate(waits)
     ]
-    (over,) = people(trials).over
-    assert (over.steps.low, over.steps.median, over.steps.high) == (4, 8, 16)
+    assert steps_of_people(trials, trials[0].modality)[:3] == (8, 4, 16)

@@ -10,22 +10,22 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.markup import escape
 
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.headings import AS_RUN, under_headings
-from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.printing import print_rows
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
-from lockprobe.foundation.formatting import count, p_cell, percent
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.prose.branch import found_said, size_said, value_said
 from lockprobe.report.prose.robot import broken_said
-from lockprobe.statistics.branch import BranchEffect, branch_effects
+from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
+from lockprobe.report.rows import Estimate
+from lockprobe.statistics.branch import branch_effects
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.fork_costs import fork_costs
@@ -41,9 +41,6 @@ _AT = "Fork after the reports of these steps, or at onset, first-lie, before-ons
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _ACT = "Actions to change in the step after a true report: tremble, random, force=JOINT."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
-
-_OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
-"""Outcomes besides success -> the heads of their columns."""
 
 
 def _several(values: str) -> list[str]:
@@ -121,7 +118,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        _print_effects(effects, broken_said(forks, asked.study.box), json=json)
+        _print_effects(fork_rows(effects, asked.study), broken_said(forks, asked.study.box), json=json)
         failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
         if failed:
             observer.broke()
@@ -175,31 +172,18 @@ class _Watched(PassedOn):
         self._shown.begin_forks(study, journal, owed, lines)
 
 
-def _print_effects(effects: Sequence[BranchEffect], rules: str, *, json: bool) -> None:
+def _print_effects(rows: Sequence[Estimate], rules: str, *, json: bool) -> None:
     if json:
-        print(json_.dumps({"event": "effects", "effects": [asdict(one) for one in effects]}))
+        print(json_.dumps({"event": "effects", "effects": [row.plain() for row in rows]}))
         return
-    if not effects:
+    if not rows:
         print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return
-    table = new_table(
-        "agent", "condition", "at", "arm", "solved after truth", "change", "P", *_OTHERS.values(), "trials"
-    )
-    cells: dict[tuple[str, str, str, str], dict[str, BranchEffect]] = {}
-    for one in effects:
-        cells.setdefault((one.agent, one.condition, one.where, one.arm), {})[one.outcome] = one
-    for names, found in cells.items():
-        solved = found["solved"]
-        others = [
-            "" if outcome not in found else value_said(outcome, found[outcome].change.value) for outcome in _OTHERS
-        ]
-        size = [percent(solved.after_truth), size_said(solved), p_cell(solved.change.p_value)]
-        table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
-    print_table(table)
+    print_rows(fork_table(rows))
     print()
-    for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [rules])):
+    for said in filter(None, (fork_said(rows), rules)):
         print(printable(said))
-    several = "; P and intervals for the number of agents" if any(one.agents > 1 for one in effects) else ""
+    several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
     print(
         f"P is corrected for all effects on success of one agent (Holm){several}. next choice: exact change of its "
         "choice probabilities, 0 to 1. --json has every interval."

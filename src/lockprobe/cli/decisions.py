@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lockprobe.foundation.formatting import count
-from lockprobe.report.prose.stopping import decided_said, halves_said, progress_said
+from lockprobe.foundation.formatting import count, points
+from lockprobe.report.questions.stopping import decided_said, progress_said
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
 
@@ -26,7 +26,10 @@ def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: 
     for agent, own in found.items():
         for one in own[:_LINES]:
             where = f" (block {one.at})" if one.at else f" after {count(one.course.n, 'block')}"
-            halves = f"; {said}" if (said := halves_said(one)) else ""
+            halves = ""
+            if not one.question.of_share and one.course.n > 1:
+                whole, first, second = map(points, (one.course.value, *one.course.halves))
+                halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
             decided = decided_said(one.verdict, study.until.points)
             lines.append(f"  {agent}, {one.question.name}: {decided}{where}{halves}")
         lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)

@@ -19,7 +19,6 @@ from lockprobe.report.prose.section_answers import section_answers
 from lockprobe.report.rows import Curve, Estimate, Finding
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.agent_summary import AgentSummary
-from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, dose_series, summarise_conditions
@@ -27,7 +26,6 @@ from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.course import Course, courses
 from lockprobe.statistics.dose_courses import dose_courses
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
-from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.summary import StudySummary, check_trials, summarise
@@ -125,16 +123,12 @@ class StudyNumbers:
         flips: The numbers over its flip rates, the truth among them.
         others: Those of its other conditions; None without any.
         doses: Those over every other dose, and over options of agents.
-        forks: What one report did, by its forks; empty without forks.
-        people: The numbers of people; None if none of their trials has ended.
     """
 
     opened: OpenedStudy
     flips: StudySummary
     others: ConditionStudySummary | None = None
     doses: tuple[tuple[Series, StudySummary], ...] = ()
-    forks: tuple[BranchEffect, ...] = ()
-    people: People | None = None
 
     @property
     def study(self) -> Study:
@@ -239,11 +233,6 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         BadFile: If its records cannot be analysed together.
     """
     flips = _of_flips(opened, collecting(each))
-    forks = section(
-        "Effect of one report",
-        lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
-        list[BranchEffect],
-    )
     others, design, every = _of_others(opened, flips, collecting(each)), design_of(opened.study), collecting(each)
     doses = (
         others.series
@@ -255,8 +244,6 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         flips=flips,
         others=others,
         doses=tuple(doses),
-        forks=tuple(forks),
-        people=section("People", lambda: people(opened.analysed), lambda: None),
     )
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from dataclasses import replace
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.holm import holm
+from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
@@ -46,35 +47,20 @@ _EARLIEST = 3
 """The first step that ``before-onset`` draws."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BranchEffect:
-    """The effect of an arm at one fork point of one agent's trials, compared with a true report.
-
-    Attributes:
-        agent: Its name, or its spec if it has none.
-        condition: The condition of the forked trials, as their keys name it.
-        where: The fork point: a step's number, or a rule (:data:`RULES`).
-        arm: Name of the arm.
-        truthful: Whether all later reports are true.
-        outcome: The outcome that is compared.
-        after_truth: Mean outcome after a true report.
-        change: Mean change of the outcome over trials; the continuations of a trial form a cluster. P values and
-            intervals are corrected for the agents that are judged together (Bonferroni), P values of changes of success
-            also for all of one agent (Holm).
-        forks: Continuations compared.
-        agents: Number of agents that are judged together.
-    """
+class Fork(NamedTuple):
+    """What an effect is of: one agent's trials of a condition, where they were forked, and what was changed there."""
 
     agent: str
     condition: str
     where: str
     arm: str
     truthful: bool
+    """Whether all later reports are true."""
     outcome: BranchOutcome
-    after_truth: float
-    change: BlockMean
-    forks: int
-    agents: int = 1
+
+
+Effects = dict[Fork, tuple[float, BlockMean, int]]
+"""What :func:`branch_effects` returns."""
 
 
 def continuation(actions: tuple[str, ...]) -> str | None:
@@ -97,22 +83,13 @@ def check_rule(rule: str) -> None:
 
 
 def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
-    """The steps after whose reports a rule forks a trial. The trial must have gone on after them.
-
-    Raises:
-        BadValue: As :func:`check_rule`.
-    """
+    """The steps after whose reports a rule forks a trial, which must have gone on; refused as by :func:`check_rule`."""
     check_rule(rule)
     last = len(trial.steps) - 1
     if rule == "every":
         return tuple(range(1, last + 1))
     found = _STEP_OF_RULE[rule](trial) if rule in _STEP_OF_RULE else int(rule)
     return (found,) if 1 <= found <= last else ()
-
-
-def _first_lie(trial: Trial) -> int:
-    """The step with the first false report; 0 without one."""
-    return next((n for n, false in enumerate(false_reports(trial), 1) if false), 0)
 
 
 def _before_onset(trial: Trial) -> int:
@@ -131,7 +108,7 @@ def _onset(trial: Trial) -> int:
 
 _STEP_OF_RULE: Mapping[str, Callable[[Trial], int]] = {
     "onset": _onset,
-    "first-lie": _first_lie,
+    "first-lie": lambda trial: next((n for n, false in enumerate(false_reports(trial), 1) if false), 0),
     "before-onset": _before_onset,
 }
 
@@ -141,7 +118,7 @@ def branch_effects(
     parents: Mapping[str, Trial],
     rules: Sequence[str] | None = None,
     chances: Chances | None = None,
-) -> list[BranchEffect]:
+) -> Effects:
     """The effect of every arm at every fork point, compared with a true report there.
 
     Args:
@@ -152,53 +129,41 @@ def branch_effects(
         chances: Key of a fork -> probabilities of its next choice, where they are known and not on record.
 
     Returns:
-        By agent, condition, fork point, arm and outcome; fork points with a single trial are left out.
+        The mean outcome after a true report; its mean change over trials, whose continuations form a cluster; and the
+        number of agents judged together, for which both are corrected (Bonferroni), P values of success also for all
+        of one agent (Holm). Fork points with a single trial are left out.
     """
     known, budget = chances or {}, max((fork.budget for fork in forks), default=0)
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
-    for fork in forks:
-        name = fork.fork
-        if name is None or fork.ending == "error" or (parent := parents.get(name.parent)) is None:
-            continue
-        cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
-        cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
+    for fork in ended(forks):
+        if (name := fork.fork) and (parent := parents.get(name.parent)):
+            cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
+            cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
     baseline = {trial.group: is_baseline(trial.spec) for trial in parents.values()}
-    found, sizes = [], Counter(baseline[agent] for agent in {agent for agent, *_ in placed})
+    found, sizes = Effects(), Counter(baseline[agent] for agent in {agent for agent, *_ in placed})
     for (agent, condition, truthful), there in placed.items():
         agents = sizes[baseline[agent]]
         for where, points in _by_place(there, parents, rules).items():
             for arm in dict.fromkeys(arm for at in there.values() for arm in at if arm != TRUTH):
                 forked = [point for point in points if arm in there.get(point, ())]
-                if rules is None and len(forked) < len(points):
+                if len(forked) < (len(points) if rules is None else 2):
                     continue
                 for outcome in get_args(BranchOutcome):
                     rows = [_row(there[point], parents[point[0]], point[1], arm, outcome, known) for point in forked]
                     if one := _effect([row for row in rows if row is not None], outcome, budget, agents):
-                        effect = BranchEffect(
-                            agent=agent,
-                            condition=condition,
-                            where=where,
-                            arm=arm,
-                            truthful=truthful,
-                            outcome=outcome,
-                            after_truth=one[0],
-                            change=one[1],
-                            forks=one[2],
-                            agents=agents,
-                        )
-                        found.append(effect)
-    return _corrected(found)
+                        found[Fork(agent, condition, where, arm, truthful, outcome)] = (*one, agents)
+    return found | _corrected(found)
 
 
-def _corrected(effects: Sequence[BranchEffect]) -> list[BranchEffect]:
-    """The effects with P values of success corrected for all effects on one agent (Holm)."""
-    found = list(effects)
-    for agent in {one.agent for one in effects}:
-        places = [i for i, one in enumerate(found) if (one.agent, one.outcome) == (agent, "solved")]
-        values = holm([found[i].change.p_value for i in places])
-        for i, value in zip(places, values, strict=True):
-            found[i] = replace(found[i], change=replace(found[i].change, p_value=value))
-    return found
+def _corrected(found: Effects) -> Effects:
+    """Those on success, with P values corrected for all of one agent (Holm)."""
+    made = {}
+    for agent in {one.agent for one in found}:
+        family = [one for one in found if (one.agent, one.outcome) == (agent, "solved")]
+        for one, value in zip(family, holm([found[one][1].p_value for one in family]), strict=True):
+            after, change, agents = found[one]
+            made[one] = after, replace(change, p_value=value), agents
+    return made
 
 
 def _by_place(
@@ -213,12 +178,7 @@ def _by_place(
 
 
 def _row(
-    arms: Mapping[str, Mapping[int, Trial]],
-    parent: Trial,
-    at: int,
-    arm: str,
-    outcome: BranchOutcome,
-    chances: Chances,
+    arms: Mapping[str, Mapping[int, Trial]], parent: Trial, at: int, arm: str, outcome: BranchOutcome, chances: Chances
 ) -> tuple[Array, Array] | None:
     """Outcomes of an arm and of a true report, one pair per continuation; None if either is missing.
 
@@ -228,21 +188,16 @@ def _row(
     if not told or not changed:
         return None
     if outcome == "choice":  # known before anything else is attempted next
-        return _moved_chances(next(iter(told.values())), next(iter(changed.values())), at, chances)
+        both = [next(iter(one.values())) for one in (told, changed)]
+        one, other = (fork.steps[at].decision.probabilities or chances.get(fork.key) for fork in both)
+        if one is None or other is None:
+            return None
+        return np.array([sum(abs(a - b) for a, b in zip(one, other, strict=True)) / 2]), np.zeros(1)
     base = {time: _outcome(fork, parent, at, outcome) for time, fork in told.items()}
     only = next(iter(base.values())) if len(base) == 1 else math.nan
-    pairs = [(_outcome(fork, parent, at, outcome), base.get(time, only)) for time, fork in changed.items()]
-    kept = [(one, other) for one, other in pairs if not math.isnan(one + other)]
-    return (np.array([one for one, _ in kept]), np.array([other for _, other in kept])) if kept else None
-
-
-def _moved_chances(told: Trial, changed: Trial, at: int, chances: Chances) -> tuple[Array, Array] | None:
-    """The distance of the next choice's probabilities from those after a true report; None if they are not known."""
-    there = [fork.steps[at].decision.probabilities or chances.get(fork.key) for fork in (told, changed)]
-    if there[0] is None or there[1] is None:
-        return None
-    apart = sum(abs(one - other) for one, other in zip(there[0], there[1], strict=True)) / 2
-    return np.array([apart]), np.zeros(1)
+    pairs = np.array([(_outcome(fork, parent, at, outcome), base.get(time, only)) for time, fork in changed.items()])
+    kept = pairs[~np.isnan(pairs).any(axis=1)]
+    return (kept[:, 0], kept[:, 1]) if len(kept) else None
 
 
 def _outcome(fork: Trial, parent: Trial, at: int, outcome: BranchOutcome) -> float:
@@ -259,24 +214,19 @@ def _outcome(fork: Trial, parent: Trial, at: int, outcome: BranchOutcome) -> flo
 
 def _effect(
     rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome, budget: int, agents: int
-) -> tuple[float, BlockMean, int] | None:
-    """Mean after a true report, change, and number of pairs, from one row per trial."""
+) -> tuple[float, BlockMean] | None:
+    """The mean after a true report, and the change, from one row per trial."""
     if len(rows) < 2:
         return None
-    widest = max(len(changed) for changed, _ in rows)
-    differences = np.full((len(rows), widest), np.nan)
-    for row, (changed, told) in zip(differences, rows, strict=True):
-        row[: len(changed)] = changed - told
-    told = np.concatenate([told for _, told in rows])
+    differences = np.full((len(rows), max(len(changed) for changed, _ in rows)), np.nan)
+    for row, (one, other) in zip(differences, rows, strict=True):
+        row[: len(one)] = one - other
+    changed, told = (np.concatenate(own) for own in zip(*rows, strict=True))
+    rare = None
     if outcome == "steps":
-        changed = np.concatenate([changed for changed, _ in rows])
         shortest = float(min(told.min(), changed.min()))
         rare = rare_block(float(told.mean()), float(changed.mean()), budget, shortest)
-        change = block_mean(differences, unit=float(budget), choices=agents, rare=rare)
-    else:
-        change = block_mean(differences, unit=None if outcome == "choice" else 1.0, choices=agents)
-    p_value = None if change.p_value is None else min(1.0, agents * change.p_value)
-    if outcome == "choice":  # no test: that chances differ is known
-        p_value = None
-    change = replace(change, p_value=p_value)
-    return float(told.mean()), change, len(told)
+    unit = {"steps": float(budget), "choice": None}.get(outcome, 1.0)
+    change = block_mean(differences, unit=unit, choices=agents, rare=rare)
+    untested = outcome == "choice" or change.p_value is None  # that chances differ is known
+    return float(told.mean()), replace(change, p_value=None if untested else min(1.0, agents * (change.p_value or 0.0)))

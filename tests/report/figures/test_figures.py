@@ -22,7 +22,6 @@ from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
-from lockprobe.report.figures.people import people
 from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
 from lockprobe.report.questions import crossings, loops
 from lockprobe.report.questions.speed import draw as fig3
@@ -226,17 +225,31 @@ def test_dots_line_and_r_of_figure_5a(typical, model):
     assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in axes.get_title(loc="left")
 
 
-def test_shares_of_people_and_agents_stand_at_their_p(tmp_path):
+def test_people_stand_above_agents_under_each_condition(tmp_path):
     solved = {("participant", 0.0): 1, ("participant", 0.4): 0, ("llm:a", 0.0): 1, ("llm:a", 0.4): 1}
     trials = [
         make_trial(SOLUTION if done else UNSOLVED, agent=f"{agent}:{i:04d}" if "part" in agent else agent, p=p, trial=i)
         for (agent, p), done in solved.items()
         for i in range(1, 11)
     ]
-    (axes,) = people(found_in(tmp_path, small_study(("participant", "llm:a"), (0.0, 0.4), 1, 10), trials)).axes
-    joined = [list(line.get_ydata()) for line in axes.lines if len({*line.get_xdata()}) == 2]
-    assert joined == [[1.0, 0.0], [1.0, 1.0]]
+    found = found_in(tmp_path, small_study(("participant", "llm:a"), (0.0, 0.4), 1, 10), trials)
+    (axes,) = pictures(found)["people"].axes
+    drawn = bars(axes, across=True)
+    assert [share for _, share, *_ in sorted(drawn)] == [1.0, 1.0, 0.0, 1.0]
+    assert [text.get_text() for text in axes.texts] == ["flip rate 0", "flip rate 0.4"]
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
+    clustered = found.one("success", agent="participant", condition="truth", of="by person")
+    assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
+
+
+def test_marks_of_why_are_its_rows_and_filled_where_they_are_detected(tmp_path):
+    found = controls(tmp_path)
+    for axes, total in zip(pictures(found)["why"].axes, found.where("false_report_effect"), strict=True):
+        rows = [total, *found.where("arm_contrast", agent=total.agent)]
+        drawn = bars(axes, across=True)
+        assert drawn == [(i, *map(pytest.approx, (row.value, row.low, row.high))) for i, row in enumerate(rows)]
+        filled = [of.lines[0].get_markerfacecolor() != "white" for of in axes.containers]
+        assert filled[0] == total.detected
 
 
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"

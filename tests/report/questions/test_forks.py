@@ -1,12 +1,12 @@
-"""Forks: numbers of the records, and no such part of the page without forks."""
-
-from html import unescape
+"""Forks: rows of the effects on record, in the part of the page and nowhere else."""
 
 import pytest
 from builders import write_study
 
-from lockprobe.report.page import figures_of, page_of, parts_of, tables_of
+from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.questions.forks import fork_said
 from lockprobe.report.results import results
+from lockprobe.report.rows import Estimate
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -43,17 +43,11 @@ def test_rows_are_effects_of_the_forks_on_record(forked):
     assert [row.of for row in after] == [row.of for row in found.where("success_change_by_fork")]
 
 
-def test_the_part_the_table_and_the_figure_are_there(forked):
+def test_the_part_has_the_sentence_the_table_and_the_figure_and_no_other_number_counts_forks(forked):
     _, found = forked
-    page = unescape(page_of(found))
-    assert found.said("forks", "finding")[0] in page
-    assert len(tables_of(found)["forks"]) == 1 + len(found.where("success_change_by_fork"))
     (own,) = (part for part in parts_of(found) if part.name == "forks")
-    assert (own.answer, [one.name for one in figures_of([own])]) == (found.said("forks", "finding")[0], ["forks"])
-
-
-def test_forks_are_counted_in_no_number_of_the_study(forked):
-    _, found = forked
+    assert (own.answer, [one.name for one in figures_of([own])]) == (fork_said(found.rows), ["forks"])
+    assert len(tables_of(found)["forks"]) == 1 + len(found.where("success_change_by_fork"))
     assert found.progress.finished == sum(
         row.value + found.one("broken", agent=row.agent, condition=row.condition).value
         for row in found.where("trials", of="")
@@ -65,3 +59,25 @@ def test_a_study_without_forks_has_no_such_part(tmp_path):
     planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
     found = results(write_study(tmp_path / "study", planned))
     assert [part for part in parts_of(found) if part.name == "forks"] == tables_of(found)["forks"] == []
+
+
+def changed(of="lie, 8, later reports true", **columns):
+    own = {"agent": "random", "condition": "truth", "of": of, "n": 300, "clusters": 150}
+    size = {"value": 0.1, "low": 0.02, "high": 0.18, "p_value": 0.01} | columns
+    after = Estimate(quantity="success_after_true_report", **own, value=0.4)
+    return [Estimate(quantity="success_change_by_fork", **own, **size), after]
+
+
+def test_the_clearest_effect_is_said_and_what_is_not_detected_is_not_said_to_be_nothing():
+    detected = (
+        "At the report of step 8, one inverted report raises the success of random (truth): 40 % after a true report, +10 "
+        "points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks; later reports are true."
+    )
+    assert fork_said(changed()) == detected
+    unsure = [{"p_value": 0.2}, {"low": -0.01}, {"p_value": None}]
+    for one in unsure:
+        alone = fork_said(changed("force=A, onset, later reports as in the condition", **one))
+        assert alone.startswith("No effect of a next attempt at joint A at the report that completes its first loop on")
+        several = changed("lie, 4, later reports true", **one) + changed("lie, 9, later reports true", **one)
+        assert fork_said(several) == "No effect of one report on success was detected in 2 comparisons."
+        assert fork_said([*several, *changed()]) == f"1 of 3 effects of one report were detected. {detected}"

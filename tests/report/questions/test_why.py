@@ -1,30 +1,29 @@
-"""Why: the verdict first, numbers that are those of the records, and a trial told in every arm."""
-
-from html import unescape
+"""Why: numbers that are those of the records, and two plain sentences an agent that follow from the rows."""
 
 import pytest
 from builders import write_study
-from page_parts import part
 
-from lockprobe.report.page import page_of, parts_of, tables_of
+from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.questions.why import why_said
 from lockprobe.report.results import results
+from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.why.arms import ARMS
-from lockprobe.statistics.why.mechanism import CONTRASTS
+from lockprobe.statistics.why.mechanism import CONTRASTS, Decision
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
 AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 
 
-def found_in(directory, name="why", **asked):
-    return results(write_study(directory, study(name, **asked)))
-
-
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
     """The directory of a small study of controls, and its results."""
-    directory = tmp_path_factory.mktemp("why") / "study"
-    return directory, found_in(directory, agent=AGENTS, trials=50)
+    directory = write_study(tmp_path_factory.mktemp("why") / "study", study("why", agent=AGENTS, trials=50))
+    return directory, results(directory)
+
+
+def own_part(found):
+    return [part for part in parts_of(found) if part.name == "why"]
 
 
 def test_every_agent_has_its_arms_as_recorded(told):
@@ -44,13 +43,14 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
     _, found = told
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
     assert found.where("arm_contrast", agent=AGENTS[1]) == []
-    assert [row for row in found.where("success_difference", agent=AGENTS[1]) if row.family == "arms"] == []
-    cells = [row for row in tables_of(found)["arms"] if row[0] == AGENTS[1]]
-    assert len(cells) == len(ARMS)
-    assert {tuple(row[5:]) for row in cells} == {("\N{EN DASH}", "\N{EN DASH}")}
-    said = " ".join(found.said("why", agent=AGENTS[1]))
-    assert "two statements" not in said
-    assert found.said("why", "assumption", agent=AGENTS[1]) == []
+    assert [row[0] for row in tables_of(found)["why"][1:]] == [AGENTS[0]] * (1 + len(CONTRASTS)) + [AGENTS[1]]
+    (part,) = own_part(found)
+    assert part.answer == "A cause is named for 1 of 2 agents."
+    first, second = part.blocks[0].items
+    assert "through what they say: of reports that are given and then corrected, a false last statement raises" in first
+    assert "corrected" not in second
+    assert found.answer.startswith(f"{first.partition(' (')[0]}. They do so through what they say: of reports that are")
+    assert "interval" not in found.answer
 
 
 def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
@@ -59,20 +59,77 @@ def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
     assert not any("correction" in row.family for row in found.where("success_difference"))
 
 
-def test_the_part_begins_with_the_verdicts_and_what_they_assume(told):
-    _, found = told
-    page, said = unescape(part(page_of(found), "why")), found.said("why", "verdict")
-    assert len(said) == len(AGENTS)
-    (assumed,) = found.said("why", "assumption")
-    assert max(map(page.index, said)) < page.index(assumed)
-    assert found.said("why", "conclusion", agent=AGENTS[0]) == ["says, last"]
-    margin = found.one("equivalence_margin", agent=AGENTS[1])
-    (conclusion,) = found.said("why", "conclusion", agent=AGENTS[1])
-    assert conclusion == ("no change" if margin.p_value < 0.05 else "inconclusive")
-
-
 def test_other_studies_have_no_such_part(tmp_path):
     asked = {"agent": "random", "sweep": "tremble?p=0,0.2", "trials": 2, "repetitions": 1}
-    found = found_in(tmp_path / "study", "flips", **asked)
-    assert not {part.name for part in parts_of(found)} & {"why", "arms"}
-    assert tables_of(found)["why"] == tables_of(found)["arms"] == []
+    found = results(write_study(tmp_path / "study", study("flips", **asked)))
+    assert own_part(found) == tables_of(found)["why"] == []
+
+
+def mean(value, half=0.05):
+    p_value = 0.001 if abs(value) > half else 0.6
+    return BlockMean(value=value, low=value - half, high=value + half, p_value=p_value, pairs=150, blocks=150)
+
+
+def said(verdict, *claims, total=0.2, needed=230):
+    decision = Decision(
+        total=mean(total),
+        contrasts={name: mean(total) for name in CONTRASTS if claims},
+        claims=claims,
+        equivalence=0.04,
+        verdict=verdict,
+    )
+    return why_said("llm:a", "symbolic?tell=state", decision, needed)
+
+
+RAISE = "False reports raise the success of llm:a by 20 points (95 % interval +15 to +25; P = 0.001). "
+
+
+@pytest.mark.parametrize(
+    ("verdict", "claims", "expected"),
+    [
+        (
+            "says",
+            ("last",),
+            "what they say: of reports that are given and then corrected, a false last statement raises",
+        ),
+        (
+            "says",
+            ("first",),
+            "a false first statement raises it, whatever the last one says (the least clear difference",
+        ),
+        ("says", ("last", "first"), "a false last statement raises it, whatever the first one says and a false first"),
+        ("says", ("agreed",), "two false statements raise it, and no change by a single one was detected"),
+        ("says", ("contradiction",), "one false statement is enough to raise it"),
+        ("says", ("falsity",), "two false statements raise it, and which of them counts is not decided"),
+        (
+            "form",
+            ("form",),
+            "They do so as any odd report does: a true correction and an irrelevant remark raise it too",
+        ),
+        ("both", ("last", "form"), "whatever the first one says; and as any odd report does: a true correction and"),
+        ("blurred", (), "Why is not decided: a true correction raises it too, so corrections cannot tell."),
+        ("not decided", (), "Why is not decided: through what they say, or as any odd report does"),
+    ],
+)
+def test_every_verdict_has_what_happened_and_how_sure_and_then_the_cause(verdict, claims, expected):
+    found = said(verdict, *claims)
+    assert found.startswith(RAISE)
+    assert expected in found
+    assert found.count(". ") == 1
+    assert not any(word in found for word in ("believe", "because", "disturb"))
+
+
+def test_what_is_not_detected_is_said_to_be_small_or_not_excluded():
+    assert said("no change", total=0.01) == (
+        "False reports change the success of llm:a by less than 10 points (+1 points, 95 % interval \N{MINUS SIGN}4 to +6; "
+        "P = 0.04)."
+    )
+    assert said("inconclusive", total=0.01) == (
+        "No effect of false reports on the success of llm:a was detected (+1 points, 95 % interval \N{MINUS SIGN}4 to +6; "
+        "P = 0.6), and a change of 10 points or more is not excluded. About 230 blocks would detect that with a power of "
+        "80 %; 150 were played."
+    )
+    assert said("inconclusive", total=0.01, needed=None) == (
+        "No effect of false reports on the success of llm:a was detected, and a change of 10 points or more is not excluded."
+    )
+    assert said("says", "last", total=-0.2).startswith("False reports lower the success of llm:a by 20 points")

@@ -67,7 +67,6 @@ def test_a_series_takes_its_zero_from_the_control_and_pools_no_other_condition(t
 def test_an_agent_without_trials_has_no_numbers(trials):
     found = numbers([trial for trial in trials if trial.agent == "random"])
     assert {agent for agent, _ in found.conditions} == {one.agent for one in found.effects} == {"random"}
-    assert found.whys == ()
 
 
 def test_effects_of_several_agents_are_one_family_and_baselines_another():
@@ -76,18 +75,3 @@ def test_effects_of_several_agents_are_one_family_and_baselines_another():
     found = numbers_of(play_study(planned), planned)
     assert {one.agent: one.agents for one in found.on_axes} == dict(zip(agents, (2, 2, 1), strict=True))
     assert {one.agent: one.agents for one in found.effects} == dict(zip(agents, (2, 2, 1), strict=True))
-
-
-def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_another():
-    """Agents that play alike count too: that lies change their success by less than the margin is a conclusion."""
-    agents = ("cognitive:perseverant", "human-inspired", "cognitive:softmax-memory", "cognitive:careful")
-    planned = study("why", agent=list(agents), trials=4, repetitions=1)
-    trials = play_study(planned)
-
-    def sizes(agents):
-        chosen = [trial for trial in trials if trial.agent in agents]
-        whys = numbers_of(chosen, replace(planned, agents=agents)).whys
-        return {one.agent: one.agents for one in whys}
-
-    assert sizes(agents) == dict(zip(agents, (3, 1, 3, 3), strict=True))
-    assert sizes(agents[:2]) == dict.fromkeys(agents[:2], 1)

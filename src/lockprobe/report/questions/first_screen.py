@@ -25,14 +25,14 @@ from lockprobe.report.prose.first_screen import (
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.report.prose.readings import BOTH_FIT
 from lockprobe.report.prose.several_answers import of_conditions, several_answers
-from lockprobe.report.prose.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
-from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.factors import factor_rows, factorial_said
 from lockprobe.report.questions.readings import untested
+from lockprobe.report.questions.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
 from lockprobe.report.questions.too_few_trials import answered_questions, lacking_agents, with_lacking
+from lockprobe.report.questions.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers

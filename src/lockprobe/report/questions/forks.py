@@ -1,151 +1,233 @@
-"""The effect of one report, from forks of recorded trials."""
+"""The effect of one report, from forks of recorded trials; ``lockprobe branch`` prints the same rows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, p_cell, percent
+from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value, percent, points
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.branch import found_said, value_said
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
-from lockprobe.statistics.branch import BranchEffect
+from lockprobe.statistics.branch import Fork, branch_effects
+from lockprobe.studies.study import Study
 
 _OUTCOMES = {
-    "solved": ("success", "points"),
-    "steps": ("steps", "steps"),
-    "leaves": ("leaves_loop", "points"),
-    "repeats": ("repeats", "points"),
-    "choice": ("next_choice", "total variation"),
+    "solved": ("success", "points", ""),
+    "steps": ("steps", "steps", "steps"),
+    "leaves": ("leaves_loop", "points", "leaves loop"),
+    "repeats": ("repeats", "points", "repeats"),
+    "choice": ("next_choice", "total variation", "next choice"),
 }
-"""Outcome -> how its quantities begin, and the unit of its change."""
+"""Outcome -> how its quantities begin, the unit of its change, and the head of its column."""
 
-_OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
-"""Outcomes besides success -> the heads of their columns."""
+_PLACES = {
+    "onset": "the report that completes its first loop",
+    "first-lie": "its first false report",
+    "before-onset": "a random report from step 3 to its first loop",
+}
 
-_LATER = ", later reports "
+_TOLD = {
+    "lie": "one inverted report",
+    "truth-truth": "one true report that is repeated as a correction",
+    "lie-truth": "one inverted report that the truth corrects at once",
+    "truth-lie": "one true report that a lie corrects at once",
+    "lie-lie": "one inverted report that is repeated as a correction",
+    "remark": "one irrelevant sentence",
+    "withheld": "one missing report",
+    "tremble": "a next attempt at another joint than the chosen one",
+    "random": "a next attempt at a random joint",
+}
+
+_TRUE = "later reports true"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    effects = numbers.forks
-    for one in effects:
-        yield from _of_effect(one, numbers)
-    if effects:
-        rules = broken_said(numbers.opened.forks, numbers.study.box)
-        for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [rules])):
-            yield Finding(section="forks", kind="finding", text=said, rests_on=("success_change_by_fork",))
+    opened = numbers.opened
+    parents = {trial.key: trial for trial in opened.trials}
+    rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
+    yield from rows
+    if rows and (rules := broken_said(opened.forks, numbers.study.box)):
+        yield Finding(section="forks", kind="rules", text=rules)
 
 
-def _of_effect(one: BranchEffect, numbers: StudyNumbers) -> Iterator[Estimate]:
-    """The change by an arm at one place, and the outcome after a true report there."""
-    condition, (quantity, unit) = numbers.study.labelled(one.condition), _OUTCOMES[one.outcome]
-    later = "true" if one.truthful else "as in the condition"
-    of: dict[str, Any] = {
-        "agent": one.agent,
-        "modality": condition.modality,
-        "condition": one.condition,
-        "of": f"{one.arm}, {one.where}{_LATER}{later}",
-        "doses": dict(condition.doses),
-    }
-    tested = of_blocks(one.change) | {"n": one.forks, "corrected_for": one.agents, "test": "sign flips of trials"}
-    family = "agents; P values of success also all forks of one agent (Holm)"
-    yield Estimate(quantity=f"{quantity}_change_by_fork", **of, **tested, unit=unit, family=family)
-    level = "steps" if unit == "steps" else "share"
-    yield Estimate(quantity=f"{quantity}_after_true_report", **of, unit=level, n=one.forks, value=one.after_truth)
+def fork_rows(effects: Mapping[Fork, tuple[float, Any, int]], study: Study) -> list[Estimate]:
+    """The change by each arm at each place, and the outcome after a true report there."""
+    rows = []
+    for fork, (after_truth, found, agents) in effects.items():
+        condition, (quantity, unit, _) = study.labelled(fork.condition), _OUTCOMES[fork.outcome]
+        later = _TRUE if fork.truthful else "later reports as in the condition"
+        of: dict[str, Any] = {
+            "agent": fork.agent,
+            "modality": condition.modality,
+            "condition": fork.condition,
+            "of": f"{fork.arm}, {fork.where}, {later}",
+            "doses": dict(condition.doses),
+        }
+        tested = of_blocks(found) | {"corrected_for": agents, "test": "sign flips of trials"}
+        family = "agents; P values of success also all forks of one agent (Holm)"
+        rows.append(Estimate(quantity=f"{quantity}_change_by_fork", **of, **tested, unit=unit, family=family))
+        level = "steps" if unit == "steps" else "share"
+        rows.append(
+            Estimate(quantity=f"{quantity}_after_true_report", **of, unit=level, n=found.pairs, value=after_truth)
+        )
+    return rows
 
 
-def _table(found: Results) -> TextTable:
-    """One row for each agent, condition, place and arm."""
-    head = ["agent", "condition", "forked at", "arm", "later reports", "solved after truth", "change, points", "P"]
-    table = [[*head, *_OTHERS.values(), "trials"]]
-    for row in found.where("success_change_by_fork"):
-        of = {"agent": row.agent, "condition": row.condition, "of": row.of}
-        place, _, later = row.of.rpartition(_LATER)
-        arm, _, where = place.rpartition(", ")
-        told = percent(found.one("success_after_true_report", **of).value)
-        others = [_value(outcome, found.get(f"{_OUTCOMES[outcome][0]}_change_by_fork", **of)) for outcome in _OTHERS]
-        size = [points_cell(row), p_cell(row.p_value)]
-        table.append([row.agent, row.condition, where, arm, later, told, *size, *others, str(row.clusters)])
-    return table if len(table) > 1 else []
+def _place(row: Estimate) -> tuple[str, str, str]:
+    """The arm, the fork point, and what later reports are."""
+    arm, where, later = row.of.rsplit(", ", 2)
+    return arm, where, later
 
 
-def _value(outcome: str, row: Estimate | None) -> str:
-    return NONE if row is None or row.value is None else value_said(outcome, row.value)
+def fork_table(rows: Sequence[Estimate]) -> TextTable:
+    """One row for each agent, condition, place and arm; how later reports are where they are true."""
+    known = {(row.quantity, row.agent, row.condition, row.of): row for row in rows}
+    found = [row for row in rows if row.quantity == "success_change_by_fork"]
+    several = any(row.of.endswith(_TRUE) for row in found)
+    others = {quantity: head for quantity, _, head in _OUTCOMES.values() if head}
+    head = ["agent", "condition", "forked at", "arm", *["later reports"] * several]
+    table = [[*head, "solved after truth", "change, points", "P", *others.values(), "trials"]]
+    for row in found:
+        own, (arm, where, later) = (row.agent, row.condition, row.of), _place(row)
+        names = [row.agent, row.condition, where, arm, *[later.removeprefix("later reports ")] * several]
+        told = percent(known["success_after_true_report", *own].value)
+        more = [_value(known.get((f"{quantity}_change_by_fork", *own))) for quantity in others]
+        table.append([*names, told, points_cell(row), p_cell(row.p_value), *more, str(row.clusters)])
+    return table if found else []
 
 
-_TABLE = Table("forks", _table, numeric_from=5)
+def _value(row: Estimate | None) -> str:
+    """A change alone: points, steps, or a distance from 0 to 1."""
+    if row is None or row.value is None:
+        return NONE
+    if row.unit == "steps":
+        return minus(f"{row.value:+.1f}")
+    return f"{row.value:.2f}" if row.unit == "total variation" else points(row.value)
 
-FIGURE = Figure(
+
+def fork_said(rows: Sequence[Estimate]) -> str:
+    """How many effects on success were detected, and the clearest of them; empty without forks."""
+    found = [row for row in rows if row.quantity == "success_change_by_fork"]
+    after = {(row.agent, row.condition, row.of): row for row in rows if row.quantity == "success_after_true_report"}
+    clear = [row for row in found if row.detected]
+    if len(found) > 1 and not clear:
+        return f"No effect of one report on success was detected in {len(found)} comparisons."
+    if not found:
+        return ""
+    row = min(clear or found, key=lambda one: (one.p_value or 0.0, -abs(one.value or 0.0)))
+    arm, where, later = _place(row)
+    kind, _, joint = arm.partition("=")
+    what = f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(arm, arm)
+    place, on = _PLACES.get(where, f"the report of step {where}"), f"the success of {row.agent} ({row.condition})"
+    said = f"No effect of {what} at {place} on {on} was detected"
+    if row.detected:
+        said = f"At {place}, {what} {'raises' if (row.value or 0.0) > 0 else 'lowers'} {on}"
+    told = percent(after[row.agent, row.condition, row.of].value)
+    size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
+    true = f"; {_TRUE.replace('reports', 'reports are')}" * (later == _TRUE)
+    said = f"{said}: {told} after a true report, {size}, {row.clusters} trials, {row.n} forks{true}."
+    return said if len(found) == 1 else f"{len(clear)} of {len(found)} effects of one report were detected. {said}"
+
+
+_TABLE = Table("forks", lambda found: fork_table(found.rows), numeric_from=5)
+
+_FIGURE = Figure(
     "forks",
-    "Change of success by one report, by the step at which it was given",
+    "Change of success by one report, by the place at which it was given",
     Caption(
-        "Change of success by one report or action, by the step at which trials were forked. The line at 0 is a true "
-        "report.",
+        "Change of success by one report or action, by where trials were forked. The line at 0 is a true report.",
         "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
     ),
-    draw="lockprobe.report.figures.forks:forks",
+    draw="lockprobe.report.questions.forks:draw",
     applies=lambda found: bool(found.where("success_change_by_fork")),
 )
 
-_HOW = Markup(
-    "<p>A fork continues a finished trial from the report of one step. The steps before it are taken from the record "
-    "without new calls to a provider. That report, or the action after it, is changed, and the agent continues. If the "
-    "agent is seeded, arms use common random numbers after the fork, so they differ only by the change. Each trial "
-    "counts once, with all its continuations. <i>steps</i>: number of steps, with the budget for unsolved trials. "
-    "<i>leaves loop</i>: the next action does not continue the current loop, in points. <i>repeats</i>: the next "
-    "action repeats the last one, in points. <i>next choice</i>: total variation distance between the probabilities of "
-    "the next choice, from 0 to 1; it is exact, and available for policies and local models.</p>"
+_NOTE = Note(
+    "Success after a true report, and its change in points. The other columns are also changes.",
+    Markup(
+        "Brackets are 95 % intervals over trials. <i>P</i> is corrected for all effects of one agent on success "
+        "(Holm); both are corrected for the number of agents, baselines apart."
+    ),
+    Markup(
+        "<p>A fork continues a finished trial from the report of one step. The steps before it are taken from the "
+        "record. That report, or the action after it, is changed, and the agent continues, with the same random "
+        "numbers in every arm if it is seeded. Each trial counts once, with all its continuations. <i>steps</i>: "
+        "number of steps, with the budget for unsolved trials. <i>leaves loop</i>, <i>repeats</i>: the next action "
+        "does not continue the current loop, or repeats the last one. <i>next choice</i>: total variation distance "
+        "between the probabilities of the next choice, from 0 to 1; it is exact.</p>"
+    ),
 )
 
 _LIMITS = (
-    (
-        "Only trials that are still running at a step are forked there. Effects at different steps come from different "
-        "trials."
-    ),
-    (
-        "Forks at a detected loop come from trials that were often lost long before. A difference between forks in "
-        "loops and elsewhere is not an effect of the loop."
-    ),
-    (
-        "If later reports follow the condition, the effect is that of one more false report among others. Forks of "
-        "trials at a flip rate of 0 show the effect of a first false report."
-    ),
+    "Effects at different steps are of different trials: those that are still running there.",
+    "Trials that loop were often lost long before, so a difference from forks elsewhere is no effect of the loop.",
+    "If later reports follow the condition, the effect is that of one more false report among others.",
     "Hosted models cannot be seeded: their arms share the past but no random numbers, so their differences vary more.",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    """The parts of the page; its template has the findings above the first."""
-    rows = found.where("success_change_by_fork")
-    if not rows:
-        return
-    agents = max(row.corrected_for for row in rows) > 1
-    note = Note(
-        "Success after a true report, and its change in points. The other columns are also changes.",
-        Markup(
-            "Brackets are 95 % intervals over trials. <i>P</i> is corrected for all effects of one agent on success "
-            "(Holm){}."
-        ).format("; both are corrected for the number of agents, baselines apart" if agents else ""),
-        _HOW,
-    )
-    said = found.said("forks", "finding")
-    blocks: list[Block] = [FIGURE, Listed(said[1:]), _TABLE, note, Detail("What forks do not show", [Listed(_LIMITS)])]
-    yield Part("Effect of one report", said[0] if said else f"{len(rows)} effects, by step and arm.", blocks)
+    if said := fork_said(found.rows):
+        rules: list[Block] = [Text(text) for text in found.said("forks", "rules")]
+        yield Part(
+            "Effect of one report",
+            said,
+            [*rules, _FIGURE, _TABLE, _NOTE, Detail("What forks do not show", [Listed(_LIMITS)])],
+        )
+
+
+def draw(found: Results) -> Any:
+    """The changes of success by place, a panel for each agent, condition and way to go on; later ones are the table's.
+
+    Steps come in their order, then the places that a rule names.
+    """
+    from lockprobe.report.figures import own_settings, sheet
+
+    panels: dict[tuple[str, str, str], list[Estimate]] = {}
+    for row in found.where("success_change_by_fork"):
+        panels.setdefault((row.agent, row.condition, _place(row)[2]), []).append(row)
+    with own_settings():
+        return sheet(list(panels.values())[:_PANELS], _draw)
+
+
+_PANELS = 6
+"""Panels that are drawn."""
+
+_MARKERS = "os^vDPX<>"
+
+
+def _draw(axes: Any, rows: Sequence[Estimate]) -> None:
+    from lockprobe.report.figures.frame import from_to, safe_name, title
+    from lockprobe.report.figures.palette import SUBJECTS, Style
+    from lockprobe.report.figures.primitives import estimates
+    from lockprobe.report.figures.settings import FAINT, INK
+
+    arms = list(dict.fromkeys(_place(row)[0] for row in rows))
+    places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
+    axes.axhline(0, color=INK, linewidth=0.8)
+    for i, arm in enumerate(arms):
+        own = [row for row in rows if _place(row)[0] == arm]
+        style = Style(colour=SUBJECTS[0] if "lie" in arm else FAINT, marker=_MARKERS[i % len(_MARKERS)])
+        across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
+        estimates(axes, across, own, style, label=safe_name(arm))
+    reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
+    step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
+    ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
+    axes.set(ylim=(-reach, reach), ylabel="change of success, points", xlim=(-0.6, len(places) - 0.4))
+    axes.set_yticks(ticks, [points(tick) for tick in ticks])
+    axes.set_xticks(range(len(places)), [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places])
+    axes.grid(axis="y", zorder=0)
+    first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
+    said = f"{first.condition}{later}; n = {from_to(row.clusters for row in rows)} trials"
+    title(axes, safe_name(first.agent, 38), safe_name(said))
 
 
 SECTIONS = (
-    Section(
-        name="forks",
-        title="Effect of one report",
-        rows=_rows,
-        show=_show,
-        tables=(_TABLE,),
-        figures=(FIGURE,),
-    ),
+    Section(name="forks", title="Effect of one report", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
 )

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
 
+from lockprobe.foundation.formatting import NONE, count, percent, share
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import TextTable
-from lockprobe.report.people_said import (
-    conditions_said,
-    flow_said,
-    limits_said,
-    opened_said,
-    steps_said,
-)
-from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
+from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.section import Block, Caption, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
-from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.people import People, PeopleAt
-from lockprobe.studies.study import Study
+from lockprobe.statistics.clustered import alike_weights
+from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.people import steps_of_people, success_of_people
+from lockprobe.statistics.proportions import proportion
+from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
     from lockprobe.people.progress import Flow
@@ -34,100 +32,144 @@ _BY_PERSON = "by person"
 
 _BEYOND = "beyond the budget"
 
+_SAW = {
+    "view": "reports as",
+    "history": "earlier reports visible:",
+    "feedback": "told whether the box was opened:",
+    "design": "design",
+    "words": "texts",
+    "page": "",
+}
+"""Facts of a trial of people, in words; the version of the page has none."""
+
+_FLOW = {
+    "withdrawn": "withdrew (their data are deleted)",
+    "screened": "screened out by the questions on the instructions",
+    "left_open": "left boxes unfinished or still playing",
+    "finished": "finished all their boxes",
+}
+"""What became of those who agreed to take part, in words."""
+
 _people = partial(Estimate, agent=PEOPLE)
 """A row of all people."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    opened, found = numbers.opened, numbers.people
-    if not opened.study.invited and found is None:
+    opened, begun = numbers.opened, [trial for trial in numbers.trials if trial.player]
+    own = ended(begun)
+    if not opened.study.invited and not own:
         return
     from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
 
-    flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
-    for of, count in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
-        yield _people(quantity="boxes", of=of, value=count, unit="boxes")
-    if flow:
-        yield from _flow(flow, found.people if found else 0)
-    if found:
-        yield from _all_people(found)
-        for at in (*found.at, *found.over):
-            yield from _at(at, _place(opened.study, at))
-    yield from _said(numbers, flow)
-
-
-def _place(study: Study, at: PeopleAt) -> dict[str, Any]:
-    """What a number is of: one condition, or all conditions of a modality."""
-    doses = dict(study.labelled(at.condition).doses) if at.condition else {}
-    return {"modality": at.modality, "condition": at.condition, "doses": doses}
-
-
-_STAGES = ("consented", "withdrawn", "screened", "left_open", "finished", "analysed")
-"""The flow of participants. Nothing is recorded of people before they agree."""
+    for of, boxes in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
+        yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
+    sizes = Counter(trial.agent for trial in own)
+    if flow := flow_of(opened.study, opened.diaries, opened.withdrawn):
+        yield from _flow(flow, len(sizes))
+    if own:
+        yield from _all_people(begun, own, sizes)
+        modalities: dict[str, list[Trial]] = {}
+        for cell in numbers.cells:
+            if cell.agent == PEOPLE and any(trial.error is None for trial in cell.trials):
+                modalities.setdefault(cell.modality, []).extend(cell.trials)
+                yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
+        for modality, trials in modalities.items():
+            yield from _at(trials, modality=modality)
 
 
 def _flow(flow: Flow, analysed: int) -> Iterator[Estimate]:
     """Who came to the end, the boxes that they were given, questions on the instructions, and attention checks."""
     counts = {**asdict(flow), "analysed": analysed}
-    for of in (*_STAGES, *(("questioned", "second_round") if flow.questioned else ())):
+    for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
         yield _people(quantity="participants", of=of, value=counts[of], unit="people")
     for one in flow.boxes:
-        for of, count in (("given", one.given), ("left_open", one.left_open)):
-            yield _people(quantity="boxes", condition=one.condition, of=of, value=count, unit="boxes")
+        for of, boxes in (("given", one.given), ("left_open", one.left_open)):
+            yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
     if flow.checks:
-        share = flow.right / flow.checks
-        yield _people(quantity="attention_checks", value=share, count=flow.right, n=flow.checks)
+        yield _people(quantity="attention_checks", value=flow.right / flow.checks, count=flow.right, n=flow.checks)
 
 
-def _all_people(found: People) -> Iterator[Estimate]:
+def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
     """All people together, under all conditions; by the position of the box, and what they were shown."""
-    yield _people(quantity="people", value=found.people, unit="people")
-    for of, count in (("fewest", found.fewest), ("most", found.most)):
-        yield _people(quantity="boxes_each", of=of, value=count, unit="boxes")
-    yield from share_rows("success", found.success, agent=PEOPLE, of=_BY_PERSON)
-    yield _people(quantity="success", of="every person alike", value=found.alike, n=found.people)
-    for one in found.positions:
-        yield from share_rows("success", one.success, agent=PEOPLE, of=f"position={one.position}")
-    for name, values in found.saw.items():
-        for value, count in values.items():
-            yield _people(quantity="trials_shown", of=f"{name}={value}", value=count, unit="trials")
+    yield _people(quantity="people", value=len(sizes), unit="people")
+    for of, boxes in (("fewest", min(sizes.values())), ("most", max(sizes.values()))):
+        yield _people(quantity="boxes_each", of=of, value=boxes, unit="boxes")
+    yield from share_rows("success", success_of_people(begun), agent=PEOPLE, of=_BY_PERSON)
+    alike = float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own])))
+    yield _people(quantity="success", of="every person alike", value=alike, n=len(sizes))
+    positions: dict[int, list[bool]] = {}
+    for trial in own:
+        if isinstance(at := trial.facts.get("position"), int):
+            positions.setdefault(at, []).append(trial.solved)
+    for at, solved in sorted(positions.items()):  # one box of each person: Wilson's interval
+        yield from share_rows("success", proportion(sum(solved), len(solved)), agent=PEOPLE, of=f"position={at}")
+    for name in _SAW:
+        values = [trial.facts[name] for trial in own if name in trial.facts]
+        for value, trials in Counter(
+            ("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values
+        ).items():
+            yield _people(quantity="trials_shown", of=f"{name}={value}", value=trials, unit="trials")
 
 
-def _at(at: PeopleAt, place: dict[str, Any]) -> Iterator[Estimate]:
+def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
     """People under one condition, or in one modality over all conditions."""
-    yield _people(quantity="people", **place, value=at.people, unit="people")
-    yield from share_rows("success", at.success, agent=PEOPLE, **place, of=_BY_PERSON)
-    of, steps = {**place, "of": _BY_PERSON, "unit": "steps", "n": at.success.n}, at.steps
-    note = _BEYOND if steps.median is None else "open high" if steps.high is None and steps.low is not None else ""
-    yield _people(quantity="median_steps_all", **of, value=steps.median, low=steps.low, high=steps.high, note=note)
-    yield _people(quantity="mean_steps_all", **of, value=steps.mean)
+    own = ended(begun)
+    yield _people(quantity="people", **place, value=len({trial.agent for trial in own}), unit="people")
+    yield from share_rows("success", success_of_people(begun), agent=PEOPLE, **place, of=_BY_PERSON)
+    of = {**place, "of": _BY_PERSON, "unit": "steps", "n": len(own)}
+    median, low, high, mean = steps_of_people(own, place["modality"], place.get("condition", ""))
+    note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
+    yield _people(quantity="median_steps_all", **of, value=median, low=low, high=high, note=note)
+    yield _people(quantity="mean_steps_all", **of, value=mean)
 
 
-def _said(numbers: StudyNumbers, flow: Flow | None) -> Iterator[Finding]:
-    plain = partial(Finding, section="people", judges=False)
-    for text in flow_said(flow, numbers.people.people if numbers.people else 0) if flow else ():
-        yield plain(text=text, rests_on=("participants", "boxes"))
-    if found := numbers.people:
-        yield plain(text=opened_said(found), rests_on=("people", "boxes_each", "success"))
-        where = {at.condition: _where(numbers.study, at) for at in found.at}
-        for text in conditions_said(found, where):
-            yield plain(text=text, rests_on=("success",))
-        for text in steps_said(found):
-            yield plain(text=text, rests_on=("median_steps_all",))
-        yield plain(text=limits_said(found), rests_on=("trials_shown",))
+def _flow_said(found: Results) -> Iterator[str]:
+    """Who came to the end and who did not, and how questions and checks were answered."""
+    people = {row.of: int(row.value or 0) for row in found.where("participants")}
+    if not people:
+        return
+    ends = ", ".join(f"{people[of]} {said}" for of, said in _FLOW.items() if people[of])
+    yield f"{_counted(people['consented'])} agreed to take part: {ends}. {people['analysed']} are in the analysis."
+    if people.get("second_round"):
+        yield f"{people['second_round']} needed more than one round of the questions on the instructions."
+    given, left = ({row.condition: row for row in found.where("boxes", of=of)} for of in ("given", "left_open"))
+    if people["left_open"] and given:
+        each = (f"{left[one].value:g} of {row.value:g} under {one}" for one, row in given.items())
+        yield f"Unfinished boxes: {', '.join(each)}."
+    for row in found.where("attention_checks"):
+        yield f"Attention checks: {row.count} of {row.n} answered correctly."
 
 
-def _where(study: Study, at: PeopleAt) -> str:
-    """What a sentence says of a condition: its name, or its flip rate if all conditions are flip rates."""
-    if not study.of_flips:
-        return f"under {at.condition}"
-    shown = f", shown as {spoken(at.modality)}" if len(study.modalities) > 1 else ""
-    return f"at a flip rate of {study.labelled(at.condition).p:g}{shown}"
+def _opened_said(found: Results) -> Iterator[str]:
+    """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
+    everyone, every = (found.one(of, agent=PEOPLE, modality="", condition="", of=part) for of, part in _EVERYONE)
+    fewest, most = (found.one("boxes_each", of=of).value for of in ("fewest", "most"))
+    each = f"{fewest:g} each" if fewest == most else f"{fewest:g} to {most:g} each"
+    if fewest != most:
+        alike = found.one("success", of="every person alike").value
+        each += f"; with every person counted alike it is {percent(alike)}"
+    yield f"{_counted(int(everyone.value or 0))} opened {every.count} of {every.n} boxes ({_share(every)}), {each}."
+    first = found.get("success", of="position=1")
+    if first and most != 1:
+        opened = f"{first.count} of {first.n} ({_share(first)})"
+        yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
+    values: dict[str, list[str]] = {}
+    for row in found.where("trials_shown"):
+        name, _, value = row.of.partition("=")
+        values.setdefault(name, []).append(value)
+    if seen := [f"{words} {', '.join(values[name])}" for name, words in _SAW.items() if words and name in values]:
+        yield f"Settings for people: {'; '.join(seen)}."
 
 
-def _over(row: Estimate) -> dict[str, str]:
-    """What a row is of, to find others of the same."""
-    return {name: getattr(row, name) for name in ("agent", "modality", "condition", "versus")}
+_EVERYONE = (("people", ""), ("success", _BY_PERSON))
+
+
+def _share(row: Estimate) -> str:
+    return share(row.value, row.low, row.high)
+
+
+def _counted(people: int) -> str:
+    return count(people, "person", "people")
 
 
 def _condition(found: Results, row: Estimate) -> str:
@@ -141,131 +183,142 @@ def _varied(found: Results) -> str:
     return "condition" if found.beside_flips else "flip rate"
 
 
-def _people_table(found: Results) -> TextTable:
-    """People by condition, and over all conditions last."""
-    every = [row for row in found.where("success", agent=PEOPLE, of=_BY_PERSON) if row.modality]
-    if not every:
-        return []
-    at, over = [row for row in every if row.condition], [row for row in every if not row.condition]
+def _table(found: Results) -> TextTable:
+    """People by condition, in each modality over all conditions, and by the position of the box."""
+    rows = found.where("success", agent=PEOPLE, of=_BY_PERSON)
+    at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
     several = len(over) > 1
-    head = [_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]
-    table = [(["modality"] if several else []) + head]
+    table = [
+        [*["modality"] * several, _varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]
+    ]
     for row in [*at, *(over if len(at) > len(over) else [])]:
+        own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
         people, steps, mean = (
-            found.one(quantity, **_over(row), of=of)
+            found.one(quantity, **own, of=of)
             for quantity, of in (("people", ""), ("median_steps_all", _BY_PERSON), ("mean_steps_all", _BY_PERSON))
         )
-        cells = [_condition(found, row), f"{people.value:g}", str(row.n), str(row.count), share_of_row(row)]
-        cells += [_steps_cell(steps), f"{mean.value:.1f}"]
-        table.append([row.modality, *cells] if several else cells)
-    return table
+        names = [*[row.modality] * several, _condition(found, row)]
+        table.append([*names, f"{people.value:g}", *_shares(row), _steps(steps), f"{mean.value:.1f}"])
+    positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
+    for row in positions if len(positions) > 1 else ():
+        names = [*[""] * several, f"box {row.of.removeprefix('position=')} of a person"]
+        table.append([*names, str(row.n), *_shares(row), NONE, NONE])
+    return table if rows else []
 
 
-def _steps_cell(row: Estimate) -> str:
-    if row.low is None and row.high is None:
-        return _step(row.value)
-    return f"{_step(row.value)} [{_step(row.low)}, {_step(row.high)}]"
+def _shares(row: Estimate) -> list[str]:
+    return [str(row.n), str(row.count), share_of_row(row)]
 
 
-def _step(steps: float | None) -> str:
-    return _BEYOND if steps is None else f"{steps:g}"
+def _steps(row: Estimate) -> str:
+    value, low, high = (_BEYOND if end is None else f"{end:g}" for end in (row.value, row.low, row.high))
+    return value if row.low is None and row.high is None else f"{value} [{low}, {high}]"
 
 
-def _positions_table(found: Results) -> TextTable:
-    """Success of first boxes, of second ones, and so on."""
-    if not _any(found):
-        return []
-    rows = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
-    return [["position", "trials", "solved", "success"]] + [
-        [row.of.removeprefix("position="), str(row.n), str(row.count), share_of_row(row)] for row in rows
-    ]
-
-
-def _any(found: Results) -> bool:
-    """Whether a trial of people has ended."""
-    return found.get("people", agent=PEOPLE, modality="") is not None
-
-
-_PEOPLE = Table("people", _people_table, numeric_from=1)
-_POSITIONS = Table("people-positions", _positions_table, numeric_from=0)
-
-
-def _caption(found: Results) -> Caption:
-    each = _trials_each(found) if any(cell.agent != PEOPLE for cell in found.cells) else ""
-    return Caption(
-        f"{'People, models and strategies' if each else 'People'}: success by {_varied(found)}"
-        f"{f' in all their trials ({each})' if each else ''}. People play several boxes and may learn from one to the "
-        "next; agents keep nothing.",
-        "Bars are 95 % intervals, clustered by person and block for people.",
-        "Baselines are thin with hollow markers and have no bars." if each else "",
-    )
-
-
-def _trials_each(found: Results) -> str:
-    """How many trials people and agents have, as: for each flip rate 4 to 5 of people and 48 of an agent."""
-    theirs, others = set[int](), set[int]()
-    for cell in found.cells:
-        if row := cell.get("success"):
-            (theirs if cell.agent == PEOPLE else others).add(row.n or 0)
-    said = (" to ".join(str(end) for end in sorted({min(ns), max(ns)})) for ns in (theirs, others))
-    return f"for each {_varied(found)} {next(said)} of people and {next(said)} of an agent"
-
+_TABLE = Table("people", _table, numeric_from=1)
 
 _FIGURE = Figure(
     "people",
     "Success under each condition: people, models and strategies",
-    _caption,
-    draw="lockprobe.report.figures.people:people",
-    applies=_any,
+    lambda found: Caption(
+        f"Success by {_varied(found)}: people, then agents on the same boxes. People play several boxes and may learn "
+        "from one to the next; agents keep nothing.",
+        "Bars are 95 % intervals, clustered by person and block for people. Baselines are thin.",
+    ),
+    draw="lockprobe.report.questions.people:draw",
+    applies=lambda found: found.get("people", agent=PEOPLE, modality="") is not None,
 )
 
-_OF_STEPS = Note(
+_NOTE = Note(
     "Median steps: Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
-    "whole budget.",
-    "Intervals resample people with all their boxes, and blocks of trials; each end is the wider of the two.",
-)
-_OF_POSITIONS = Note(
-    "Later positions include only people who stayed. Agents keep nothing from box to box.",
-    "Intervals are Wilson intervals: each person has one box at each position.",
-)
-_OF_PEOPLE = Note(
+    "whole budget. Later boxes include only people who stayed; those who left early have no trials for the others.",
+    "Intervals of success are clustered by person and block, those of steps resample people with all their boxes, and "
+    "blocks of trials: each end is the wider of the two. Of the first, second, … box they are Wilson intervals.",
     Markup(
-        "In tables, people are one agent, <code>participant</code>. Each trial was played by one "
-        "person, and another person may have played the same trial under another condition."
+        "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "
+        "another person may have played the same trial under another condition. Tests of conditions cluster trials by "
+        "person, as they cluster trials of other agents by block; if everybody plays under one condition, whole people "
+        "are permuted. Comparisons with an agent cluster by both, and count only if they hold with every person "
+        "counted alike.</p>"
     ),
-    "Tests of conditions cluster trials by person, as they cluster trials of other agents by block; if everybody "
-    "plays under one condition, whole people are permuted. Comparisons with an agent cluster by both.",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
     planned, finished = (found.get("boxes", agent=PEOPLE, condition="", of=of) for of in ("planned", "finished"))
-    if planned is not None and finished is not None:
-        played, asked = int(finished.value or 0), int(planned.value or 0)
-        owed = f"; {asked - played} are still available" if asked != played else ""
-        said = f"{played} of {asked} boxes for people were played{owed}."
-        yield Part("People", said, list(_blocks(found)))
-
-
-def _blocks(found: Results) -> Iterator[Block]:
-    yield from map(Text, found.said("people"))
-    if not _any(found):
+    if planned is None or finished is None:
         return
-    yield _FIGURE
-    yield _PEOPLE
-    yield _OF_STEPS
-    if len(_positions_table(found)) > 2:
-        yield Detail("Success by position of the box: do people learn?", [_POSITIONS, _OF_POSITIONS])
-    yield _OF_PEOPLE
+    played, asked = int(finished.value or 0), int(planned.value or 0)
+    owed = f"; {asked - played} are still available" if asked != played else ""
+    any_ended = _FIGURE.applies(found)
+    said = [*_flow_said(found), *(_opened_said(found) if any_ended else ())]
+    blocks: list[Block] = [Listed(said)] if said else []
+    blocks += [_FIGURE, _TABLE, _NOTE] if any_ended else []
+    yield Part("People", f"{played} of {asked} boxes for people were played{owed}.", blocks)
 
 
-SECTIONS = (
-    Section(
-        name="people",
-        title="People",
-        rows=_rows,
-        show=_show,
-        tables=(_PEOPLE, _POSITIONS),
-        figures=(_FIGURE,),
-    ),
-)
+_MOST = 8
+"""Agents that are drawn, people first, then those that the study is about."""
+
+
+def draw(found: Results) -> Any:
+    """Success of people and of agents beside them, a group of rows for each condition; None without people."""
+    from lockprobe.report.figures import own_settings, sheet
+    from lockprobe.report.figures.palette import styles
+    from lockprobe.report.rows import Course
+
+    if not found.where("people", agent=PEOPLE):
+        return None
+    courses = [
+        Course(found=found, player=player, axis="", name="condition", cells=tuple(cells))
+        for player in found.design.players
+        if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
+    ]
+    looks = sorted(styles(courses), key=lambda one: one[0].agent != PEOPLE)[:_MOST]
+    groups = [
+        (
+            condition.name,
+            [
+                (cell, style)
+                for course, style in looks
+                for cell in course.cells
+                if cell.condition == condition.name and _success(cell)
+            ],
+        )
+        for condition in found.design.conditions
+    ]
+    groups = [(name, members) for name, members in groups if members]
+    height = sum(0.26 + 0.15 * len(members) for _, members in groups)
+    with own_settings():
+        return sheet([found], partial(_draw, looks=looks, groups=groups), heights=[height], around=0.8, width=5.0)
+
+
+def _success(cell: Cell) -> Estimate | None:
+    return cell.get("success", _BY_PERSON if cell.agent == PEOPLE else "")
+
+
+def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Sequence[Any]) -> None:
+    from lockprobe.report.figures.frame import agent_label, safe_name, shortened, title
+    from lockprobe.report.figures.primitives import estimates, key
+    from lockprobe.report.figures.settings import INK, SMALL
+
+    y = 0.0
+    for name, members in groups:
+        said = shortened(name, 44) if found.beside_flips else f"flip rate {members[0][0].p:g}"
+        across = axes.get_yaxis_transform()
+        axes.text(0.0, y + 0.17, safe_name(said), transform=across, va="baseline", fontsize=SMALL, color=INK)
+        y += 0.26
+        for cell, style in members:
+            estimates(axes, [y], [row for row in [_success(cell)] if row], style, across=True)
+            y += 0.15
+    axes.set(xlim=(-0.03, 1.03), ylim=(y, 0.0), yticks=[], xlabel="success")
+    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
+    axes.grid(axis="x", zorder=0)
+    axes.spines["left"].set_visible(False)
+    for course, style in looks:
+        key(axes, style, agent_label(course))
+    everyone = found.one("people", agent=PEOPLE, modality="")
+    title(axes, f"{_counted(int(everyone.value or 0))} beside agents; bars: 95 % intervals")
+
+
+SECTIONS = (Section(name="people", title="People", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)

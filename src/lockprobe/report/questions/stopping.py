@@ -2,85 +2,144 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from lockprobe.foundation.formatting import NONE
+import numpy as np
+
+from lockprobe.foundation.formatting import NONE, listed
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.stopping import decided_said
+from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.rows import Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
+from lockprobe.statistics.contrast import against_control
+from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
+from lockprobe.studies.stopping import Answer
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
 
-_HALVES = ("difference_first_half", "difference_second_half")
+PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
+
+_HOLDS = "Success and differences in success are shown as they hold at every look"
+
+_NAMED = 3
+"""Conditions or agents that a sentence names."""
+
+_Answers = Mapping[str, Sequence[Answer]]
+"""Agent -> what is decided, of a study that stops when it is."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     until = numbers.study.until
     for agent, own in numbers.decisions.items():
         for one in own:
-            name: dict[str, Any] = {"agent": agent, "of": one.question.name}
-            yield from _course(name, one.course)
-            if not one.question.of_share and one.course.n > 1:
-                for half, value in zip(_HALVES, one.course.halves, strict=True):
-                    yield Estimate(quantity=half, **name, unit="points", n=one.course.n, value=value)
+            of: dict[str, Any] = {"agent": agent, "of": one.question.name}
+            yield from _course(of, one.course)
             if one.at is not None and until is not None:
                 said = decided_said(one.verdict, until.points)
-                yield Estimate(quantity="decided_at_block", **name, unit="blocks", value=one.at, note=said)
+                yield Estimate(quantity="decided_at_block", **of, unit="blocks", value=one.at, note=said)
     if not until and numbers.opened.every_look:
         yield from _of_differences(numbers)
 
 
 def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
     """The differences of a study that is unfinished or was extended."""
-    axes = [(agent.agent, one, agent) for agent in numbers.flips.agents for one in agent.inference.difference.at]
-    for agent, one, of in axes:
-        names = {condition.dose: condition.name for condition in of.conditions}
-        if one.course:
-            yield from _course({"agent": agent, "modality": of.modality, "of": names[one.dose]}, one.course)
-    for found in numbers.others.effects if numbers.others else ():
-        for effect in found.effects:
+    for one in numbers.courses:
+        groups = [(trials[0].condition, dose) for dose, trials in one.by_dose.items()]
+        ended, broke = ([of.at(of.dose == dose) for _, dose in groups] for of in (one.ended, one.broke))
+        differences = each_difference(ended, one.stream("blocks"), broken=broke, agents=one.family)
+        for place, found in differences if not one.blind else ():
+            if found.course:
+                yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
+    for effects in () if numbers.study.of_flips else against_control(cells_of(numbers), design_of(numbers.study)):
+        for effect in effects.effects:
             if course := effect.difference.course:
-                name = {"agent": found.agent, "modality": found.modality, "of": effect.condition}
-                yield from _course(name, course)
+                of = {"agent": effects.agent, "modality": effects.modality, "of": effect.condition}
+                yield from _course(of, course)
 
 
-def _course(name: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
-    if not course.n:
-        return
-    yield Estimate(
-        quantity="difference_by_block", **name, unit="points", n=course.n, value=course.value, low=course.low,
-        high=course.high,
-    )  # fmt: skip
-    yield Curve(
-        quantity="difference_by_block",
-        **name,
-        axis="block",
-        x=tuple(course.blocks.tolist()),
-        value=tuple(course.means.tolist()),
-        low=tuple(course.lows.tolist()),
-        high=tuple(course.highs.tolist()),
-        n=course.n,
-    )
+def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
+    if course.n:
+        last: dict[str, Any] = {"value": course.value, "low": course.low, "high": course.high}
+        yield Estimate(quantity="difference_by_block", **of, unit="points", n=course.n, **last)
+        lines = {"x": course.blocks, "value": course.means, "low": course.lows, "high": course.highs}
+        points: dict[str, Any] = {name: tuple(line.tolist()) for name, line in lines.items()}
+        yield Curve(quantity="difference_by_block", **of, axis="block", n=course.n, **points)
+
+
+def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> str:
+    """For how many looks the page holds, and why; empty for a study of fixed size that is finished.
+
+    Args:
+        study: The study.
+        kind: Why it must hold at every look: until, extended or unfinished.
+        answers: Agent -> what is decided.
+        played: Its finished trials.
+    """
+    if kind == "until":
+        return f"{progress_said(study, answers, played)}. {_HOLDS}."
+    if kind == "extended":
+        return f"Trials were added to this study after it had begun. {_HOLDS}."
+    return f"{_HOLDS}, so that reading them now and playing on is valid." if kind else ""
+
+
+def progress_said(study: Study, answers: _Answers, played: int) -> str:
+    """How many differences a study that stops when it is decided has decided, without a full stop."""
+    found = [one for own in answers.values() for one in own]
+    done, of = sum(one.at is not None for one in found), len(found)
+    assert study.until is not None
+    what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
+    number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
+    end = " yet" if of == 1 and not done else ""
+    return f"{number} {what}{end}, with {played} of at most {study.size} trials"
+
+
+def small_said(answers: _Answers, points: float) -> str:
+    """Which differences are shown to be smaller than the margin, (0, 1), either way; empty if none is."""
+    found = {agent: [one.question.name for one in own if one.verdict == "small"] for agent, own in answers.items()}
+    said = [f"{listed(names, named=_NAMED)} on {Subject.of(agent).name}" for agent, names in found.items() if names]
+    more = len(said) - _NAMED
+    rest = f"; and on {more} more agent{'s' * (more > 1)}" if more > 0 else ""
+    margin = f"Shown to be smaller than {100 * points:g} points, either way"
+    return f"{margin}: effects of {'; of '.join(said[:_NAMED])}{rest}." if said else ""
+
+
+def effects_said(answers: _Answers) -> str:
+    """Which differences are shown to be effects, and their direction."""
+    said = [
+        f"{one.question.name} {'raises' if one.course.value > 0 else 'lowers'} the success of {Subject.of(agent).name}"
+        for agent, own in answers.items()
+        for one in own
+        if one.verdict == "effect"
+    ]
+    more = len(said) - _NAMED
+    rest = f"; and {more} more" if more > 0 else ""
+    return f"Compared with the first: {'; '.join(said[:_NAMED])}{rest}." if said else "No effect is decided yet."
+
+
+def decided_said(verdict: str | None, points: float) -> str:
+    """What was decided of a difference, in words.
+
+    >>> decided_said("effect", 0.1), decided_said("small", 0.1), decided_said(None, 0.1)
+    ('an effect', 'smaller than 10 points', 'open')
+    """
+    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points", "not needed": "not needed"}
+    return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")
 
 
 def _table(found: Results) -> TextTable:
-    rows = found.where("difference_by_block")
-    stops = "until" in found.study
-    head = ["agent", "difference", "blocks", "estimate, points"]
-    head += ["first half", "second half", "decided", "at block"] if stops else []
-    table = [head]
+    rows, stops = found.where("difference_by_block"), "until" in found.study
+    table = [["agent", "difference", "blocks", "estimate, points", *["decided", "at block"] * stops]]
     for row in rows:
         decided = found.get("decided_at_block", agent=row.agent, of=row.of)
-        said = [points_cell(found.get(half, agent=row.agent, of=row.of)) for half in _HALVES]
-        said += [decided.note, f"{decided.value:.0f}"] if decided else ["open", NONE]
+        said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", NONE]
         table.append([row.agent, row.of, str(row.n), points_cell(row), *(said if stops else [])])
     return table if rows else []
-
-
-_TABLE = Table("stopping", _table, numeric_from=2)
 
 
 def _caption(found: Results) -> Caption:
@@ -96,34 +155,82 @@ def _caption(found: Results) -> Caption:
     )
 
 
+_TABLE = Table("stopping", _table, numeric_from=2)
+
 _FIGURE = Figure(
     "stopping",
     "Estimate and interval after every block, a panel for each difference",
     _caption,
-    draw="lockprobe.report.figures.stopping:stopping",
+    draw="lockprobe.report.questions.stopping:draw",
     applies=lambda found: bool(found.where("difference_by_block")),
 )
-
-
-_DRIFT = " The rule assumes that an effect does not drift while the study runs: compare the two halves of the blocks."
-
-_GROWING = "Every difference and its interval, as the trials came in."
 
 
 def _show(found: Results) -> Iterator[Part]:
     rows = found.where("difference_by_block")
     if not rows:
         return
-    decided, parts = len(found.where("decided_at_block")), any(row.of == "total" for row in rows)
-    stops = "until" in found.study
-    answer = f"{decided} of {len(rows)} differences are decided." if stops else _GROWING
+    parts, stops = any(row.of == "total" for row in rows), "until" in found.study
+    answer = f"{len(found.where('decided_at_block'))} of {len(rows)} differences are decided."
     note = Note(
         "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
         "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
         f"studies {'a statement on a total effect' if parts else 'one of these statements'} is false at any look."
-        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}{_DRIFT * stops}",
+        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}"
+        f"{' The rule assumes that an effect does not drift while the study runs.' * stops}",
     )
-    yield Part("Differences block by block", answer, [_FIGURE, _TABLE, note])
+    growing = "Every difference and its interval, as the trials came in."
+    yield Part("Differences block by block", answer if stops else growing, [_FIGURE, _TABLE, note])
+
+
+_MOST = 6
+"""Panels that are drawn: total effects first, then the differences of agents that the study is about."""
+
+_REACH = 60
+"""The widest interval that is drawn to its ends, in points."""
+
+
+def draw(found: Results) -> Any:
+    """A panel for each difference."""
+    from lockprobe.report.figures import own_settings, sheet
+
+    curves = [one for one in found.curves if one.quantity == "difference_by_block" and one.x]
+    curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
+    shown = curves[:_MOST]
+    wide, high = (5.6, 3.0) if len(shown) == 1 else (3.2, 2.1)
+    with own_settings():
+        return sheet(shown, partial(_draw, found), heights=[high], width=wide)
+
+
+def _draw(found: Results, axes: Any, curve: Curve) -> None:
+    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.palette import SUBJECTS
+    from lockprobe.report.figures.settings import FAINT, INK, SMALL
+
+    value, low, high = (100 * np.array(of, dtype=float) for of in (curve.value, curve.low, curve.high))
+    until, decided = found.study.get("until"), found.get("decided_at_block", agent=curve.agent, of=curve.of)
+    axes.axhline(0, color=FAINT, linewidth=0.8)
+    for end in (-until["points"], until["points"]) if until else ():
+        axes.axhline(100 * end, color=FAINT, linewidth=0.8, linestyle=":")
+    axes.fill_between(curve.x, low, high, color=SUBJECTS[0], alpha=0.18, linewidth=0, step="post")
+    axes.plot(curve.x, value, color=SUBJECTS[0], linewidth=1.4)
+    reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
+    axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1), xlabel="blocks", ylabel="difference, points")
+    if decided is not None and decided.value is not None:
+        left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
+        axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
+        axes.annotate(
+            f"{decided.note},\nblock {decided.value:.0f}",
+            (decided.value, -reach if below else reach),
+            (-4 if left else 4, 5 if below else -5),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            va="bottom" if below else "top",
+            fontsize=SMALL,
+            color=INK,
+        )
+    axes.locator_params(axis="x", nbins=5, integer=True)
+    title(axes, safe_name(curve.agent, 38), safe_name(curve.of, 38))
 
 
 SECTIONS = (

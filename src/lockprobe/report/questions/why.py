@@ -2,91 +2,114 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, p_cell
-from lockprobe.report.captions import interval_kind
+from lockprobe.foundation.formatting import NONE, bracketed, change, listed, p_cell, p_value, points
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
-from lockprobe.report.rows import Estimate, Finding, Results, Row
-from lockprobe.report.section import (
-    Block,
-    Caption,
-    Detail,
-    Figure,
-    Heading,
-    Listed,
-    Note,
-    Part,
-    Section,
-    Table,
-    Text,
-)
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
-from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.report.table_rows import points_cell
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.why.contrasts import Why
-from lockprobe.statistics.why.mechanism import CONTRASTS, PART
+from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.statistics.why.contrasts import Why, whys
+from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, PART, TOTAL, Decision, decision_of
+from lockprobe.studies.study_design import design_of
 
-_EFFECT, _CONTRAST, _ARMS, _AGENTS = "false_report_effect", "arm_contrast", "arms", "agents"
+_EFFECT, _CONTRAST, _SUCCESS, _AGENTS = "false_report_effect", "arm_contrast", "success_in_arm", "agents"
 
-_INTERVAL = "interval corrected for agents alone"
+_NAMES = {
+    "total": "false reports",
+    "false last after true": "false last, after true",
+    "false last after false": "false last, after false",
+    "false first before true": "false first, before true",
+    "false first before false": "false first, before false",
+    "both false": "both false",
+    "interaction": "just one of two false",
+    "true correction": "a true correction",
+    "remark": "a remark",
+}
+"""What a comparison is of, in words; most are of reports of two statements."""
 
-_Own = dict[str, Any]
-"""The columns of one agent."""
+_CLAUSES = {
+    "last": "a false last statement {ways} it, whatever the first one says",
+    "first": "a false first statement {ways} it, whatever the last one says",
+    "agreed": "two false statements {way} it, and no change by a single one was detected",
+    "contradiction": "one false statement is enough to {way} it",
+    "falsity": "two false statements {way} it, and which of them counts is not decided",
+    "form": "a true correction and an irrelevant remark {way} it too",
+}
+"""Claim -> what it says of reports in two statements, of which the last is called a correction."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for found in numbers.others.whys if numbers.others else ():
-        own: _Own = {"agent": found.agent, "modality": found.modality}
-        yield from _effects(found, own)
-        yield from _arms(found, own, numbers)
-        first, *others = why_said(found)
-        claims = ", ".join((found.decision.verdict, *found.decision.claims))
-        said = [("verdict", first), *(("numbers", one) for one in others), ("conclusion", claims)]
-        for kind, text in said + [("assumption", ASSUMED)] * bool(found.decision.claims):
-            yield Finding(section="why", kind=kind, **own, text=text, rests_on=(_EFFECT, "success_in_arm"))
+    cells = grouped(numbers.trials, lambda trial: (trial.group, trial.condition))
+    for one in whys(cells, design_of(numbers.study), numbers.opened.orders):
+        own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
+        of = own | {"family": _AGENTS, "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
+        test = E_PROCESS if one.every_look else "sign flips of blocks"
+        yield Estimate(quantity=_EFFECT, **of, of="total", test=test, **of_blocks(one.decision.total))
+        for name, mean in one.decision.contrasts.items():
+            yield Estimate(quantity=_CONTRAST, **of, of=name, test=test, **of_blocks(mean))
+        test = f"two one-sided {'e-processes' if one.every_look else 'tests'}"
+        yield Estimate(quantity="equivalence_margin", **of, value=MARGIN, p_value=one.decision.equivalence, test=test)
+        yield Estimate(quantity="blocks_needed", **own, unit="blocks", value=one.needed)
+        for arm, solved in one.solved.items():
+            begun, name = solved[one.broke[arm] | ~np.isnan(solved)], one.conditions[arm]
+            success = share_at_every_look(begun) if one.every_look else share_of(begun, (), ())
+            doses = dict(numbers.study.labelled(name).doses)
+            yield from share_rows(_SUCCESS, success, **own, condition=name, of=arm, doses=doses)
 
 
-def _test_of(found: Why) -> str:
-    return E_PROCESS if found.every_look else "sign flips of blocks"
+def mechanism_said(found: Why) -> str:
+    """What false reports do to the success of one agent, and which of the candidate causes carries it; no intervals."""
+    return why_said(found.agent, found.modality, found.decision)
 
 
-def _effects(found: Why, own: _Own) -> Iterator[Estimate]:
-    """The effect of false reports, the contrasts of arms if it is detected, and what a small one is."""
-    decision, doses = found.decision, {"flip.p": found.p}
-    of_agent = own | {"family": _AGENTS, "corrected_for": found.agents, "doses": doses}
-    tested: _Own = {"unit": "points", "test": _test_of(found)}
-    yield Estimate(quantity=_EFFECT, **of_agent, of="total", **tested, **of_blocks(decision.total))
-    for of, mean in decision.contrasts.items():
-        yield Estimate(quantity=_CONTRAST, **of_agent, of=of, **tested, **of_blocks(mean))
-    margin: dict[str, Any] = {
-        "value": found.margin,
-        "p_value": decision.equivalence,
-        "test": f"two one-sided {'e-processes' if found.every_look else 'tests'}",
-    }
-    yield Estimate(quantity="equivalence_margin", **of_agent, unit="points", **margin)
-    yield Estimate(quantity="blocks_needed", **own, unit="blocks", value=found.needed)
+def why_said(agent: str, modality: str, decision: Decision, needed: float | None = None) -> str:
+    """What happened to the success of one agent; then the cause, or what is not decided.
+
+    With the blocks that a study needs to detect a change of the margin, it is also said how sure that is.
+    """
+    total, margin, sized = decision.total, f"{100 * MARGIN:.0f} points", needed is not None
+    of, size = f"the success of {Subject.seeing(agent, modality).name}", change(total.value, total.low, total.high)
+    if decision.verdict == "no change":
+        sure = f" ({size}; {p_value(decision.equivalence)})" * sized
+        return f"False reports change {of} by less than {margin}{sure}."
+    sure = f"{size}; {p_value(total.p_value)}"
+    if decision.verdict == "inconclusive":
+        more = f" About {needed or 0:g} blocks would detect that with a power of 80 %; {total.blocks} were played."
+        said = f"No effect of false reports on {of} was detected{f' ({sure})' * sized}"
+        return f"{said}, and a change of {margin} or more is not excluded.{more * ((needed or 0) > total.blocks)}"
+    way = "raise" if decision.way > 0 else "lower"
+    sure = f" ({sure.partition(', ')[2]})" * sized
+    return f"False reports {way} {of} by {100 * abs(total.value):.0f} points{sure}. {_cause(decision, way, sized)}."
 
 
-def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
-    """Success in every arm, and its difference from success with true reports if the total effect is detected."""
-    (truth,) = (one.condition for one in found.arms if one.arm == "truth")
-    for one in found.arms:
-        doses = dict(numbers.study.labelled(one.condition).doses)
-        arm: _Own = own | {"condition": one.condition, "of": one.arm, "doses": doses}
-        yield from share_rows("success_in_arm", one.success, **arm)
-        if one.change:
-            tested = of_blocks(one.change) | {
-                "family": _ARMS,
-                "test": _test_of(found),
-            }
-            tested |= {"corrected_for": (len(found.arms) - 1) * found.agents, "note": _INTERVAL}
-            yield Estimate(quantity="success_difference", **arm, control=truth, unit="points", **tested)
+def _cause(decision: Decision, way: str, sized: bool) -> str:
+    if decision.verdict == "blurred":
+        return f"Why is not decided: a true correction {way}s it too, so corrections cannot tell"
+    if decision.verdict == "not decided":
+        return "Why is not decided: through what they say, or as any odd report does; more blocks may tell"
+    clauses = {claim: _CLAUSES[claim].format(way=way, ways=f"{way}s") for claim in decision.claims}
+    needs = {need.removeprefix("-") for claim in decision.claims for need in NEEDS[claim]}
+    worst = max(decision.contrasts[name].p_value or 0.0 for name in needs)
+    sure = f" (the least clear difference behind this: {p_value(worst)})" * sized
+    says = listed([said for claim, said in clauses.items() if claim in CONTENT]) if decision.verdict != "form" else ""
+    if not says:
+        return f"They do so as any odd report does: {clauses['form']}{sure}, so nothing false is needed"
+    also = f"; and as any odd report does: {clauses['form']}" if "form" in clauses else ""
+    return f"They do so through what they say: of reports that are given and then corrected, {says}{also}{sure}"
 
 
 def _asked(found: Results) -> list[Estimate]:
@@ -94,153 +117,164 @@ def _asked(found: Results) -> list[Estimate]:
     return found.where(_EFFECT, of="total")
 
 
-def _arms_compared(of: str) -> str:
-    """The arms that give a contrast."""
-    pairs = [f"{more} \N{MINUS SIGN} {less}" for more, less in {"total": (("lie", "truth"),), **CONTRASTS}[of]]
-    return pairs[0] if len(pairs) == 1 else f"half of ({pairs[0]}) + ({pairs[1]})"
+def _compared(found: Results, total: Estimate) -> list[Estimate]:
+    """The total effect on an agent, and the contrasts of arms where it is detected."""
+    return [total, *found.where(_CONTRAST, agent=total.agent, modality=total.modality)]
+
+
+def _decided(found: Results, total: Estimate) -> Decision:
+    """What the rows of an agent decide."""
+    first, *others = (
+        BlockMean(
+            value=row.value or 0.0,
+            low=row.low,
+            high=row.high,
+            p_value=row.p_value,
+            pairs=row.n or 0,
+            blocks=row.clusters or 0,
+        )
+        for row in _compared(found, total)
+    )
+    names = [row.of for row in _compared(found, total)[1:]]
+    margin = found.one("equivalence_margin", agent=total.agent, modality=total.modality)
+    return decision_of(first, dict(zip(names, others, strict=True)), 1.0 if margin.p_value is None else margin.p_value)
+
+
+def _agent_said(found: Results, total: Estimate) -> str:
+    needed = found.one("blocks_needed", agent=total.agent, modality=total.modality).value or 0.0
+    return why_said(total.agent, total.modality, _decided(found, total), needed)
+
+
+def _detected(row: Estimate) -> bool:
+    """Whether the comparison counts: the total effect at 5 %, those between arms at the level of the rule."""
+    clear = row.low is not None and row.high is not None and (row.low > 0 or row.high < 0)
+    return clear and row.p_value is not None and row.p_value < (ALPHA if row.quantity == _EFFECT else PART)
+
+
+def _shares(row: Estimate, arms: Mapping[str, Estimate]) -> str:
+    """Success in the two arms that are compared, in per cent; empty for several pairs."""
+    pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
+    more, less = (100 * (arms[arm].value or 0.0) for arm in pairs[0])
+    return f"{less:.0f} \N{RIGHTWARDS ARROW} {more:.0f} %" if len(pairs) == 1 else ""
+
+
+def _arms(found: Results, total: Estimate) -> dict[str, Estimate]:
+    return {row.of: row for row in found.where(_SUCCESS, agent=total.agent, modality=total.modality)}
 
 
 def _table(found: Results) -> TextTable:
     """The effect of false reports, and the contrasts of arms where it is detected."""
-    head = ["agent", "estimand", "arms", "estimate, points", "P", "blocks"]
-    table = [head]
+    table = [["agent", "what is false, or added", "arms", "success", "change, points", "P", "result", "blocks"]]
     for total in _asked(found):
-        contrasts = found.where(_CONTRAST, agent=total.agent, modality=total.modality)
-        for row in (total, *contrasts):
-            size = [points_cell(row), p_cell(row.p_value), str(row.clusters)]
-            table.append([row.agent, "total effect" if row is total else row.of, _arms_compared(row.of), *size])
+        for row in _compared(found, total):
+            pairs = TOTAL if row is total else CONTRASTS[row.of]
+            arms = ", ".join(f"{more} \N{MINUS SIGN} {less}" for more, less in pairs)
+            size = [_shares(row, _arms(found, total)) or NONE, points_cell(row), p_cell(row.p_value)]
+            table.append([row.agent, _NAMES[row.of], arms, *size, DETECTED[_detected(row)], str(row.clusters)])
     return table if len(table) > 1 else []
 
 
-def _arm_table(found: Results) -> TextTable:
-    """Success in every arm, and its difference from true reports."""
-    head = ["agent", "arm", "at the selected steps", "solved", "success", "difference from truth, points", "P"]
-    table = [head]
-    for row in found.where("success_in_arm"):
-        own = {"agent": row.agent, "modality": row.modality, "condition": row.condition}
-        change = found.get("success_difference", **own, of=row.of, family=_ARMS)
-        size = [points_cell(change), p_cell(change.p_value)] if change else [NONE, NONE]
-        table.append([row.agent, row.of, ARMS[row.of], f"{row.count}/{row.n}", share_of_row(row), *size])
-    return table if len(table) > 1 else []
-
-
-_WHY = Table("why", _table, numeric_from=3)
-_ARM = Table("arms", _arm_table, numeric_from=3)
-
-
-def _caption(found: Results) -> Caption:
-    return Caption(
-        "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
-        "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
-        f"Brackets are 95 % {interval_kind(found.progress.every_look)}. The other panels: the total effect of false "
-        "reports (filled) and, if it was detected, differences between arms (hollow), in matched pairs with 95 % "
-        "intervals corrected for the number of agents.",
-    )
-
+_TABLE = Table("why", _table, numeric_from=3)
 
 _FIGURE = Figure(
     "why",
-    "Success by first and last statement of a report, and with true reports, false reports and a remark",
-    _caption,
-    draw="lockprobe.report.figures.why:why",
+    "Changes of success by false reports, by false first and last statements, by a true correction and by a remark",
+    Caption(
+        "Change of success, with success without and with it. False reports at the top; below, where their effect was "
+        "detected, reports of two statements by which of them is false, a true correction, and an irrelevant remark.",
+        f"Lines are 95 % intervals in matched pairs, corrected for the number of agents; filled: detected. Grey: "
+        f"changes below {100 * MARGIN:.0f} points.",
+    ),
+    draw="lockprobe.report.questions.why:draw",
     applies=lambda found: bool(_asked(found)),
+)
+
+_NOTE = Note(
+    "Success under false reports minus success under true ones, and differences between the other arms, in points.",
+    Markup(
+        "Each is a mean of differences within blocks, with Student\N{RIGHT SINGLE QUOTATION MARK}s 95 % interval over "
+        "blocks. <i>P</i> is that of a sign-flip permutation test over blocks; both are corrected for the number of "
+        "agents, baselines apart."
+    ),
+    Markup(
+        "<p>Every arm intervenes at the same steps of the same trials, with common random numbers: a block. Intervals "
+        "are widened as if one more pair differed (Agresti and Min). The effect of false reports is detected if "
+        "<i>P</i> is below 0.05 and the interval excludes 0. Only then are other arms compared; these differences are "
+        "detected if <i>P</i> is below {} and the interval excludes 0. A cause is named if all differences that it "
+        "needs are detected in the direction of the effect.</p>"
+    ).format(PART),
+)
+
+_LIMITS = (
+    "What is shown is how reports of two statements act. That a plain false report acts as they do is assumed.",
+    "A true correction against a plain true report shows what a correction does by its form.",
+    "The cause describes the arms; it does not show what the agent does within.",
+    "A false report that contradicts an earlier one is a statement and a surprise at once: no arm tells these apart.",
+    "In simulated worlds in which plain reports act as those of two statements, at most 5 % of causes were wrong.",
+    "An agent that any odd form changes, and a plain false report by what it says, is said to react to form.",
+    "After actions differ, arms intervene in different situations: whole trials are compared, not steps.",
+    "Arms of an agent that cannot be seeded share only the steps of the interventions, so its differences vary more.",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    """What was found of every agent, then its numbers, all arms and the limits."""
     if asked := _asked(found):
-        many = max(row.corrected_for for row in asked) > 1
-        verdicts = [_verdict(found, row) for row in asked]
-        assumed = [Text(said, style="note") for said in dict.fromkeys(found.said("why", "assumption"))]
-        yield Part("Why?", verdicts[0] if len(verdicts) == 1 else "", [Listed(verdicts), *assumed], "why")
-        yield _numbers(found, asked, many)
-        said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
-        margin = found.where("equivalence_margin")[0].value or 0.0
-        limits = Detail("What these comparisons do not show", [Listed(_limits(margin))])
-        yield Part("Arms", said, [_ARM, _arm_note(many, interval_kind(found.progress.every_look)), limits], "arms")
+        said = [_agent_said(found, total) for total in asked]
+        named = sum(bool(_decided(found, total).claims) for total in asked)
+        answer = said[0] if len(said) == 1 else f"A cause is named for {named} of {len(said)} agents."
+        limits = Detail("What these comparisons do not show", [Listed(_LIMITS)])
+        blocks: list[Block] = [*[Listed(said)] * (len(said) > 1), _FIGURE, _TABLE, note_at(found, _NOTE), limits]
+        yield Part("Why do false reports change success?", answer, blocks)
 
 
-def _verdict(found: Results, row: Estimate) -> str:
-    return found.said("why", "verdict", agent=row.agent, modality=row.modality)[0]
+_NAME, _SHARES, _NUMBERS, _ROW = 0.31, 0.16, 0.22, 0.26
+"""Room for names, success and numbers, as parts of the width of a panel; height of a row in inches."""
 
 
-def _numbers(found: Results, asked: Sequence[Estimate], many: bool) -> Part:
-    many_agents = f" on {len(asked)} agents" if len(asked) > 1 else ""
-    answer = f"The effect of false reports{many_agents}, and the differences between arms."
-    blocks: list[Block] = []
-    for row in asked:
-        own = found.said("why", "numbers", agent=row.agent, modality=row.modality)
-        blocks += [Heading(row.agent, code=True), *map(Text, own)]
-    return Part("Numbers", answer, [*blocks, _WHY, note_at(found, _note(many))], "parts")
+def draw(found: Results) -> Any:
+    """The comparisons as intervals against 0, a panel for each agent."""
+    from lockprobe.report.figures import own_settings, sheet
+
+    panels = [(_compared(found, total), _arms(found, total)) for total in _asked(found)]
+    reach = max([0.2, *(abs(end or 0) for rows, _ in panels for row in rows for end in (row.low, row.high, row.value))])
+    most = [max(len(rows) for rows, _ in panels[i : i + 2]) for i in range(0, len(panels), 2)]
+    shown = [(rows, arms, most[i // 2], 1.05 * reach) for i, (rows, arms) in enumerate(panels)]
+    with own_settings():
+        return sheet(shown, _draw, heights=[_ROW * rows for rows in most], around=0.85, width=5.2)
 
 
-def _note(many: bool) -> Note:
-    return Note(
-        Markup(
-            "Effect of false reports on success, and differences between arms, in points. The comparison of "
-            "<code>lie</code> with <code>truth</code> is planned and not corrected{}; in the table of arms it is "
-            "corrected for the number of arms, so its <i>P</i> is larger."
-        ).format(" for arms" if many else ""),
-        Markup(
-            "Each estimate is a mean of differences within blocks, with Student\N{RIGHT SINGLE QUOTATION MARK}s 95 % "
-            "interval over blocks. <i>P</i> is that of a sign-flip permutation test over blocks{}."
-        ).format("; both are corrected for the number of agents, baselines apart" if many else ""),
-        Markup(
-            "Every arm intervenes at the same steps of the same trials: one random number per step decides for all "
-            "arms. A block is one repetition and trial in all arms, with common random numbers. Intervals are widened "
-            "as if one more pair differed (Agresti and Min). The total effect is detected if <i>P</i> is below 0.05 "
-            "and the interval excludes 0. Only then does this page compare other arms; a difference is detected if "
-            "<i>P</i> is below {} and the interval excludes 0{}. A claim needs all of its differences, so that several "
-            "claims need no correction."
-        ).format(PART, "; both levels are divided by the number of agents" if many else ""),
-    )
+def _draw(axes: Any, panel: tuple[Sequence[Estimate], Mapping[str, Estimate], int, float]) -> None:
+    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.palette import SUBJECTS, Style
+    from lockprobe.report.figures.primitives import estimates
+    from lockprobe.report.figures.settings import FAINT, INK, SMALL
 
-
-def _arm_note(many: bool, kind: str) -> Note:
-    corrected = (
-        Markup("both are corrected for the number of agents, and <i>P</i> also")
-        if many
-        else Markup("intervals are not corrected, and <i>P</i> is corrected")
-    )
-    return Note(
-        "Success in every arm, and its difference from the arm with true reports.",
-        Markup(
-            "Success has 95 % {}. Differences are between matched pairs of trials; {} for the number of arms (Holm)."
-        ).format(kind, corrected),
-    )
-
-
-def _limits(margin: float) -> list[str]:
-    return [
-        Markup(
-            "The crossing shows how reports in two statements act. That a plain false report acts as they do is "
-            "assumed. An agent may trust less what was corrected; <code>truth-truth</code> against <code>truth</code> "
-            "shows what a correction does by its form."
-        ),
-        (
-            "In simulated worlds in which plain reports act as reports in two statements do, the first part of the "
-            "sentence was wrong in at most 5 % of studies. An agent that any odd form changes, and a plain false "
-            "report by what it says, is said to react as to any odd report."
-        ),
-        (
-            "The clause after the first part describes the arms; it is no proof of what the agent does within. Later "
-            "reports of a joint build on the last statement: a reader of first statements who compares positions meets "
-            "a contradiction after truth-lie too, and looks like one for whom a single false statement is enough."
-        ),
-        (
-            "Where no effect is detected, a test asks whether changes of "
-            f"{100 * margin:.0f} points or more can be excluded. This margin was chosen by judgement."
-        ),
-        (
-            "A trial that is solved early has fewer interventions. After actions differ, arms intervene in different "
-            "situations; so whole trials are compared, not steps."
-        ),
-        (
-            "An agent whose sampling cannot be seeded shares only the steps of the interventions between arms. Its "
-            "differences vary more and need more blocks."
-        ),
-    ]
+    rows, arms, most, reach = panel
+    bottom, across, total = len(rows) - 0.5, axes.get_yaxis_transform(), rows[0]
+    axes.fill_between([-MARGIN, MARGIN], -0.5, bottom, color="#ededed", linewidth=0, zorder=0)
+    axes.plot([0, 0], [bottom, -0.5], color=FAINT, linewidth=0.8, zorder=1)
+    axes.hlines([place - 0.5 for place in range(len(rows) + 1)], 0, 1, color="#dddddd", linewidth=0.6, transform=across)
+    for place, row in enumerate(rows):
+        clear = _detected(row)
+        style = Style(colour=SUBJECTS[1] if clear else FAINT, lead=clear)
+        estimates(axes, [place], [row], style, across=True, markersize=5, elinewidth=1.4)
+        said = [(0.0, _NAMES[row.of], "left", INK), (_NAME + _SHARES, _shares(row, arms), "right", FAINT)]
+        said.append((1.0, bracketed(row.value, row.low, row.high), "right", INK if clear else FAINT))
+        for x, text, side, colour in said:
+            weight = "bold" if row is total else "normal"
+            axes.text(
+                x, place, text, transform=across, ha=side, va="center", color=colour, fontsize=SMALL, fontweight=weight
+            )
+    wide = 2 * reach / (1 - _NAME - _SHARES - _NUMBERS - 0.06)  # with a little space on both sides
+    left = -reach - wide * (_NAME + _SHARES + 0.03)
+    tick = next(one for one in (0.5, 0.4, 0.2) if one <= reach)
+    axes.set(ylim=(most - 0.5, -0.5), xlim=(left, left + wide), yticks=[])
+    axes.set_xticks([-tick, 0, tick], [points(-tick), "0", points(tick)])
+    axes.spines[["left", "bottom"]].set_visible(False)
+    axes.spines["bottom"].set_position(("data", bottom))
+    axes.set_xlabel("change of success, points", x=-left / wide)
+    sizes = f"flip rate {total.doses['flip.p']:g}; n = {total.clusters} blocks"
+    title(axes, safe_name(Subject.of(total.agent).name, 38), sizes)
 
 
 SECTIONS = (
@@ -249,7 +283,7 @@ SECTIONS = (
         title="Why false reports change success",
         rows=_rows,
         show=_show,
-        tables=(_WHY, _ARM),
+        tables=(_TABLE,),
         figures=(_FIGURE,),
     ),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from operator import call
@@ -27,7 +27,7 @@ from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import StudySummary, summarise
-from lockprobe.statistics.why.contrasts import Why, why
+from lockprobe.statistics.why.contrasts import Why, whys
 from lockprobe.trial.record import Trial
 
 _Cells = Mapping[tuple[str, str], Sequence[Trial]]
@@ -122,7 +122,7 @@ def summarise_conditions(
         effects=section("Every condition against the control", lambda: tuple(against_control(own, design)), tuple),
         on_axes=tuple(one for summary in by_axis for agent in summary.agents if (one := _axis_effects(agent))),
         series=series,
-        whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
+        whys=section("Why false reports change success", lambda: whys(cells, design, orders), tuple),
         factorials=section("Factors of a factorial design", lambda: tuple(factorial_effects(cells, design)), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
@@ -187,22 +187,6 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
         agents=tested.agents,
         axis=found.axis.name,
     )
-
-
-def _whys(cells: _Cells, design: Design, orders: Mapping[str, BlockOrder]) -> tuple[Why, ...]:
-    """Why false reports change each agent's success, in each modality that has the arms for it.
-
-    In each modality the agents that the study is about are one family, and baselines another. Those that play alike
-    count too: that reports change their success by less than the margin is a conclusion.
-    """
-    asked: list[Callable[..., Why | None]] = []
-    for agent in design.agents:
-        for shown in map(design.shown, design.modalities):
-            own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
-            asked.append(partial(why, own, shown, order=orders.get(agent)))
-    answered = [(make, (one.modality, is_baseline(design.spec_of(one.agent)))) for make in asked if (one := make())]
-    sizes = Counter(family for _, family in answered)
-    return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
 
 
 def dose_series(

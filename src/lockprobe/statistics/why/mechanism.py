@@ -14,9 +14,8 @@ The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from types import MappingProxyType
 from typing import Literal
 
@@ -49,7 +48,10 @@ Verdict = Literal["says", "form", "both", "blurred", "not decided", "no change",
 correction does it as well, so that corrections cannot show why; they change it, and how is not decided; they change it
 by less than the margin; no change is detected, and one of the margin is not excluded."""
 
-CONTRASTS: Mapping[str, tuple[tuple[str, str], ...]] = {
+Pairs = tuple[tuple[str, str], ...]
+"""Pairs of arms, whose differences are averaged."""
+
+CONTRASTS: Mapping[str, Pairs] = {
     "false last after true": (("truth-lie", "truth-truth"),),
     "false last after false": (("lie-lie", "lie-truth"),),
     "false first before true": (("lie-truth", "truth-truth"),),
@@ -74,7 +76,6 @@ NEEDS: Mapping[Claim, tuple[str, ...]] = {
 }
 """Claim -> the contrasts that must all go in the direction of the total effect."""
 
-
 _OTHERS = ("true correction", "false first before true", "false last after true")
 """The contrasts that show other reports to do it than those whose two statements are both false."""
 
@@ -98,27 +99,15 @@ class Decision:
     verdict: Verdict
 
     @property
-    def corrections_alone(self) -> bool:
-        """Whether a true correction is detected to change success in the direction of the total effect."""
-        return _goes(self.contrasts, "true correction", self.way)
-
-    @property
     def way(self) -> int:
         """The direction of the total effect, 1 or -1."""
         return 1 if self.total.value > 0 else -1
-
-    @property
-    def one_exceeds_both(self) -> bool:
-        """Whether a single false statement is enough, and does more than two of them."""
-        enough = all(_goes(self.contrasts, name, self.way) for name in NEEDS["contradiction"])
-        return enough and _one_exceeds_both(self.contrasts, self.way)
 
 
 def decide(
     solved: Mapping[str, Array],
     *,
     broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
-    margin: float = MARGIN,
     agents: int = 1,
     every_look: bool = False,
 ) -> Decision:
@@ -129,53 +118,36 @@ def decide(
             arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
         broke: Arm -> whether its trial broke, of the same shape; all intervals and P values then hold whatever became
             of these.
-        margin: Equivalence margin: smaller changes count as none, (0, 1).
         agents: Number of agents that are judged together (Bonferroni).
         every_look: Whether the decision must hold at every look; blocks are then in the order in which they were
             planned.
     """
-    mean = partial(bounded_contrast, solved, broke, agents=agents, every_look=every_look)
+
+    def mean(pairs: Pairs) -> BlockMean:
+        tables = differences(solved, broke, pairs)
+        found, *ends = (_mean_over_blocks(table, agents, every_look=every_look) for table in tables)
+        return bounded(found, *ends) if ends else found
+
     total = mean(TOTAL)
-    small = max(
-        _equivalence(change, margin, agents, every_look=every_look)
-        for (change,) in differences_at_ends(solved, broke, TOTAL)
-    )
-    contrasts = {}
-    if _detected(total):
-        contrasts = {
-            name: mean(pairs)
-            for name, pairs in CONTRASTS.items()
-            if all(arm in solved for pair in pairs for arm in pair)
-        }
+    small = max(_equivalence(table[:, 0], agents, every_look=every_look) for table in differences(solved, broke, TOTAL))
+    known = {name: pairs for name, pairs in CONTRASTS.items() if {arm for pair in pairs for arm in pair} <= {*solved}}
+    contrasts = {name: mean(pairs) for name, pairs in known.items()} if _detected(total) else {}
     return decision_of(total, contrasts, small)
 
 
-def differences_at_ends(
-    solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool_]], pairs: Sequence[tuple[str, str]]
-) -> list[list[Array]]:
-    """The differences of each pair of arms by block, in the trials that ended; with broken ones also at both ends."""
-    found = [[solved[more] - solved[less] for more, less in pairs]]
+def differences(solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool_]], pairs: Pairs) -> list[Array]:
+    """The differences of pairs of arms, shape (blocks, pairs), NaN in blocks that lack one.
+
+    They are those of the trials that ended, and if some broke, also those at both ends of what these can have become.
+    """
+    ends = [(solved, solved)]
     if any(broke[arm].any() for pair in pairs for arm in pair if arm in broke):
-        ends = [{arm: np.where(broke[arm], end, own) for arm, own in solved.items()} for end in (0.0, 1.0)]
-        for up, down in (ends, ends[::-1]):
-            found.append([up[more] - down[less] for more, less in pairs])
+        low, high = ({arm: np.where(broke[arm], end, own) for arm, own in solved.items()} for end in (0.0, 1.0))
+        ends += [(low, high), (high, low)]
+    found = [np.column_stack([up[more] - down[less] for more, less in pairs]) for up, down in ends]
+    for table in found:
+        table[np.isnan(table).any(axis=1)] = np.nan
     return found
-
-
-def bounded_contrast(
-    solved: Mapping[str, Array],
-    broke: Mapping[str, NDArray[np.bool_]],
-    pairs: Sequence[tuple[str, str]],
-    *,
-    agents: int,
-    every_look: bool,
-) -> BlockMean:
-    """The mean difference of pairs of arms over blocks, with what holds whatever became of broken trials."""
-    found, *ends = (
-        mean_over_blocks(*differences, agents=agents, every_look=every_look)
-        for differences in differences_at_ends(solved, broke, pairs)
-    )
-    return bounded(found, *ends) if ends else found
 
 
 def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
@@ -191,18 +163,11 @@ def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: flo
         return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=none)
     way = 1 if total.value > 0 else -1
     claims = _claims(contrasts, way)
-    verdict = _verdict(claims, blurred=_goes(contrasts, "true correction", way))
-    return Decision(total=total, contrasts=contrasts, claims=claims, equivalence=small, verdict=verdict)
-
-
-def _verdict(claims: tuple[Claim, ...], *, blurred: bool) -> Verdict:
-    """The coarse conclusion of these claims; without any, whether a true correction does it as well decides."""
     says, form = any(claim in CONTENT for claim in claims), "form" in claims
-    if says and form:
-        return "both"
+    verdict: Verdict = "blurred" if _goes(contrasts, "true correction", way) else "not decided"
     if says or form:
-        return "says" if says else "form"
-    return "blurred" if blurred else "not decided"
+        verdict = "both" if says and form else "says" if says else "form"
+    return Decision(total=total, contrasts=contrasts, claims=claims, equivalence=small, verdict=verdict)
 
 
 def _claims(contrasts: Mapping[str, BlockMean], way: int) -> tuple[Claim, ...]:
@@ -234,17 +199,8 @@ def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
     return one - both > max(0.0, both) / 4
 
 
-def mean_over_blocks(*differences: Array, agents: int = 1, every_look: bool = False) -> BlockMean:
-    """A mean over blocks; its P value and its 95 % interval are corrected for the agents that are judged together.
-
-    Args:
-        differences: Differences of success within blocks, shape (blocks,); of several, their mean over the blocks that
-            have all of them.
-        agents: Number of agents that are judged together (Bonferroni).
-        every_look: Whether interval and P value must hold at every look.
-    """
-    table = np.column_stack(differences)
-    table[np.isnan(table).any(axis=1)] = np.nan
+def _mean_over_blocks(table: Array, agents: int, *, every_look: bool) -> BlockMean:
+    """A mean over blocks, with P value and interval corrected for the agents that are judged together."""
     if every_look:
         return mean_at_every_look(table, agents=agents)
     found = block_mean(table, unit=1.0, choices=agents)
@@ -252,13 +208,12 @@ def mean_over_blocks(*differences: Array, agents: int = 1, every_look: bool = Fa
 
 
 def _detected(found: BlockMean, level: float = ALPHA) -> bool:
-    """Whether the test rejects and the interval excludes 0."""
     return found.p_value is not None and found.p_value < level and found.clear
 
 
-def _equivalence(differences: Array, margin: float, agents: int, *, every_look: bool) -> float:
+def _equivalence(changes: Array, agents: int, *, every_look: bool) -> float:
     """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
-    kept = differences[~np.isnan(differences)]
+    kept = changes[~np.isnan(changes)]
     if every_look:
-        return at_every_look([numbers_of(differences[:, None])], agents=agents, margin=margin)[0].small_p_value
-    return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin))
+        return at_every_look([numbers_of(changes[:, None])], agents=agents, margin=MARGIN)[0].small_p_value
+    return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), MARGIN))
