@@ -54,13 +54,7 @@ class ComparedStudy:
     """One study of a comparison.
 
     Attributes:
-        name: The end of its directory's path by which it is told from the others.
-        study: Name in its settings.
-        seed: Studies of equal seed share their luck.
-        agents: Their names, or specs of those that have none.
-        planned: Trials that the settings ask for, also of people.
-        finished: Of these, trials that are not owed (any more).
-        people_trials: Of these, trials of people.
+        name: The end of its directory's path by which it is told from the others; ``study`` is that in its settings.
         not_shared: Its conditions that no other study has; they are in no number.
         looked_at: Whether it is unfinished, was extended, or stops when it is decided.
     """
@@ -261,10 +255,6 @@ def conclusion(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) 
     """How many differences between studies were detected, and the clearest of them.
 
     The sentence is about all families of conditions, so it is corrected for their number too (Bonferroni).
-
-    Args:
-        found: All differences, those between studies first.
-        names: What a sentence calls each side.
     """
     if not found or not found[0].kind.startswith("between"):
         return "No two studies have a trial to compare under a condition that they share."
@@ -302,15 +292,7 @@ def conclusion(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) 
 def write_comparison(
     comparison: Comparison, out: Path, *, left_out: Callable[[LeftOutSection], None] = lambda section: None
 ) -> Path:
-    """Write the page in one step. A table or figure that cannot be made is left out and named.
-
-    Args:
-        comparison: What it shows.
-        out: The file.
-        left_out: Told every table and figure that could not be made.
-
-    Returns:
-        Where it is.
+    """Write the page in one step; ``left_out`` is told every table and figure that could not be made.
 
     Raises:
         BadFile: If it cannot be written.

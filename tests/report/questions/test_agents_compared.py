@@ -57,9 +57,7 @@ def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_change
     ]
     rows = table(found)
     assert [row["under"] for row in rows] == ["all flip rates", "flip rate 0", "flip rate 0.4"] * 3
-    assert [rows[0][name] for name in ("agent", "trials", "success", "success of the other")] == [
-        *("llm:acme/one", "20", "85 %", "65 %")
-    ]
+    assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
     (change,) = found.where("success_interaction", of="")
     assert (change.value, change.control) == (pytest.approx(-0.8), "truth")
     assert found.one("success_interaction", of="any flip rate").p_value < 0.05

@@ -268,7 +268,7 @@ def _change_said(found: Results, pair: _Pair, one: Subject, other: Subject) -> s
     where = f"from a flip rate of {rates[row.control]:g} to {rates[row.condition]:g}"
     size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(pair[_CHANGE, _ANY].p_value)}"
     if not _noise_counts(pair):
-        return f"What false reports do to the two could not be told apart; most differs {where} ({size})."
+        return f"Whether false reports change one of them more could not be told ({where}: {size})."
     more = "rises more, or falls less," if (row.value or 0.0) > 0 else "rises less, or falls more,"
     return (
         f"False reports affect the two differently: {where} the success of {one.name} {more} than that of {other.name} "
@@ -324,8 +324,18 @@ def _answer(found: Results, pairs: Sequence[_Pair]) -> str:
 
 
 def _table(found: Results) -> TextTable:
-    head = ["agent", "compared with", "under", "trials", "success", "success of the other", "difference, points", "P"]
-    head += ["difference in steps", "P of steps", "difference in effect, points", "P of effect", "conclusion"]
+    head = [
+        "agent",
+        "compared with",
+        "under",
+        "trials",
+        "success of both",
+        "success, points",
+        "P",
+        "steps",
+        "P of steps",
+    ]
+    head += ["effect, points", "P of effect", "conclusion"]
     table = [head]
     rates = {one.name: one.p for one in found.design.conditions}
     for pair in _pairs(found):
@@ -343,10 +353,10 @@ def _table(found: Results) -> TextTable:
                 if rate is None
                 else f"flip rate {rate:g}"
             )
-            shares = [NONE if place else percent(pair[_SHARE, of].value) for of in ("", "the other")]
+            shares = NONE if place else " and ".join(percent(pair[_SHARE, of].value) for of in ("", "the other"))
             table.append(
                 [
-                    *names, EVERY if _SAME in success.note else under, str(success.n), *shares,
+                    *names, EVERY if _SAME in success.note else under, str(success.n), shares,
                     points_cell(success), p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value),
                     points_cell(moved), p_cell(tested.p_value if tested else None),
                     "play alike" if _ALIKE in success.note else DETECTED[success.detected],
@@ -435,8 +445,8 @@ def _blocks(found: Results, pairs: Sequence[_Pair]) -> Iterator[Block]:
         "are permuted."
     )
     note = Note(
-        "The first agent minus the second, over trials that both finished; an unsolved trial counts with its whole "
-        "budget. Effect: how much more false reports, or a condition, change the success of the first.",
+        "Success, steps and effect: the first agent minus the second, over trials that both finished; an unsolved one "
+        "counts with its whole budget. Effect: what false reports, or a condition, change in success.",
         "Over all flip rates: the two agents swap whole blocks (permutation). Under one condition: McNemar's test. "
         "Effect: signs of blocks are flipped.",
         "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "

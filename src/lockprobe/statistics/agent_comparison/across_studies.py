@@ -43,12 +43,10 @@ class Sample:
     """The trials of one side under one condition.
 
     Attributes:
-        side: The agent that played them.
-        condition: Name of the condition, equal in all studies that have it.
+        condition: Its name, equal in all studies that have it.
         luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
-        baseline: Whether the agent is a baseline.
         trials: All trials played, broken ones too.
-        family: Family of the condition: the axis on which it lies; empty for all conditions on none.
+        family: The axis on which the condition lies; empty for all conditions on none.
     """
 
     side: Side
@@ -64,14 +62,9 @@ class StudyDifference:
     """The difference in success between two sides under one condition, second minus first.
 
     Attributes:
-        condition: Name of the condition.
-        family: Family of the condition.
         kind: P values are corrected within a kind and a family.
-        first: The reference side.
-        second: The other side.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
         first_success, second_success: Shares of the compared trials that each side solved.
-        value: Second share minus first share, [-1, 1].
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
             samples, clustered by person where people are on one side. Where trials broke, it holds whatever became of
             them.

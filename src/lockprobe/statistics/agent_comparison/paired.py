@@ -43,13 +43,10 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """One agent's trials, a row for each block of luck and a column for each dose; NaN where no trial has ended.
+    """One agent's trials, shape (blocks of luck, doses); NaN where no trial has ended.
 
-    Attributes:
-        solved: 1 where the box was solved, else 0, shape (blocks, doses).
-        steps: Steps played, of the same shape; an unsolved trial has its whole budget.
-        person: The person of each trial, empty text where there is no trial; no rows for an agent.
-        order: The rows in the order in which blocks were planned, if what is said must hold at every look; else empty.
+    ``person`` has no rows for an agent that is no people. ``order`` has the rows as blocks were planned, if what is
+    said must hold at every look; else it is empty.
     """
 
     solved: Array
@@ -60,15 +57,9 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockMean:
-    """A mean over pairs of trials with its clustered interval.
+    """A mean over pairs of trials, NaN without any, with its 95 % interval, clustered by block of luck.
 
-    Attributes:
-        value: The mean; NaN without pairs.
-        low, high: Ends of the 95 % interval, wider where several means are looked at; None where it cannot be
-            estimated.
-        p_value: Two-sided; 1 if no block differs; None where nothing was tested.
-        pairs: Pairs of trials.
-        blocks: Blocks of luck with at least one.
+    There is no interval where it cannot be estimated, and no P value where nothing was tested.
     """
 
     value: float
@@ -165,19 +156,19 @@ def _with_interval(
     small: float = 1.0,
     tested: bool = False,
 ) -> BlockMean:
-    """The mean with Student's interval for the variance of its sum, and with Student's P value if it is ``tested``.
+    """The mean with Student's interval, and with Student's P value if it is tested and there are clusters enough.
 
     Args:
         found: The mean.
-        spread: The variance of the sum of its pairs.
+        spread: The variance of the sum of its pairs; widened by a pair of the size ``unit``, or by rare clusters alone.
         widest: Pairs of the largest cluster.
         clusters: How many count as independent.
-        unit: The largest difference of a single trial, by which the variance is widened; None if it is not known.
+        unit: The largest difference of a single trial.
         most: The largest mean.
-        rare: Of steps, how far a rare cluster may lie from the mean; the variance is then widened by it alone.
+        rare: Of steps, how far a rare cluster may lie from the mean.
         level: Of the interval.
         small: Factor of the widening in small samples.
-        tested: Whether it has a P value, if there are clusters enough.
+        tested: Whether it has a P value.
     """
     if clusters < 2 or (spread < _TIE and unit is None):
         return found
@@ -205,13 +196,6 @@ def crossed_mean(
     The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
     that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
     person counted alike (:func:`lockprobe.statistics.clustered.crossed_proportion`).
-
-    Args:
-        values: One value per trial, shape (trials,).
-        luck: Its block of luck, of the same shape.
-        person: Its person, of the same shape.
-        unit: The largest value of a single trial, as in :func:`block_mean`.
-        rare: Of steps, how far a rare block, or person, may lie from the mean.
     """
     n = len(values)
     if not n:
@@ -225,14 +209,7 @@ def crossed_mean(
 
 
 def crossed_change(low: Array, high: Array, person: tuple[Labels, Labels], *, choices: int = 1) -> BlockMean:
-    """How much the difference of two agents' success changes from the lowest dose to a higher one.
-
-    Args:
-        low: Differences of the two agents at the lowest dose by block of luck, shape (blocks,), in [-1, 1].
-        high: The same at the higher dose.
-        person: The person of each, at the lowest dose and at the higher, of the same shape.
-        choices: Number of changes examined; the interval has the level 1 - 0.05 / choices.
-    """
+    """How much the difference of two agents, by block of luck, changes from the lowest dose to a higher one."""
     return _two_way(
         float(high.mean() - low.mean()),
         np.concatenate([low.mean() - low, high - high.mean()]),
@@ -278,12 +255,6 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
 
     If people have unequally many trials, a conclusion must also hold with every person counted alike.
-
-    Args:
-        values: Differences, whole numbers, shape (pairs,).
-        person: The person of each, of the same shape.
-        unit: The largest difference of a single trial.
-        rare: Of steps, how far a rare person may lie from the mean.
     """
     place = np.unique(person, return_inverse=True)[1].reshape(-1)
     sizes = np.bincount(place)
@@ -301,11 +272,7 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
 def paired_success(first: Array, second: Array, person: Labels | None) -> BlockMean:
     """The difference in success of two agents at one dose, with McNemar's test and Agresti and Min's interval.
 
-    Args:
-        first: 1 where the first solved its trial, else 0, shape (pairs,); trials of equal luck that both finished.
-        second: The same for the second agent.
-        person: The person of each pair, if one side is people. If one of them has several boxes, agents are exchanged
-            within whole people, and the interval is over people.
+    If one of several people has several boxes, agents are exchanged within whole people, and the interval is over them.
     """
     found = paired(first > 0, second > 0)
     low, high, p_value = found.low, found.high, found.p_value

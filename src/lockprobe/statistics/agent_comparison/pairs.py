@@ -72,15 +72,11 @@ class ChangeAt(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interaction:
-    """Whether false reports change the success of two agents differently.
+    """Whether false reports change the success of two agents differently, at each dose beside the lowest.
 
-    Attributes:
-        lowest: The dose that others are compared with.
-        at: The others, ascending.
-        mean: The mean of the changes, without a P value: where agents seldom differ it is too skewed for flips of
-            signs, which then reject in up to 15 % of studies.
-        p_value: Of the null hypothesis that no change differs: the largest absolute t over doses, by sign flips.
-        p_adjusted: Corrected for the number of pairs of agents (Holm); None before that, and of agents that play alike.
+    The P value is that of the largest absolute t over doses; ``p_adjusted`` is corrected for the pairs (Holm). The mean
+    of the changes has none: where agents seldom differ it is too skewed for flips of signs, which then reject in up to
+    15 % of studies.
     """
 
     lowest: float
@@ -100,12 +96,11 @@ class AgentComparison:
     """Two agents over all doses in one modality, on trials that both finished. Differences are second minus first.
 
     Attributes:
-        first: Agent and modality of the reference.
-        second: Agent and modality of the other.
+        first, second: Agent and modality.
         among: Kind of pair; P values are corrected within a kind.
         shares: What the first and the second solved of these trials.
         success, steps: The differences over all doses. P values are corrected once pairs are judged together.
-        at: Dose -> the same there, ascending.
+        at: Dose -> the same there.
         interaction: None for a baseline, with a single dose, where what is said must hold at every look, and once pairs
             are judged of two that play alike.
         alike: Doses at which no trial broke and the two act the same in every trial; nothing is tested there.
