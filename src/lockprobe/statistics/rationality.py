@@ -13,7 +13,6 @@ agent is told of it misleads every observer. So of each trial the actions before
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from itertools import accumulate
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
@@ -35,9 +34,6 @@ _MANY = 1 << 14
 _TOGETHER = 64
 """Moments at which attempts are weighed at once."""
 
-_Told = tuple[int, ReportedAttempt | None]
-"""The number of the joint attempted, and its report; None if the box opened."""
-
 
 def prior_for(joints: int) -> str | None:
     """The prior of the report: ``single-parent`` up to 4 joints, ``chains`` for 5 and 6; None for more."""
@@ -55,31 +51,30 @@ def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> tupl
         box: Their box, whose rules the plant may have broken; None if it is not known.
     """
     counted = [trial for trial in ended(trials) if trial.steps]
-    if not all(trial.ordinary for trial in counted):
-        return None
     prior = prior_for(len(counted[0].joints)) if counted else None
-    before = accumulate((len(trial.steps) for trial in counted[:JUDGED]), initial=0)
-    first = [trial for trial, actions in zip(counted[:JUDGED], before, strict=False) if actions < ACTIONS]
-    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in first]
-    judged = [_choices(trial, reports, prior) for trial, reports in told if reports] if prior else []
-    if not judged:
+    if prior is None or not all(trial.ordinary for trial in counted):
         return None
+    judged, actions = [], 0
+    for trial in counted[:JUDGED]:
+        if actions < ACTIONS:
+            judged.append(_choices(trial, prior, unbroken(trial, box) if box else len(trial.steps)))
+            actions += len(trial.steps)
     _weigh(now for choices, _ in judged for now, _ in choices)
-    counts = [sum(bool(now.optimal and now.optimal[joint]) for now, joint in choices) for choices, _ in judged]
+    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]
     share = clustered_proportion(counts, [len(choices) for choices, _ in judged])
-    return share, any(contradicted for _, contradicted in judged)
+    return (share, any(contradicted for _, contradicted in judged)) if share.n else None
 
 
 class _Moment:
     """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs.
 
     Attributes:
-        optimal: Whether no other attempt costs fewer expected steps than that at each joint; None until it is weighed.
+        optimal: Whether no other attempt costs fewer expected steps than that at each joint; empty until it is weighed.
     """
 
     def __init__(self, belief: Belief) -> None:
         self.belief = belief
-        self.optimal: list[bool] | None = None
+        self.optimal: list[bool] = []
         self._after: dict[ReportedAttempt, tuple[_Moment, bool]] = {}
 
     def after(self, report: ReportedAttempt) -> tuple[_Moment, bool]:
@@ -106,7 +101,7 @@ def _moment(belief: Belief) -> _Moment:
 
 def _weigh(moments: Iterable[_Moment]) -> None:
     """Find the optimal attempts at all these moments, where they are not known: together it takes less time."""
-    new = [one for one in dict.fromkeys(moments) if one.optimal is None]
+    new = [one for one in dict.fromkeys(moments) if not one.optimal]
     for alike in grouped(new, lambda one: (one.belief.interlocks, one.belief.noise)).values():
         for i in range(0, len(alike), _TOGETHER):
             some = alike[i : i + _TOGETHER]
@@ -115,37 +110,27 @@ def _weigh(moments: Iterable[_Moment]) -> None:
                 one.optimal = optimal
 
 
-def _choices(trial: Trial, told: Sequence[_Told], prior: str) -> tuple[list[tuple[_Moment, int]], bool]:
-    """Every action that was told, by the moment before it and the number of its joint; whether a report was impossible.
+def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, int]], bool]:
+    """The first actions, by the moment before each and the number of its joint; whether a report was impossible.
 
-    These may be the first actions alone.
+    The target is joint 0, the others follow in the order of first attempts. The priors treat all joints but the target
+    alike, so trials that differ only in names share moments.
     """
+    order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
+    numbers = {joint: number for number, joint in enumerate(order)}
     # what the observer knows to be inverted: what was inverted in this trial, or outcomes
     positions = any(channel.get("inverts") == "position" for channel in trial.channels)
     noise = noise_model("naive", "positions" if positions else "outcomes")
     now = _moment(begin(interlocks(prior, len(trial.joints)), noise))
-    found, contradicted = [], False
-    for joint, report in told:
-        found.append((now, joint))
-        if report is not None:
-            now, again = now.after(report)
-            contradicted |= again
-    return found, contradicted
-
-
-def _told(trial: Trial) -> list[_Told]:
-    """Every attempt and its report.
-
-    Joints are numbers: the target is 0, the others follow in the order of first attempts. The priors treat all joints
-    but the target alike, so trials that differ only in names share cache entries.
-    """
-    order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
-    numbers = {joint: number for number, joint in enumerate(order)}
-    found: list[_Told] = []
-    for step in trial.steps:
-        seen = state_after(trial, step) if step.pictures and step.told_state is None else step.told_state
-        pairs = zip(trial.joints, seen or "", trial.steps[0].state, strict=bool(seen))
-        turned = None if seen is None else sum((now != start) << numbers[joint] for joint, now, start in pairs)
+    found, contradicted, start, states_only = [], False, trial.steps[0].state, trial.states_only
+    for step in trial.steps[:first]:
         joint = numbers[step.joint]
-        found.append((joint, ReportedAttempt(joint, bool(step.told_moved), turned, trial.states_only)))
-    return [*found[:-1], (found[-1][0], None)] if trial.solved else found
+        found.append((now, joint))
+        if trial.solved and step is trial.steps[-1]:
+            break
+        seen = state_after(trial, step) if step.pictures and step.told_state is None else step.told_state
+        places = zip(trial.joints, seen or start, start, strict=True)
+        turned = None if seen is None else sum((at != was) << numbers[one] for one, at, was in places)
+        now, again = now.after(ReportedAttempt(joint, bool(step.told_moved), turned, states_only))
+        contradicted |= again
+    return found, contradicted
