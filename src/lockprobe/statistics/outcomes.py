@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,12 +114,6 @@ class Point:
 def ended(trials: Iterable[Trial]) -> list[Trial]:
     """The trials that ended as solved or out of budget. An error is not a failure to solve."""
     return [trial for trial in trials if trial.ending != "error"]
-
-
-def conditions_played(trials: Iterable[Trial]) -> dict[str, str]:
-    """The conditions of trials with their modalities: flip rates, ascending, then the others in the order of trials."""
-    ordered = sorted(trials, key=lambda trial: inf if trial.p is None else trial.p)
-    return {trial.condition: trial.modality for trial in ordered}
 
 
 def onset(trial: Trial) -> int:

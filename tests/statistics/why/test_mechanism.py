@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import ttest_1samp
 
 from lockprobe.statistics.why.arms import ARMS, PLANNED
-from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, decide, decision_of
+from lockprobe.statistics.why.mechanism import CONTRASTS, MARGIN, decide, decision_of
 
 LOW, HIGH = 0.23, 0.67
 """Success at the size of the paper's effect."""
@@ -43,7 +43,7 @@ def most(rate, n=200):
 
 def exact(shares, blocks=200):
     """Arms with exactly these shares in equal luck."""
-    return {arm: (np.arange(blocks) < share * blocks).astype(float) for arm, share in zip(ARMS, shares, strict=True)}
+    return {arm: (np.arange(blocks) < share * blocks).astype(float) for arm, share in zip(ARMS, shares, strict=False)}
 
 
 @pytest.mark.parametrize("claim", PATTERNS)
@@ -64,19 +64,23 @@ def test_an_effect_of_any_correction_is_said_to_blur_the_answer():
 
 
 @pytest.mark.parametrize(
-    ("shares", "claims"),
+    ("shares", "verdict", "claims"),
     [
-        ([0.1, 0.6, 0.1, 0.1, 0.1, 0.7, 0.1], ("agreed",)),
-        ([0.1, 0.6, 0.5, 0.1, 0.3, 0.7, 0.1], ("falsity",)),
-        ([0.1, 0.6, 0.1, 0.2, 0.2, 0.6, 0.1], ("last", "first")),
+        ([0.1, 0.6, 0.1, 0.1, 0.1, 0.7, 0.1], "says", ("agreed",)),
+        ([0.1, 0.6, 0.5, 0.1, 0.3, 0.7, 0.1], "says", ("falsity",)),  # a true correction does it too
+        ([0.1, 0.6, 0.1, 0.2, 0.2, 0.6, 0.1], "says", ("last", "first")),  # one lie does it too
+        ([0.1, 0.7, 0.1, 0.4, 0.4, 0.7, 0.1], "says", ("last", "first")),
+        ([0.2, 0.6, 0.4, 0.4, 0.6, 0.6, 0.4], "both", ("last", "form")),
+        ([0.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6], "form", ("form",)),
+        ([0.2, 0.6, 0.6, 0.6, 0.6, 0.6], "blurred", ()),  # without the remark nothing is claimed on the form
+        ([0.9, 0.5, 0.9, 0.9, 0.5, 0.5, 0.9], "says", ("last",)),  # lies that lower success
+        ([0.9, 0.5, 0.5, 0.5, 0.9, 0.9, 0.9], "blurred", ()),
     ],
-    ids=["two lies", "a true correction too", "one lie too"],
 )
-def test_what_others_do_as_well_is_not_said_of_two_lies_alone(shares, claims):
+def test_a_claim_is_made_of_what_other_reports_do_not_do_as_well(shares, verdict, claims):
     found = decide(exact(shares))
-    needs = [name.removeprefix("-") for name in NEEDS["agreed"]]
-    assert all(found.contrasts[name].clear for name in needs)
-    assert (found.verdict, found.claims) == ("says", claims)
+    assert (found.verdict, found.claims) == (verdict, claims)
+    assert found.total.value == pytest.approx(shares[1] - shares[0])
 
 
 def test_an_interaction_is_of_blocks_that_have_all_four_arms():
@@ -99,27 +103,6 @@ def test_where_nothing_differs_no_part_is_computed_and_an_effect_is_seldom_said(
         assert not one.claims or one.contrasts
 
 
-def test_two_ways_are_said_to_be_two():
-    both = decide(exact([0.2, 0.6, 0.4, 0.4, 0.6, 0.6, 0.4]))
-    assert (both.verdict, both.claims) == ("both", ("last", "form"))
-    several = decide(exact([0.1, 0.7, 0.1, 0.4, 0.4, 0.7, 0.1]))
-    assert (several.verdict, set(several.claims)) == ("says", {"last", "first"})
-
-
-def test_lies_that_lower_success_are_judged_in_their_direction():
-    found = decide(exact([0.9, 0.5, 0.9, 0.9, 0.5, 0.5, 0.9]))
-    assert (found.verdict, found.claims) == ("says", ("last",))
-    assert found.total.value == pytest.approx(-0.4)
-    assert decide(exact([0.9, 0.5, 0.5, 0.5, 0.9, 0.9, 0.9])).verdict == "blurred"
-
-
-def test_without_the_remark_no_claim_is_made_on_the_form():
-    arms = exact([0.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6])
-    assert decide(arms).verdict == "form"
-    del arms["remark"]
-    assert decide(arms).verdict == "blurred"
-
-
 @given(
     st.lists(st.tuples(*[st.booleans()] * len(ARMS)), min_size=4, max_size=40),
     st.permutations(range(len(ARMS))),
@@ -135,12 +118,6 @@ def test_contrasts_are_means_of_pairs_and_more_agents_only_detect_less(blocks, o
     many = decide(arms, agents=agents)
     assert set(many.claims) - {"falsity"} <= set(found.claims)
     assert not (many.contrasts and not found.contrasts)
-
-
-def test_every_claim_needs_known_contrasts_of_known_arms():
-    assert set(NEEDS) == {*CONTENT, "form"}
-    assert {name.removeprefix("-") for needs in NEEDS.values() for name in needs} == set(CONTRASTS)
-    assert {arm for pairs in CONTRASTS.values() for pair in pairs for arm in pair} <= set(ARMS)
 
 
 def test_equivalence_is_two_one_sided_tests():

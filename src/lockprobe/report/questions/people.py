@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, count, percent, share
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
@@ -105,9 +105,8 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
         yield from share_rows("success", proportion(sum(solved), len(solved)), agent=PEOPLE, of=f"position={at}")
     for name in _SAW:
         values = [trial.facts[name] for trial in own if name in trial.facts]
-        for value, trials in Counter(
-            ("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values
-        ).items():
+        said = Counter(("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values)
+        for value, trials in said.items():
             yield _people(quantity="trials_shown", of=f"{name}={value}", value=trials, unit="trials")
 
 
@@ -172,37 +171,32 @@ def _counted(people: int) -> str:
     return count(people, "person", "people")
 
 
-def _condition(found: Results, row: Estimate) -> str:
-    """What tables call the condition of a row: its name, or its flip rate if all conditions are flip rates."""
-    if found.beside_flips or not row.condition:
-        return row.condition or "all"
-    return next(f"{one.p:g}" for one in found.design.conditions if one.name == row.condition)
+def _condition(found: Results, name: str) -> str:
+    """What a condition is called: by its flip rate if nothing but flip rates tells conditions apart."""
+    rate = next((one.p for one in found.design.conditions if one.name == name), None)
+    return name if _varied(found) == "condition" or rate is None else f"{rate:g}"
 
 
 def _varied(found: Results) -> str:
-    return "condition" if found.beside_flips else "flip rate"
+    several = len({one.modality for one in found.design.conditions}) > 1
+    return "condition" if found.beside_flips or several else "flip rate"
 
 
 def _table(found: Results) -> TextTable:
     """People by condition, in each modality over all conditions, and by the position of the box."""
     rows = found.where("success", agent=PEOPLE, of=_BY_PERSON)
     at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
-    several = len(over) > 1
-    table = [
-        [*["modality"] * several, _varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]
-    ]
+    table = [[_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
-        people, steps, mean = (
-            found.one(quantity, **own, of=of)
-            for quantity, of in (("people", ""), ("median_steps_all", _BY_PERSON), ("mean_steps_all", _BY_PERSON))
-        )
-        names = [*[row.modality] * several, _condition(found, row)]
-        table.append([*names, f"{people.value:g}", *_shares(row), _steps(steps), f"{mean.value:.1f}"])
+        steps, mean = (found.one(of, **own, of=_BY_PERSON) for of in ("median_steps_all", "mean_steps_all"))
+        every = f"all, {row.modality}" if len(over) > 1 else "all"
+        names = [_condition(found, row.condition) if row.condition else every, f"{found.one('people', **own).value:g}"]
+        table.append([*names, *_shares(row), _steps(steps), f"{mean.value:.1f}"])
     positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
     for row in positions if len(positions) > 1 else ():
-        names = [*[""] * several, f"box {row.of.removeprefix('position=')} of a person"]
-        table.append([*names, str(row.n), *_shares(row), NONE, NONE])
+        name = f"box {row.of.removeprefix('position=')} of a person"
+        table.append([name, str(row.n), *_shares(row), NONE, NONE])
     return table if rows else []
 
 
@@ -265,7 +259,6 @@ def draw(found: Results) -> Any:
     """Success of people and of agents beside them, a group of rows for each condition; None without people."""
     from lockprobe.report.figures import own_settings, sheet
     from lockprobe.report.figures.palette import styles
-    from lockprobe.report.rows import Course
 
     if not found.where("people", agent=PEOPLE):
         return None
@@ -275,42 +268,34 @@ def draw(found: Results) -> Any:
         if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
     ]
     looks = sorted(styles(courses), key=lambda one: one[0].agent != PEOPLE)[:_MOST]
-    groups = [
-        (
-            condition.name,
-            [
-                (cell, style)
-                for course, style in looks
-                for cell in course.cells
-                if cell.condition == condition.name and _success(cell)
-            ],
-        )
-        for condition in found.design.conditions
-    ]
-    groups = [(name, members) for name, members in groups if members]
-    height = sum(0.26 + 0.15 * len(members) for _, members in groups)
+    groups: dict[str, list[Any]] = {one.name: [] for one in found.design.conditions}
+    for course, style in looks:
+        for cell in course.cells:
+            if row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""):
+                groups[cell.condition].append((row, style))
+    groups = {name: rows for name, rows in groups.items() if rows}
+    height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
     with own_settings():
         return sheet([found], partial(_draw, looks=looks, groups=groups), heights=[height], around=0.8, width=5.0)
 
 
-def _success(cell: Cell) -> Estimate | None:
-    return cell.get("success", _BY_PERSON if cell.agent == PEOPLE else "")
+_HEAD, _ROW = 0.26, 0.15
+"""Heights of the name of a condition and of a row, in inches."""
 
 
-def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Sequence[Any]) -> None:
-    from lockprobe.report.figures.frame import agent_label, safe_name, shortened, title
+def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, Sequence[Any]]) -> None:
+    from lockprobe.report.figures.frame import agent_label, safe_name, title
     from lockprobe.report.figures.primitives import estimates, key
     from lockprobe.report.figures.settings import INK, SMALL
 
-    y = 0.0
-    for name, members in groups:
-        said = shortened(name, 44) if found.beside_flips else f"flip rate {members[0][0].p:g}"
-        across = axes.get_yaxis_transform()
-        axes.text(0.0, y + 0.17, safe_name(said), transform=across, va="baseline", fontsize=SMALL, color=INK)
-        y += 0.26
-        for cell, style in members:
-            estimates(axes, [y], [row for row in [_success(cell)] if row], style, across=True)
-            y += 0.15
+    y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
+    for name, rows in groups.items():
+        said = safe_name(f"{rate}{_condition(found, name)}", 44)
+        axes.text(0.0, y + 0.17, said, transform=across, va="baseline", fontsize=SMALL, color=INK)
+        y += _HEAD
+        for row, style in rows:
+            estimates(axes, [y], [row], style, across=True)
+            y += _ROW
     axes.set(xlim=(-0.03, 1.03), ylim=(y, 0.0), yticks=[], xlabel="success")
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
     axes.grid(axis="x", zorder=0)
