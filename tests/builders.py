@@ -16,12 +16,9 @@ from lockprobe.foundation.spec import group_of
 from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, summarise_conditions
-from lockprobe.statistics.summary import summarise
 from lockprobe.studies.records.journal import Journal, Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
@@ -195,13 +192,6 @@ def _played(study: Study) -> list[tuple[Trial, Timing]]:
         return [await play_timed(plan, resolve(agent).make()) for agent in study.agents for plan in study.plans(agent)]
 
     return asyncio.run(play_all())
-
-
-def numbers_of(trials: Sequence[Trial], planned: Study) -> ConditionStudySummary:
-    """The numbers of the conditions of a study that are no flip rates, beside those of its flip rates."""
-    design = design_of(planned)
-    flips = summarise([trial for trial in trials if trial.condition in design.axis], planned.box)
-    return summarise_conditions(trials, design, flips, box=planned.box, budget=planned.max_steps)
 
 
 def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:

@@ -12,6 +12,9 @@ from typer.testing import CliRunner
 
 import lockprobe
 from lockprobe.cli import build
+from lockprobe.foundation.formatting import p_cell
+from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
@@ -53,11 +56,14 @@ def test_the_answer_that_the_readme_quotes(tmp_path):
     rates = [kept[FIRST[0], f"flip?p={p}&others=kept"] for p in ("0.2", "0.4", "0.6")]
     assert "the first agent solves {}, {} and {} boxes".format(*rates) in text_of("start.md")
     with undrawn():
-        answer = lockprobe.results(tmp_path / "first").answer
-    (quoted,) = re.findall(r"^> False(?:.*\n> )*.*", (ROOT / "README.md").read_text("utf-8"), re.MULTILINE)
-    quoted = " ".join(line.removeprefix("> ") for line in quoted.splitlines())
-    for part in quoted.split(" […] "):
-        assert part in answer
+        found = lockprobe.results(tmp_path / "first")
+    page = (ROOT / "README.md").read_text("utf-8")
+    (quoted,) = re.findall(r"^> (False .*)", page, re.MULTILINE)
+    assert found.answer == quoted
+    for line in primary_lines(found):
+        shares = [share_of_row(row) for row in (line.first, line.second)]
+        change = [points_cell(line.change), p_cell(line.change.p_value), line.verdict]
+        assert f"| {' | '.join([line.label, *shares, *change])} |" in page
 
 
 def test_five_trials_are_too_few_to_show_it(tmp_path):
@@ -66,7 +72,7 @@ def test_five_trials_are_too_few_to_show_it(tmp_path):
     assert "solves {} of 15 trials when told the truth and {} of 15 at".format(*counts) in text_of("start.md")
     lockprobe.run_study(study("flips", agent=FIRST[1:2], p=options["p"], trials=5), tmp_path / "few")
     with undrawn():
-        assert lockprobe.results(tmp_path / "few").answer.startswith("Inconclusive")
+        assert lockprobe.results(tmp_path / "few").answer.startswith("No effect of false reports")
 
 
 def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
@@ -78,7 +84,7 @@ def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
         lockprobe.run_study(planned, tmp_path / str(size))
         with undrawn():
             answers.append(lockprobe.results(tmp_path / str(size)).answer.split()[0])
-    assert answers == ["Inconclusive:", "False"]
+    assert answers == ["No", "False"]
     assert sizes[3] == sizes[0]
 
 

@@ -6,12 +6,14 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 79_920,
-    "lines of code": 49_739,
-    "lines of tests": 61_539,
-    "words of docs": 37_674,
+    "lines of source": 71_650,
+    "lines of code": 44_400,
+    "lines of tests": 59_430,
+    "words of docs": 38_380,
 }
-"""Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
+"""Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
+
+Words rose once, by 700, for the table of all quantities of a report."""
 
 _TEXTS = re.compile(r'^ *r?"""(?:[^"]|"(?!""))*"""$|^ *#[^\n]*$', re.MULTILINE)
 """Docstrings and comments; a long text that is a value begins behind its name."""

@@ -81,8 +81,9 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
     lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)
     asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth", "--act", "random"]
     printed = CliRunner().invoke(build(["branch"]), asked).output
-    rows = re.findall(r"onset +(\S+) +(\d+) % +\+(\d+), 95 % interval (\S+ to \S+) .* (\d+)$", printed, re.MULTILINE)
-    (_, truth, lie, lie_between, n), (_, _, back, back_between, _), (_, _, step, step_between, _) = rows
+    rows = re.findall(r"onset +\S+ +(\d+) % +\+(\d+) \[(\S+), (\S+)\] .* (\d+)$", printed, re.MULTILINE)
+    (truth, lie, *lie_ends, n), (_, back, *back_ends, _), (_, step, *step_ends, _) = rows
+    lie_between, back_between, step_between = map(" to ".join, (lie_ends, back_ends, step_ends))
     said = (
         f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
         f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."

@@ -14,7 +14,7 @@ from mcp_wire import Wire
 from tool_player import Player
 
 from lockprobe.cli.mcp import records_directory
-from lockprobe.statistics.summary import summarise
+from lockprobe.statistics.course import courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -81,7 +81,7 @@ def test_a_model_with_tools_is_never_pooled_with_the_model_that_chats(lockprobe,
     assert wire.go() == 0
     trials = load(out)
     assert len({(trial.trial, trial.labels) for trial in trials}) == 2  # both share their luck
-    found = {one.agent: one.conditions[0].success.n for one in summarise(trials).agents}
+    found = {one.agent: len(one.ended) for one in courses(trials)}
     assert found == {"random": 2, "mcp:random": 2}
 
 

@@ -38,7 +38,9 @@ def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
     assert lines[answer][8:] == json.loads((directory / "results.json").read_text("utf-8"))["answer"]
     found = read_result(directory)
     truth = found.one("success", agent="cognitive:perseverant", condition="truth")
-    change = found.one("clearest_success_difference", agent="cognitive:perseverant")
+    change = found.one(
+        "success_difference", agent="cognitive:perseverant", condition="flip?p=0.6", axis="flip rate", versus=""
+    )
     first, second = lines[answer + 1 : answer + 3]  # every agent has one
     assert first.startswith(f"  cognitive:perseverant  {100 * truth.value:.0f} % [")
     assert " told the truth, " in first
@@ -70,11 +72,8 @@ def test_a_study_of_why_ends_with_the_answer_of_every_agent(tmp_path):
     agents = ("human-inspired", "cognitive:perseverant")
     asked = (word for one in agents for word in ("--agent", one))
     lines = typed("run", "why", *asked, "--trials", 5, "--strategy-trials", 5, "--out", tmp_path).stdout.splitlines()
-    first = next(i for i, line in enumerate(lines) if line.startswith("Answer: "))
-    verdicts = [one.text for one in read_result(tmp_path).findings if one.kind == "verdict"]
-    assert len(verdicts) == len(agents)
-    said = [line.removeprefix("Answer:").strip() for line in lines[first : first + 2]]
-    assert sorted(said) == sorted(verdicts)
+    (answer,) = [line for line in lines if line.startswith("Answer: ")]
+    assert all(agent in answer for agent in agents)
     assert [any(line.startswith(f"  {agent} ") for line in lines) for agent in agents] == [True, True]
 
 

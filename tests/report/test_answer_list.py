@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reported import found_in
 
-from lockprobe.report.answer_list import answer_list, headline, said_lines
+from lockprobe.report.answer import headline
+from lockprobe.report.answer_list import answer_list, said_lines
 from lockprobe.report.curve import curve_figure, drawable, placed
 from lockprobe.report.rows.primary import primary_lines
 

@@ -178,21 +178,3 @@ def test_what_agents_say_stays_text_in_the_explorer(page):
     assert page.locator("#explorer img, #explorer script").count() == 0
     assert page.title() == "Do false reports change how agents open chain-4?"
     assert page.said == []
-
-
-@needs_a_browser
-def test_question_p_and_conclusion_of_every_test_are_in_view_on_a_phone(page):
-    page.evaluate("document.getElementById('hypothesis_tests').open = true")
-    rows = page.locator("#hypothesis_tests tr:has(td.asks)")
-    page.evaluate("document.querySelectorAll('#hypothesis_tests details').forEach((one) => { one.open = true; })")
-    assert rows.count() > 3
-    for row in rows.all():
-        assert row.bounding_box()["height"] < 320
-        assert all(in_view(row.locator(part)) for part in (".asks", ".p", ".concluded"))
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
-def in_view(part):
-    """Whether all of a part is within a phone."""
-    box = part.bounding_box()
-    return box["width"] > 0 and 0 <= box["x"] < box["x"] + box["width"] <= 390

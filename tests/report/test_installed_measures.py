@@ -10,7 +10,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.statistics.measures import measured
@@ -22,7 +22,7 @@ POINTS = {"measures": {"untold": "untold", "hasty": "hasty", "breaks": "breaks"}
 def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, points=POINTS)
     trials = play_study(STUDY)
-    *rows, first, second = measure_rows(study_numbers(open_study(write_study(tmp_path / "study", STUDY, trials))))
+    *rows, first, second = measure_rows(StudyNumbers(opened=open_study(write_study(tmp_path / "study", STUDY, trials))))
     assert [(row.agent, row.condition, row.quantity) for row in rows] == [
         ("random", condition, f"measures.{name}")
         for condition in ("truth", "flip?p=0.6")

@@ -122,7 +122,7 @@ def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
     planned = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 4)
     one, two = (write_study(tmp_path / name, planned) for name in ("one", "two"))
     monkeypatch.setattr(parallel, "LARGE", 0)
-    few = ("fig4-corrected", "fig5a", "fig3", "box")  # of each kind of picture one
+    few = ("fig4", "fig5a", "fig3", "box")  # of each kind of picture one
     real, all_sections = report_files.figures_of, report_files.all_sections
 
     def shown(figures):
@@ -172,5 +172,5 @@ def test_every_figure_of_a_report_can_be_drawn_by_another_process(tmp_path):
 
     files = dict(report_files.report_files(open_study(directory), tell=lambda said: None, each=each))
     drawn = {name for name, content in files.items() if name.endswith(".svg") and content}
-    assert {f"figures/{name}.svg" for name in ("box", "fig4-corrected", "fig3", "effects")} <= drawn
+    assert {f"figures/{name}.svg" for name in ("box", "fig4", "fig3", "effects")} <= drawn
     assert posted.jobs >= len(drawn)

@@ -15,25 +15,23 @@ from reported import found_in
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
+from lockprobe.report.answer_list import BEFORE
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of
-from lockprobe.report.prose.success import finding
-from lockprobe.report.questions.broken import BEFORE
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
+from lockprobe.simulation.power.simulate import BUDGET
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.before_breaks import differences_before_breaks, few_broke_until
-from lockprobe.statistics.inference.broken_shares import broken_shares
 from lockprobe.statistics.inference.difference import any_difference, each_difference
-from lockprobe.statistics.inference.infer import infer
+from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import difference, paired, proportion
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.sequential.shares import share_at_every_look
-from lockprobe.statistics.summary import summarise
 from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
@@ -72,9 +70,10 @@ def compared(groups):
     return found
 
 
-def agent_of(*groups):
-    (agent,) = summarise([trial for group in groups for trial in group]).agents
-    return agent
+def over_doses(*groups):
+    """Success over the doses of these trials."""
+    trials = [trial for group in groups for trial in group]
+    return success_by_dose(outcomes(trials), broken_off(trials), generator(1), 20)
 
 
 @pytest.mark.parametrize(
@@ -160,9 +159,8 @@ def test_without_broken_trials_no_number_changes(trials):
 def test_without_broken_trials_no_test_changes():
     trials = [*at(0.0, 9, 21, 0), *at(0.4, 20, 10, 0)]
     counted = outcomes(trials)
-    plain, same = infer(counted, generator(1)), infer(counted, generator(1), broken=broken_off(trials))
-    assert plain == same
-    assert plain.broken is None
+    assert over_doses(trials) == any_difference(counted, generator(1))
+    assert rise_and_fall(counted, broken_off(trials), 20) == rise_and_fall(counted, counted.at(counted.dose < 0), 20)
 
 
 def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
@@ -183,7 +181,6 @@ def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
     share = share_at_every_look(np.where(broke[:, 0], np.nan, solved[:, 0]))
     failed, opened = (share_at_every_look(np.where(broke[:, 0], end, solved[:, 0])) for end in (0, 1))
     assert (share.low, share.high, share.broken) == (failed.low, opened.high, broke[:, 0].sum())
-    assert share.at_level(0.99).low == failed.at_level(0.99).low
 
 
 def test_independent_shares_are_opposed_too():
@@ -239,35 +236,17 @@ def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world
 def test_what_remains_of_a_condition_that_breaks_is_no_finding():
     """A third solved everywhere; at 0.6 seven of ten break, and of those that remain most are solved."""
     groups = at(0.0, 27, 63, 0), at(0.3, 27, 63, 0), at(0.6, 21, 6, 63)
-    agent = agent_of(*groups)
-    assert infer(outcomes([trial for group in groups for trial in group]), generator(1)).difference.p_value < 0.05
-    assert not agent.contrast.detectable
-    said = finding(agent)
-    assert said.startswith("Trials of llm:local broke more often under some conditions than under others")
-    assert "63 of 90 at a flip rate of 0.6" in said
-    assert "more often when each" not in said
+    alone = any_difference(outcomes([trial for group in groups for trial in group]), generator(1))
+    assert alone.p_value < 0.05
+    assert over_doses(*groups).p_value > 0.05
 
 
 def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
-    agent = agent_of(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4))
-    assert agent.contrast.detectable
-    assert agent.contrast.difference.bounds == pytest.approx((23 / 30, 27 / 30))
-    assert "between +77 and +90 points whatever became of broken trials" in finding(agent)
-
-
-def test_breaks_that_are_as_frequent_everywhere_are_not_said_to_select():
-    agent = agent_of(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3))
-    assert not agent.inference.broken.differ
-    assert agent.contrast.detectable
-    assert finding(agent).startswith("llm:local solved the box more often")
-
-
-def test_shares_are_of_the_trials_that_were_begun():
-    trials = [*at(0.0, 5, 15, 0), *at(0.4, 5, 5, 10)]
-    found = broken_shares(outcomes(trials), broken_off(trials), generator(1))
-    assert [(p, share.count, share.n) for p, share in found.at] == [(0.0, 0, 20), (0.4, 10, 20)]
-    assert found.p_value < 0.01
-    assert broken_shares(outcomes(trials), broken_off([]), generator(1)) is None
+    (found,) = over_doses(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4)).at
+    assert found.p_value < 0.05
+    assert found.bounds == pytest.approx((23 / 30, 27 / 30))
+    (alike,) = over_doses(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3)).at
+    assert alike.p_value < 0.05
 
 
 def test_calls_that_fail_at_one_p_are_no_effect_of_p():
@@ -276,17 +255,9 @@ def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     for seed in range(30):
         counted, broken = simulated("broken-trials", generator(seed), Design(trials=30))
         alone.append(any_difference(counted, generator(seed), 199).p_value < 0.05)
-        bounded.append(infer(counted, generator(seed), broken=broken).difference.p_value < 0.05)
+        bounded.append(success_by_dose(counted, broken, generator(seed), BUDGET).p_value < 0.05)
     assert np.mean(alone) > 0.1
     assert np.mean(bounded) <= 0.05
-
-
-def test_no_test_finds_what_breaks_make():
-    rejected = []
-    for seed in range(6):
-        counted, broken = simulated("broken-trials", generator(seed), breaks=0.08)
-        rejected.append([test.rejects for test in infer(counted, generator(seed), broken=broken).tests])
-    assert np.mean(rejected, axis=0).max() <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 6)
 
 
 @pytest.mark.parametrize(
@@ -331,9 +302,9 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     said = part(page_of(found), "broken")
     assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
     assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
-    told = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
-    assert told[0].startswith("  llm:a: When told the truth: 12 of 18 trials broke, 6 of the other 6 opened the box")
-    assert told[1].startswith("  llm:a: What is missing is long: half of the breaks came at step 19")
+    (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
+    assert told.startswith("  llm:a: When told the truth: 12 of 18 trials broke, 6 of the other 6 opened the box")
+    assert "What is missing is long: half of the breaks came at step 19" in told
 
 
 def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):
@@ -351,7 +322,7 @@ def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path)
     assert (late.p_value, late.detected) == (1.0, False)
     assert (early.value, early.n, early.detected) == (0.6, 20, True)
     said = part(page_of(found), "broken")
-    assert "By then 80 % were solved at a flip rate of 0.4 and 20 % when told the truth (+60 points, " in said
+    assert "By then success at a flip rate of 0.4 less when told the truth was +60 [" in said
 
 
 @pytest.mark.parametrize("boundary", ["reply", "model"])

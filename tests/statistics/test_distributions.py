@@ -40,16 +40,14 @@ def test_welchs_test_of_samples_without_spread_is_not_known() -> None:
     assert distributions.welch_test((0.1, 0.0, 5), (0.2, 0.0, 5)) is None
 
 
-@given(SHARES, st.floats(0, 200), FREEDOM)
-def test_normal_and_chi_squared(share: float, value: float, freedom: int) -> None:
+@given(SHARES)
+def test_normal(share: float) -> None:
     assert distributions.normal_quantile(share) == pytest.approx(stats.norm.ppf(share), rel=1e-12, abs=1e-15)
-    assert distributions.chi_squared_tail(value, freedom) == pytest.approx(stats.chi2.sf(value, freedom), rel=1e-10)
 
 
 @given(COUNTS, COUNTS, SHARES)
 def test_binomial(count: int, more: int, share: float) -> None:
     n = count + more
-    assert distributions.log_binomial(count, n, share) == pytest.approx(stats.binom.logpmf(count, n, share), abs=1e-9)
     assert distributions.sign_test(count, more) == pytest.approx(stats.binomtest(count, n).pvalue if n else 1.0)
     if n:
         expected = stats.binomtest(count, n).proportion_ci(share, method="exact")

@@ -9,11 +9,12 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.conditions.axis_trials import on_axis
+from lockprobe.statistics.course import courses
+from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.outcomes import joined, outcomes
 from lockprobe.statistics.pace import pace
 from lockprobe.statistics.people import steps_of_people, success_of_people
 from lockprobe.statistics.resample import drawn_shares
-from lockprobe.statistics.summary import summarise
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 
@@ -23,14 +24,13 @@ def person(identity, solved, *, position=1, p=0.0, trial=1, **facts):
     return replace(made, key=made.key.replace(f":{identity}", ""), facts={"position": position, **facts})
 
 
+def tested(trials):
+    return any_difference(courses(trials)[0].ended, generator(1))
+
+
 @pytest.fixture(scope="module")
 def played():
     return [*played_by_people(STUDY, 3), *play_study(small_study(("random",), STUDY.p, 2, 4))]
-
-
-@pytest.fixture(scope="module")
-def summary(played):
-    return summarise(played, STUDY.box)
 
 
 def test_the_interval_of_success_holds_whatever_became_of_broken_trials():
@@ -48,22 +48,17 @@ def test_the_interval_of_success_holds_whatever_became_of_broken_trials():
     assert (found.low, found.high) == (failed.low, opened.high)
 
 
-def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summary):
-    found = summary
-    assert [agent.agent for agent in found.agents] == ["participant", "random"]
-    assert {condition.key for condition in found.agents[0].conditions} == {
-        "flips/participant/truth", "flips/participant/flip?p=0.3", "flips/participant/flip?p=0.6",
-    }  # fmt: skip
-    shuffled = [trial for trial in played if trial.group == "participant"]
+def test_people_are_one_agent_and_order_does_not_matter(played):
+    people, agent = courses(played)
+    assert (people.agent, people.people, agent.agent) == ("participant", True, "random")
+    shuffled = list(played)
     random.Random(1).shuffle(shuffled)
-    again = summarise([*shuffled, *(trial for trial in played if trial.group == "random")], STUDY.box)
-    assert again == found
-
-
-def test_agents_beside_people_are_as_they_are_alone(played, summary):
-    alone = summarise([trial for trial in played if trial.group == "random"], STUDY.box)
-    (beside,) = [agent for agent in summary.agents if agent.agent == "random"]
-    assert replace(beside, reference=True) == replace(alone.agents[0], reference=True)
+    again = next(one for one in courses(shuffled) if one.people)
+    assert [again.ended.at(again.ended.dose == p).solved.sum() for p in STUDY.p] == [
+        people.ended.at(people.ended.dose == p).solved.sum() for p in STUDY.p
+    ]
+    (alone,) = courses([trial for trial in played if trial.group == "random"])
+    assert alone == agent
 
 
 def test_a_cluster_is_one_person_and_of_an_agent_one_luck(played):
@@ -109,10 +104,9 @@ def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
         for who in (0, 1)
         for box in range(5)
     ]
-    (agent,) = summarise(own).agents
-    assert agent.inference.difference.p_value > 0.2
+    assert tested(own).p_value > 0.2
     many = [replace(trial, agent=f"participant:{i:04d}") for i, trial in enumerate(own)]
-    assert summarise(many).agents[0].inference.difference.p_value < 0.01
+    assert tested(many).p_value < 0.01
 
 
 def test_people_are_never_taken_for_blind():
@@ -125,8 +119,8 @@ def test_people_are_never_taken_for_blind():
         for i in range(3)
         for t in range(10)
     ]
-    assert not summarise(own).agents[0].blind
-    assert summarise([replace(trial, agent="llm:a") for trial in own]).agents[0].blind
+    assert not courses(own)[0].blind
+    assert courses([replace(trial, agent="llm:a") for trial in own])[0].blind
 
 
 def test_boxes_of_one_person_are_less_than_as_many_people():

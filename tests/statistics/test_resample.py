@@ -8,10 +8,9 @@ import pytest
 from builders import SOLUTION, make_trial
 from solved import study
 
-from lockprobe.statistics.inference.trend import trend_fit
-from lockprobe.statistics.outcomes import Point, outcomes
+from lockprobe.statistics.inference.trend import trend
+from lockprobe.statistics.outcomes import Point, outcomes, points
 from lockprobe.statistics.resample import drawn_shares, resample
-from lockprobe.statistics.summary import summarise
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
@@ -33,17 +32,13 @@ def trials_of(solved):
     ]
 
 
-def points_of(trials):
-    return [point for condition in summarise(trials).conditions for point in condition.points]
-
-
 def test_resamples_centre_on_the_points_with_the_spread_of_a_share():
     solved = np.random.default_rng(1).random((3, 2, 40)) < 0.3
     trials = trials_of(solved)
-    points = points_of(trials)
+    shares = points(outcomes(trials))
     drawn = resample(outcomes(trials), np.random.default_rng(2)).success
-    assert drawn.mean(axis=0) == pytest.approx([point.success for point in points], abs=0.01)
-    expected = [np.sqrt(point.success * (1 - point.success) / 40) for point in points]
+    assert drawn.mean(axis=0) == pytest.approx([point.success for point in shares], abs=0.01)
+    expected = [np.sqrt(point.success * (1 - point.success) / 40) for point in shares]
     assert drawn.std(axis=0) == pytest.approx(expected, rel=0.1)
 
 
@@ -69,12 +64,12 @@ def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says(monkeypa
     held = []
     for _ in range(60):
         solved = rng.random((7, 3, 10)) < 0.5
-        points = [
+        shares = [
             Point(dose=P7[i], repetition=r + 1, n=10, success=float(solved[i, r].mean()), loop_rate=0.0)
             for i in range(7)
             for r in range(3)
         ]
-        quadratic = trend_fit(points, "success", resample(study(solved), rng).success).quadratic
-        middle = len(quadratic.dose) // 2
-        held.append(quadratic.low[middle] <= 0.5 <= quadratic.high[middle])
+        fit = trend(shares, "success", resample(study(solved), rng).success)
+        middle = len(fit.dose) // 2
+        held.append(fit.low[middle] <= 0.5 <= fit.high[middle])
     assert np.mean(held) > 0.95 - 4 * np.sqrt(0.95 * 0.05 / 60)

@@ -7,7 +7,8 @@ import pytest
 from builders import play_study
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.inference.infer import infer
+from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.inference.ushape import two_lines
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.study_options import SHIPPED
 from lockprobe.studies.options.studyfile import study
@@ -40,6 +41,7 @@ def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     trials = play_study(part)
     for agent, (ways, both) in kinds.items():
         own = outcomes([trial for trial in trials if trial.agent == agent])
-        found = infer(own, np.random.default_rng(1), agents=4)
-        assert {np.sign(one.value) for one in found.difference.at if one.p_value < 0.05} == ways, agent
-        assert (found.lines.direction == "inverted U") is both, agent
+        found = any_difference(own, np.random.default_rng(1), agents=4)
+        assert {np.sign(one.value) for one in found.at if one.p_value < 0.05} == ways, agent
+        lines = two_lines(own.dose, own.solved)
+        assert (lines.direction == "inverted U" and 4 * lines.p_value < 0.05) is both, agent

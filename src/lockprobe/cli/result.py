@@ -59,8 +59,7 @@ def result_lines(found: Results, directory: Path) -> list[str]:
     steps = _next(found, directory)
     widest = max((len(one.command) for one in steps), default=0)
     following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
-    answer = [f"{'' if i else 'Answer:':7} {said}" for i, said in enumerate(_answers(found))]
-    return [*answer, *numbers, *following] if found.answer else following
+    return [f"Answer: {found.answer}", *numbers, *following] if found.answer else following
 
 
 def result_facts(found: Results, directory: Path) -> dict[str, object]:
@@ -70,17 +69,10 @@ def result_facts(found: Results, directory: Path) -> dict[str, object]:
 
     return {
         "answer": found.answer,
-        "answers": _answers(found),
         "agents": [] if _all_broken(found) else [_plain(line) for line in primary_lines(found)],
         "broke": [f"{agent}: {said}" for agent, said in known_of_broken(found)],
         "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
     }
-
-
-def _answers(found: Results) -> list[str]:
-    """The answer, and the verdicts on agents of a study of why that it does not name."""
-    verdicts = [one.text for one in found.findings if (one.section, one.kind) == ("why", "verdict")]
-    return [found.answer, *(said for said in verdicts if said not in found.answer)]
 
 
 def _plain(line: Line) -> dict[str, object]:

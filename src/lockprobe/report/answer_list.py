@@ -7,14 +7,20 @@ both shares on one axis: no agent is left out of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from lockprobe.foundation.formatting import capital, listed, p_cell, points
+from lockprobe.foundation.formatting import capital, p_cell, p_value, percent, points
+from lockprobe.report.answer import not_excluded
 from lockprobe.report.curve import MOST
-from lockprobe.report.rows import Results
+from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.rows import Cell, Results
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.statistics.inference.before_breaks import FEW
+
+BEFORE = "by the last step with few breaks"
+"""Part of success: by the last step by which at most 5 % of trials broke under every condition."""
 
 _TICK = 0.25
 """Step of the axis of changes; its ends are the first steps beyond all intervals, at least two."""
@@ -59,7 +65,7 @@ class AnswerList:
     def counts(self) -> list[tuple[int, str]]:
         """How many agents solve more, fewer, or are not shown to do either."""
         of = [line.verdict for line in self.lines]
-        most = _not_excluded(self.lines)
+        most = not_excluded(self.lines)
         open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most)
         said = {"solves more": "solve more", "solves fewer": "solve fewer", "not detected": open_}
         return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
@@ -80,48 +86,6 @@ def answer_list(found: Results) -> AnswerList:
     )
 
 
-def headline(lines: Sequence[Line], cause: str) -> str:
-    """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
-
-    Args:
-        lines: The agents.
-        cause: What may change their success, in the plural: false reports.
-
-    >>> headline([], "false reports")
-    ''
-    """
-    of = {said: [line.label for line in lines if line.verdict == said] for said in _DOES}
-    more, fewer, hidden = of.values()
-    changed = [f"{_DOES[said]} {_whose(of[said])}" for said in ("solves more", "solves fewer") if of[said]]
-    if not changed:
-        most = _not_excluded(lines)
-        open_ = f"; changes of up to {most} points are not excluded" * (most > _NARROW)
-        return f"No effect of {cause} on {_whose(hidden)} was detected{open_}." if hidden else ""
-    if more and fewer:
-        changed[1] = f"lower {_whose(fewer, 'that')}"
-    rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
-    return f"{capital(cause)} {' and '.join(changed)}{rest}."
-
-
-_NARROW = 10
-"""Points up to which a change that is not excluded need not be said; chosen by eye."""
-
-
-def _not_excluded(lines: Sequence[Line]) -> int:
-    """The largest change in points that intervals of undetected changes hold; 0 without any."""
-    rows = [line.change for line in lines if line.change and line.verdict == "not detected"]
-    return round(100 * max((abs(end) for row in rows for end in (row.low, row.high) if end is not None), default=0.0))
-
-
-_DOES = {"solves more": "raise", "solves fewer": "lower", "not detected": ""}
-"""Verdict -> what was done to the success of these agents."""
-
-
-def _whose(labels: Sequence[str], what: str = "the success") -> str:
-    """The success of agents, by name as long as these are two."""
-    return f"{what} of {listed(labels) if len(labels) < 3 else f'{len(labels)} agents'}"
-
-
 def said_lines(lines: Iterable[Line]) -> list[str]:
     """The list for a terminal, in columns."""
     rows = []
@@ -134,11 +98,59 @@ def said_lines(lines: Iterable[Line]) -> list[str]:
     return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]
 
 
-def known_of_broken(found: Results) -> list[tuple[str, str]]:
-    """Agent, and what is known of its trials that broke: under its first condition, and by an early step."""
-    kinds = ("known", "long", "earlier")
-    return [
-        (found.label(one.agent, one.modality), one.text)
-        for one in found.findings
-        if one.section == "broken" and one.kind in kinds and one.agent in found.subjects
-    ]
+def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, str]]:
+    """Agent, and what is known of its trials that broke: under its first condition with some, and by an early step.
+
+    With ``every`` it is of all agents and conditions, else of those that the study is about.
+    """
+    said = []
+    for agent, modality in dict.fromkeys((row.agent, row.modality) for row in found.where("few_broke_until")):
+        of = {"agent": agent, "modality": modality}
+        cells = [
+            cell for cell in found.cells if (cell.agent, cell.modality) == (agent, modality) and cell.value("broken")
+        ]
+        sentences = [f"{capital(_where(cell))}: {_bounds_said(cell)}" for cell in cells]
+        broke, ended = (found.get("median_end", **of, of=part) for part in ("broken", "ended"))
+        if broke and ended and (broke.value or 0) > (ended.value or 0):
+            sentences.append(
+                f"What is missing is long: half of the breaks came at step {broke.value:g} or later, other trials "
+                f"ended at step {ended.value:g}."
+            )
+        sentences += _early(found, of)
+        if every or agent in found.subjects:
+            kept = sentences if every else [*sentences[:1], *sentences[len(cells) :]]
+            said.append((found.label(agent, modality), " ".join(kept)))
+    return said
+
+
+def _bounds_said(cell: Cell) -> str:
+    """What is known of the success of trials some of which broke, by Horowitz and Manski's bounds."""
+    row, broken = cell.get("success"), cell.value("broken") or 0.0
+    least, most = cell.value("success", "at least"), cell.value("success", "at most")
+    if row is None or not row.n or least is None or most is None:
+        return f"All {broken:g} trials broke."
+    return (
+        f"{broken:g} of {row.n + broken:g} trials broke, {row.count} of the other {row.n} opened the box: between "
+        f"{percent(least)} and {percent(most)} [{percent(row.low)}, {percent(row.high)}] would have."
+    )
+
+
+def _early(found: Results, of: Mapping[str, str]) -> list[str]:
+    """The clearest change by the last step by which few trials of any condition broke; none if nothing was compared."""
+    rows = found.where("success_difference", **of, of=BEFORE)
+    row = min(rows, key=lambda one: (2.0 if one.p_value is None else one.p_value, -abs(one.value or 0.0)), default=None)
+    if row is None:
+        return []
+    step, looks = found.one("few_broke_until", **of).value or 0, row.corrected_for
+    known = "" if row.detected else " This does not show that there is no effect."
+    many = f", corrected for {looks} comparisons" if looks > 1 else ""
+    cells = {cell.condition: cell for cell in found.cells if cell.agent == row.agent}
+    where = " less ".join(_where(cells[name]) if name in cells else name for name in (row.condition, row.control))
+    said = (
+        f"By step {step:g} at most {percent(FEW)} of trials had broken under every condition. By then success {where} "
+    )
+    return [f"{said}was {points_cell(row)} points ({p_value(row.p_value)}{many}).{known}"]
+
+
+def _where(cell: Cell) -> str:
+    return f"under {cell.condition}" if cell.p is None else at_dose(cell.p)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Course
@@ -13,23 +13,6 @@ def paper_rates(courses: Iterable[Course]) -> list[float]:
     """The flip rates of the paper's values, 0 and 0.4, that lie on the axis of these agents; none with one rate."""
     played = {cell.dose for course in courses for cell in course.cells if cell.dose is not None}
     return [rate for rate in (0.0, PEAK) if len(played) > 1 and min(played) <= rate <= max(played)]
-
-
-def fit_said(courses: Iterable[Course], curve: str) -> str:
-    """The second-order fit with its band; empty where none is drawn."""
-    fits = [fit for course in courses if (fit := course.curve(curve))]
-    if not fits:
-        return ""
-    return "second-order least-squares fit" + " with its 95 % bootstrap band" * any(fit.low for fit in fits)
-
-
-def model_said(courses: Sequence[Course]) -> str:
-    """The line of the binomial model, as a sentence; empty where none is drawn."""
-    models = [model for course in courses if (model := course.curve("success_model")) and model.x[0] < model.x[-1]]
-    if not models:
-        return ""
-    band = ", with its 95 % band" * any(model.low for model in models)
-    return f"The line is a binomial model of the order with the lowest AICc{band}."
 
 
 def interval_kind(every_look: object) -> str:

@@ -7,20 +7,13 @@ trials that was planned before and is played. So their P values are left out, an
 from __future__ import annotations
 
 from collections.abc import Iterable
-from collections.abc import Set as AbstractSet
-from typing import TypeGuard
 
 from markupsafe import Markup
 
-from lockprobe.report.rows import Estimate, Finding, Results, Row
+from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Note
 
 _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
-
-_HEADLINES = ("answer", "effect", "verdict")
-"""Kinds of sentences without which a section would have no heading."""
-
-_LATER = "It holds for one look, and is said when all planned trials are played."
 
 _HOW = Markup(
     "Interval and <i>P</i> hold at every look: a confidence sequence and an e-process of the mean over blocks, by "
@@ -34,21 +27,10 @@ def note_at(found: Results, note: Note) -> Note:
 
 
 def at_every_look(rows: Iterable[Row]) -> list[Row]:
-    """The rows without P values that hold for one look alone, and without the sentences that rest on them."""
-    found = list(rows)
-    withheld = {row.quantity for row in found if _at_one_look(row)}
-    return [one for row in found if (one := _shown(row, withheld)) is not None]
-
-
-def _at_one_look(row: Row) -> TypeGuard[Estimate]:
-    return isinstance(row, Estimate) and row.p_value is not None and "e-process" not in row.test
-
-
-def _shown(row: Row, withheld: AbstractSet[str]) -> Row | None:
-    """A row as it is shown; None if it is a sentence that is not said."""
-    if _at_one_look(row):
-        note = "; ".join(filter(None, (row.note, _ONE_LOOK)))
-        return row.model_copy(update={"p_value": None, "test": "", "note": note})
-    if not isinstance(row, Finding) or not row.judges or row.section == "overview" or not {*row.rests_on} & withheld:
-        return row
-    return row.model_copy(update={"text": _LATER}) if row.kind in _HEADLINES else None
+    """The rows without P values that hold for one look alone."""
+    return [
+        row.model_copy(update={"p_value": None, "test": "", "note": "; ".join(filter(None, (row.note, _ONE_LOOK)))})
+        if isinstance(row, Estimate) and row.p_value is not None and "e-process" not in row.test
+        else row
+        for row in rows
+    ]

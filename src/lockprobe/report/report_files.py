@@ -25,7 +25,7 @@ from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import condition_words, primary_lines
 from lockprobe.report.section import Caption, Figure
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.svg import Image, image
 
 File = tuple[str, str | bytes | None]
@@ -88,7 +88,7 @@ def report_files(
         tell("no trial has ended yet")
     tell(f"testing {len(opened.trials)} trial{'s' * (len(opened.trials) != 1)}")
     with leaving_out() as failed:
-        found = results_of(study_numbers(opened, each=each))
+        found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
         of = partial(_make, found)  # one value, which other processes are sent once
         parts = _parts(opened, found, partial(collecting(each), of))

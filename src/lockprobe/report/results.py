@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -12,14 +12,13 @@ from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.questions import all_sections
-from lockprobe.report.questions.first_screen import without_answer
+from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import (
     Condition,
     Curve,
     Design,
     DoseAxis,
     Estimate,
-    Finding,
     LeftOut,
     Player,
     Progress,
@@ -27,8 +26,8 @@ from lockprobe.report.rows import (
     Row,
 )
 from lockprobe.report.section import Section
-from lockprobe.report.study_numbers import StudyNumbers, study_numbers
-from lockprobe.statistics.summary import StudySummary
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.statistics.course import Course
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study_design import design_of
@@ -47,8 +46,8 @@ def results_of(numbers: StudyNumbers) -> Results:
         results_hash=results_hash(study, opened.trials),
         progress=_progress(opened),
         design=_design(numbers),
-    ).with_rows(_resting(at_every_look(rows) if opened.every_look else rows))
-    return found.changed(answer=found.answer_of("overview"))
+    ).with_rows(at_every_look(rows) if opened.every_look else rows)
+    return found.changed(answer=section("The answer", partial(answer_of, found), str))
 
 
 def _progress(opened: OpenedStudy) -> Progress:
@@ -88,27 +87,12 @@ def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -
     return rows
 
 
-def _resting(rows: Iterable[Row]) -> Iterator[Row]:
-    """The rows, of which sentences rest on those quantities alone that there are rows of."""
-    found = list(rows)
-    known = {row.quantity for row in found if isinstance(row, Estimate | Curve)}
-    for row in found:
-        if isinstance(row, Finding):
-            yield row.model_copy(update={"rests_on": tuple(name for name in row.rests_on if name in known)})
-        else:
-            yield row
-
-
 def _design(numbers: StudyNumbers) -> Design:
-    study, flips = numbers.study, numbers.flips
-    design, on_axis = design_of(study), study.flip_labels
-    players = _players(flips)
+    study, design = numbers.study, design_of(numbers.study)
+    players = _players(numbers.courses)
     known = {one.agent for one in players}
-    others = [cell for cell in numbers.cells if cell.agent not in known]
-    players += [
-        Player(agent=agent, modality=modality, subject=agent in numbers.subjects)
-        for agent, modality in dict.fromkeys((cell.agent, cell.modality) for cell in others)
-    ]
+    others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)
+    players += [Player(agent=agent, modality=shown, subject=agent in numbers.subjects) for agent, shown in others]
     return Design(
         conditions=tuple(
             Condition(
@@ -116,7 +100,7 @@ def _design(numbers: StudyNumbers) -> Design:
                 specs=one.specs,
                 modality=one.modality,
                 doses=dict(one.doses),
-                p=one.p if one.label in on_axis else None,
+                p=one.p if one.label in study.flip_labels else None,
                 control=control if (control := design.control(one.label)) != one.label else "",
             )
             for one in study.conditions
@@ -138,8 +122,9 @@ def _flip_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
 
 def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
     """The doses of other interventions, and options of agents."""
-    for number, series, summary in numbers.series:
-        axis, first = series.axis, numbers.study.conditions[0].label
+    design = design_of(numbers.study)
+    for one in numbers.axes:
+        axis, series = one.series.axis, one.series
         yield DoseAxis(
             name=axis.name,
             intervention=axis.kind,
@@ -148,31 +133,33 @@ def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
             rest=axis.rest,
             modality=series.modality,
             doses=dict(series.doses),
-            condition=design_of(numbers.study).control(first) if series.agent else "",
-            players=tuple(_players(summary)),
-            number=number,
+            condition=design.control(design.arms[0].label) if series.agent else "",
+            players=tuple(_players(one.courses, doses=True)),
+            number=one.number,
         )
 
 
-def _players(summary: StudySummary) -> list[Player]:
-    """The agents of an axis."""
-    subjects = {(one.agent, one.modality) for one in summary.subjects}
+def _players(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
+    """The agents of an axis; those that are no baselines are its subjects, or all if all are."""
+    subjects = [one for one in found if not one.baseline] or found
     return [
         Player(
             agent=one.agent,
             modality=one.modality,
             shown=one.shown,
-            subject=(one.agent, one.modality) in subjects,
+            subject=one in subjects,
             blind=one.blind,
+            doses=tuple(one.by_dose) if doses else (),
         )
-        for one in summary.agents
+        for one in found
     ]
 
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
     """The results with the sections that could not be made; no answer stands where its numbers are among them."""
     rows = tuple(LeftOut(**one.plain()) for one in left_out)
-    return without_answer(found.changed(sections_left_out=rows)) if rows else found
+    found = found.changed(sections_left_out=rows)
+    return found.changed(answer=answer_of(found)) if rows else found
 
 
 def results(directory: Path | str) -> Results:
@@ -186,5 +173,5 @@ def results(directory: Path | str) -> Results:
     """
     with one_thread(), leaving_out() as left_out:
         opened = open_study(Path(directory))
-        found = results_of(study_numbers(opened))
+        found = results_of(StudyNumbers(opened=opened))
     return with_left_out(found, left_out)

@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from typing import Any
 
-from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.left_out import collecting, section
-from lockprobe.foundation.parallel import Each
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import broken_said
-from lockprobe.report.prose.section_answers import section_answers
-from lockprobe.report.rows import Curve, Estimate, Finding
+from lockprobe.report.rows import Curve, Estimate
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.clustered import ClusteredProportion
-from lockprobe.statistics.conditions.condition import ConditionSummary
-from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, dose_series, summarise_conditions
+from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.series import Series
-from lockprobe.statistics.course import Course, courses
-from lockprobe.statistics.dose_courses import dose_courses
+from lockprobe.statistics.course import Course, courses, is_baseline
+from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.sequential.order import BlockOrder
-from lockprobe.statistics.summary import StudySummary, check_trials, summarise
-from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.stopping import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
@@ -46,9 +39,7 @@ class PlayedCell:
         modality: How the box was shown.
         condition: Name of the condition.
         doses: The doses of the condition.
-        summary: Its numbers.
         trials: Its trials, by repetition and trial, broken ones too.
-        player: The numbers of the agent over the flip axis, if the condition is on it.
         order: The order of its blocks, if what is said of it must hold at every look.
     """
 
@@ -56,9 +47,7 @@ class PlayedCell:
     modality: str
     condition: str
     doses: dict[str, float]
-    summary: ConditionSummary
     trials: tuple[Trial, ...]
-    player: AgentSummary | None
     order: BlockOrder | None = None
 
     def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
@@ -94,6 +83,33 @@ class PlayedCell:
         }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axed:
+    """Conditions that differ in one dose alone, or agents that differ in one option alone, with the agents over them.
+
+    Attributes:
+        number: Which it is of several axes of its name.
+        key: What the column ``axis`` of rows calls it.
+        series: The doses.
+        courses: The agents.
+    """
+
+    number: int
+    key: str
+    series: Series
+    courses: tuple[Course, ...]
+
+
+def _by_condition(series: Series, trial: Trial) -> Place:
+    """The place of a trial by the dose of its condition."""
+    return Place(trial.group, series.modality, series.doses[trial.condition])
+
+
+def _by_option(series: Series, trial: Trial) -> Place:
+    """The place of a trial by an option of its agent."""
+    return Place(series.agent, trial.modality, series.doses[trial.group])
+
+
 BOUNDS = ("at least", "at most")
 """Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
 these."""
@@ -116,19 +132,13 @@ def of_blocks(found: BlockMean) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyNumbers:
-    """All numbers of a study, without sentences.
+    """A study as its questions read it: its trials by agent and condition, and by agent over the doses of an axis.
 
     Attributes:
         opened: The study and its trials.
-        flips: The numbers over its flip rates, the truth among them.
-        others: Those of its other conditions; None without any.
-        doses: Those over every other dose, and over options of agents.
     """
 
     opened: OpenedStudy
-    flips: StudySummary
-    others: ConditionStudySummary | None = None
-    doses: tuple[tuple[Series, StudySummary], ...] = ()
 
     @property
     def study(self) -> Study:
@@ -142,23 +152,18 @@ class StudyNumbers:
 
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:
-        """Every agent under every condition that has trials, in the order of the study; flip rates ascend."""
+        """Every agent under every condition that has trials: flip rates by course, ascending, then in plan order."""
         own = grouped(self.trials, lambda trial: (trial.group, trial.condition))
-        players = {(one.agent, one.name): agent for agent in self.flips.agents for one in agent.conditions}
-        found = {(one.agent, one.name): one for one in self.flips.conditions}
-        order = list(found)
-        if self.others is not None:
-            found |= {name: one for name, one in self.others.conditions.items() if name not in found}
-            order = [name for name in product(self.study.labels, self.conditions) if name in found]
+        on_axis = [(one.agent, trials[0].condition) for one in self.courses for trials in one.by_dose.values()]
+        plan = product(self.study.labels, self.conditions)
+        order = on_axis if self.study.of_flips else [name for name in plan if name in own]
         return tuple(
             PlayedCell(
                 agent=agent,
-                modality=found[agent, label].modality,
+                modality=own[agent, label][0].modality,
                 condition=label,
                 doses=dict(self.conditions[label].doses),
-                summary=found[agent, label],
-                trials=tuple(own.get((agent, label), ())),
-                player=players.get((agent, label)),
+                trials=tuple(own[agent, label]),
                 order=self.opened.orders.get(agent),
             )
             for agent, label in order
@@ -170,9 +175,51 @@ class StudyNumbers:
         return courses(self.opened.flip_trials, orders=self.opened.orders)
 
     @cached_property
+    def axes(self) -> tuple[Axed, ...]:
+        """Every other dose, and options of agents, with the agents over them."""
+        design = design_of(self.study)
+        first, times = design.control(design.arms[0].label), Counter(one.axis for one in design.series)
+        known, found = Counter[tuple[str, str, str, str, str]](), []
+        for series in design.series:
+            axis = series.axis
+            if series.agent:
+                own = [one for one in self.trials if one.group in series.doses and one.condition == first]
+                place = partial(_by_option, series)
+            else:
+                own = [
+                    one
+                    for one in self.trials
+                    if one.condition in series.doses
+                    and not (series.doses[one.condition] and one.condition in self.idle.get(one.group, ()))
+                ]
+                place = partial(_by_condition, series)
+            if not own:
+                continue
+            name = axis.name, axis.options, axis.rest, series.modality, series.agent
+            known[name] += 1
+            key = axis_key(axis.name, axis.options, axis.rest, known[name])
+            over = courses(own, axis, key, place, several=times[axis] > 1, orders=self.opened.orders)
+            found.append(Axed(number=known[name], key=key, series=series, courses=over))
+        return tuple(found)
+
+    @property
     def dose_courses(self) -> tuple[Course, ...]:
         """Every agent over every other dose, and over options of agents; baselines too."""
-        return tuple(dose_courses(self.trials, design_of(self.study), self.opened.orders))
+        return tuple(one for axis in self.axes for one in axis.courses)
+
+    @cached_property
+    def idle(self) -> Mapping[str, frozenset[str]]:
+        """Agent -> the conditions, no controls, in which an intervention changed nothing; they are on no other axis.
+
+        A study of flip rates alone has none.
+        """
+        design = design_of(self.study)
+        acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+        found: dict[str, set[str]] = {}
+        for cell in self.cells if not self.study.of_flips else ():
+            if cell.condition not in design.controls and idle_interventions(cell.trials, acting[cell.condition]):
+                found.setdefault(cell.agent, set()).add(cell.condition)
+        return {agent: frozenset(names) for agent, names in found.items()}
 
     @cached_property
     def conditions(self) -> Mapping[str, Condition]:
@@ -180,102 +227,18 @@ class StudyNumbers:
         return {one.label: one for one in self.study.conditions}
 
     @cached_property
-    def series(self) -> tuple[tuple[int, Series, StudySummary], ...]:
-        """The numbers over every dose but plain flip rates, and which it is of several doses of its name."""
-        known, found = Counter[tuple[str, str, str, str, str]](), []
-        for series, summary in self.doses:
-            axis = series.axis
-            place = axis.name, axis.options, axis.rest, series.modality, series.agent
-            known[place] += 1
-            found.append((known[place], series, summary))
-        return tuple(found)
-
-    @property
     def subjects(self) -> tuple[str, ...]:
-        """The agents that the study is about."""
-        own = tuple(dict.fromkeys(agent.agent for agent in self.flips.subjects))
-        return own or (self.others.subjects if self.others else ())
-
-    @cached_property
-    def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
-        """Agent -> what is decided, of a study that stops when it is; empty for others."""
-        return answers_by_agent(self.study, self.opened.trials) if self.study.until else {}
-
-    @cached_property
-    def _answers(self) -> dict[str, str]:
-        return section_answers(self.flips)
-
-    def answer(self, name: str, *rests_on: str) -> Iterator[Finding]:
-        """The answer in the heading of a section, where it has one, and the quantities that it rests on."""
-        if said := self._answers.get(name):
-            yield Finding(section=name, kind="answer", text=said, rests_on=rests_on)
-
-    @cached_property
-    def all_broken(self) -> dict[str, int]:
-        """The agents of which no trial ended but as an error -> how many did."""
-        own = grouped(self.trials, lambda trial: trial.group)
-        return {agent: len(found) for agent, found in own.items() if all(trial.error is not None for trial in found)}
+        """The agents that the study is about: those that are no baselines, or all if all are."""
+        specs = dict(zip(self.study.labels, self.study.agents, strict=True))
+        played = dict.fromkeys(one.agent for one in self.courses) or specs
+        return tuple(agent for agent in played if not is_baseline(specs.get(agent, agent))) or tuple(played)
 
     @cached_property
     def broken_rules(self) -> str:
         """How many attempts broke the rules of the box, in few words; empty if none did."""
         return broken_said(self.trials, self.study.box)
 
-
-def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
-    """Compute all numbers of a study.
-
-    Args:
-        opened: The study.
-        each: Works on one job after the other, or on several at once.
-
-    Raises:
-        BadFile: If its records cannot be analysed together.
-    """
-    flips = _of_flips(opened, collecting(each))
-    others, design, every = _of_others(opened, flips, collecting(each)), design_of(opened.study), collecting(each)
-    doses = (
-        others.series
-        if others
-        else dose_series(opened.analysed, design, box=opened.study.box, each=every, orders=opened.orders)
-    )
-    return StudyNumbers(
-        opened=opened,
-        flips=flips,
-        others=others,
-        doses=tuple(doses),
-    )
-
-
-def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
-    """The numbers over the flip rates; those of no trial if none can be computed."""
-    study, trials = opened.study, opened.flip_trials
-    try:
-        check_trials(trials, study.box)
-    except BadValue as error:
-        raise BadFile(opened.directory / RECORDS, str(error)) from error
-    return section(
-        "All numbers of trials",
-        lambda: summarise(trials, study.box, each=each, orders=opened.orders),
-        lambda: summarise((), study.box, each=each),
-    )
-
-
-def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> ConditionStudySummary | None:
-    """The numbers of conditions that are no flip rates; those of no trial if none can be computed."""
-    study = opened.study
-    if study.of_flips:
-        return None
-
-    def of(trials: Sequence[Trial]) -> ConditionStudySummary:
-        return summarise_conditions(
-            trials,
-            design_of(study),
-            flips,
-            box=study.box,
-            budget=study.max_steps,
-            each=each,
-            orders=opened.orders,
-        )
-
-    return section("All numbers of conditions", lambda: of(opened.analysed), lambda: of(()))
+    @cached_property
+    def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
+        """Agent -> what is decided, of a study that stops when it is; empty for others."""
+        return answers_by_agent(self.study, self.opened.trials) if self.study.until else {}

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 _TIE = 1e-7
 """Relative difference up to which two tables are equally likely, as in R."""
@@ -50,23 +50,6 @@ def welch_test(first: tuple[float, float, int], second: tuple[float, float, int]
     if a + b == 0:
         return None
     return float(student_tails((one - two) / math.sqrt(a + b), (a + b) ** 2 / (a**2 / (n - 1) + b**2 / (m - 1))))
-
-
-def chi_squared_tail(value: float, freedom: float) -> float:
-    """The probability of the chi-squared distribution at or above a value."""
-    from scipy.special import chdtrc
-
-    return float(chdtrc(freedom, value))
-
-
-def log_binomial(count: ArrayLike, n: ArrayLike, share: ArrayLike) -> NDArray[np.float64]:
-    """The logarithm of the binomial probability of a count among ``n``."""
-    from scipy.special import gammaln, xlog1py, xlogy
-
-    count, n, share = np.asarray(count), np.asarray(n), np.asarray(share)
-    ways = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
-    found: NDArray[np.float64] = ways + xlogy(count, share) + xlog1py(n - count, -share)
-    return found
 
 
 def binomial_interval(count: int, n: int, level: float) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.questions import all_sections
 from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import study_numbers
+from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import rationality
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.study import Study
@@ -108,7 +108,7 @@ def results_of_trials(trials):
         diaries=(),
         withdrawn=0,
     )
-    return results_of(study_numbers(opened))
+    return results_of(StudyNumbers(opened=opened))
 
 
 class Studies(dict):

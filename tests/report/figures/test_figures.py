@@ -16,14 +16,12 @@ from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.foundation.formatting import p_value
 from lockprobe.report.figures import files, render
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.frame import agent_label, settable, step_axis
 from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
-from lockprobe.report.figures.success_by_flip_rate import draw_success_by_dose, fig4, fig4_corrected
-from lockprobe.report.questions import crossings, loops
+from lockprobe.report.questions import crossings, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
@@ -107,7 +105,7 @@ def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, n
 
 def test_a_single_flip_rate_is_no_axis(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
-    assert not {"fig4", "fig4-corrected", "fig5a", "fig5b"} & pictures(studies["one p"]).keys()
+    assert not {"fig4", "fig5a", "fig5b"} & pictures(studies["one p"]).keys()
 
 
 def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies):
@@ -155,7 +153,7 @@ def test_numbers_of_steps_are_apart_whatever_the_budget():
 
 
 def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
-    (axes,) = fig4(typical).axes
+    (axes,) = success.draw(typical).axes
     assert published(axes) == ([(0.0, 7 / 30), (0.4, 20 / 30)], ["the paper"])
     (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
     assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
@@ -163,46 +161,15 @@ def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
     assert published(*loops.draw(typical, "fig5b").axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
 
 
-def test_means_fit_and_repetitions_of_figure_4(typical, model):
-    (axes,) = fig4(typical).axes
-    drawn = lines(axes)
-    for one in typical.courses():
-        means = [cell.value("success") for cell in one.cells]
-        assert any(len(y) == 7 and np.array_equal(y, means) for _, y in drawn), one.agent
-    fit = model.curve("success_fit")
-    curves = [(tuple(x), tuple(y)) for x, y in drawn if len(x) == len(fit.x)]
-    assert curves == [(fit.x, fit.value)]  # references have none
-    points = [(cell.p, success.value) for cell in model.cells for success, _ in cell.points]
-    assert sum(dots(axes).values()) == len(points) == 21
-    assert set(dots(axes)) == set(points)
-
-
-def test_bars_and_model_of_figure_4(typical, model):
-    (axes,) = fig4_corrected(typical).axes
+def test_figure_4_has_the_repetitions_the_shares_with_intervals_and_the_fit(typical, model):
+    (axes,) = [one for one in success.draw(typical).axes if one.get_visible()]
     shares = [(cell.p, cell.get("success")) for cell in model.cells]
     assert np.allclose(bars(axes), [(p, one.value, one.low, one.high) for p, one in shares])
-    curve = model.curve("success_model")
-    assert any(np.array_equal(x, curve.x) and np.array_equal(y, curve.value) for x, y in lines(axes))
-    (band,) = shades(axes)
-    assert band >= set(zip(curve.x, curve.low, strict=True)) | set(zip(curve.x, curve.high, strict=True))
-
-
-def test_the_figure_has_the_p_value_of_the_table(tmp_path, axes, model):
-    """A fall and rise is no rise and fall: the test of this shape has P = 1, whatever the two lines have."""
-    solved = {0.0: 28, 0.2: 15, 0.4: 3, 0.6: 15, 0.8: 28}
-    falls = [
-        make_trial(SOLUTION if i < n else UNSOLVED, agent="human-inspired", p=p, trial=i + 1)
-        for p, n in solved.items()
-        for i in range(30)
-    ]
-    (other,) = found_in(tmp_path, small_study(["human-inspired"], [*solved], 1, 30), falls).courses()
-    assert other.get("success_two_lines").p_value < 0.05
-    assert other.get("test", "shape").p_value == 1
-    for one in (model, other):
-        draw_success_by_dose(axes, one)
-        said = p_value(one.get("test", "shape").p_value, "$P$").replace(" ", "\N{NO-BREAK SPACE}")
-        assert said in axes.get_title(loc="left")
-        axes.clear()
+    fit = model.curve("success_fit")
+    assert any(np.array_equal(x, fit.x) and np.array_equal(y, fit.value) for x, y in lines(axes))
+    points = [(cell.p, one.value) for cell in model.cells for one, _ in cell.points]
+    assert sum(dots(axes).values()) == len(points) == 21
+    assert set(dots(axes)) == set(points)
 
 
 def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, model):

@@ -148,7 +148,7 @@ def test_every_factor_has_an_effect_on_both_measures(factorial):
 
 
 def test_the_page_says_which_matter(factorial):
-    answer = factorial.answer_of("overview")
+    answer = factorial.answer
     assert answer.startswith(f"{AGENT}: misreading changes with ")
     assert "misreading changes with flip.p=0.4 (+" in answer
     (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]

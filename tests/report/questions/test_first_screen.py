@@ -9,8 +9,7 @@ from reported import found_in
 from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import points
 from lockprobe.report.page import page_of
-from lockprobe.report.questions.first_screen import without_answer
-from lockprobe.report.rows import LeftOut
+from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
 
@@ -30,7 +29,7 @@ def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path)
     ]
     planned = study_of(name="flips", agents=("llm:a",), box=box("chain-4"), repetitions=1, trials=25)
     found = found_in(tmp_path, planned, trials)
-    row = found.one("clearest_success_difference")
+    row = found.one("success_difference", axis="flip rate", versus="")
     assert row.low > 0
     assert row.p_value > 0.05
     (line,) = primary_lines(found)
@@ -55,16 +54,20 @@ def models(tmp_path_factory):
 
 
 def test_the_first_screen_is_in_the_results_and_on_the_page(models):
-    said = {one.kind: one for one in models.findings if one.section == "overview"}
-    assert [kind for kind, one in said.items() if not one.judges] == ["question", "trial", "untested", "cause"]
-    assert models.answer == said["answer"].text
+    said = {one.kind: one.text for one in models.findings if one.section == "overview"}
+    assert [*said] == ["question", "trial"]
+    assert models.answer.startswith(
+        "No effect of false reports on the success of 5 agents was detected; changes of up to"
+    )
     top = screen(page_of(models))
-    assert all(one.text in top for one in said.values() if one.kind != "cause")
+    assert all(text in top for text in (models.answer, *said.values()))
     assert "Partial" not in top
     for line in primary_lines(models):  # every agent is in the list
-        row = models.one("clearest_success_difference", agent=line.agent)
+        row = models.one("success_difference", agent=line.agent, axis="flip rate", versus="")
         assert (line.first.value, line.second.value, line.change) == (0.3, 0.9, row)
-        assert re.search(rf"{line.label} ?30 ?90[ 0-9]*\+60 ?\[\{points(row.low)}, \{points(row.high)}\]", top)
+        assert re.search(
+            rf"{line.label} ?30 ?90[ 0-9]*\+60 ?\[{re.escape(points(row.low))}, {re.escape(points(row.high))}\]", top
+        )
     assert "those of changes and P hold for 5 comparisons at once" in top
 
 
@@ -97,27 +100,26 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
 
 
 def test_no_answer_stands_where_its_numbers_are_missing(models):
-    failed = (LeftOut(section="All numbers of trials", reason="RuntimeError"),)
-    assert without_answer(models.changed(sections_left_out=failed)).answer == models.answer
-    empty = models.changed(sections_left_out=failed).with_rows(models.findings)
-    assert without_answer(empty.changed(sections_left_out=())).answer == models.answer
-    for answer in (without_answer(empty).answer, without_answer(empty).answer_of("overview")):
-        assert answer.startswith("The answer could not be computed")
+    assert answer_of(models) == models.answer
+    assert answer_of(models.with_rows(models.findings)).startswith("The answer could not be computed")
 
 
-def test_an_idle_condition_is_the_answer_only_where_nothing_else_is(tmp_path):
-    asked = {"agent": ["cognitive:careful"], "trials": 6, "repetitions": 1}
-    idle = {"condition": ["history?last=50"]}
-    said = "history?last=50 changed nothing"
-    only, beside, alone = (
+def test_what_changed_nothing_is_said_and_concludes_nothing(tmp_path):
+    asked = {"agent": ["cognitive:careful"], "trials": 6, "repetitions": 1, "p": [0, 0.4]}
+    beside, alone = (
         found_in(tmp_path / name, study("flips", **asked, **more))
-        for name, more in (
-            ("only", {"p": [0], **idle}),
-            ("beside", {"p": [0, 0.4], **idle}),
-            ("alone", {"p": [0, 0.4]}),
-        )
+        for name, more in (("beside", {"condition": ["history?last=50"]}), ("alone", {}))
     )
-    assert only.answer.startswith(said)
-    assert not only.said("overview", "changed_nothing")
     assert beside.answer == alone.answer
-    assert said in beside.said("overview", "changed_nothing")[0]
+    (said,) = beside.said("overview", "changed_nothing")
+    assert re.fullmatch(r"history\?last=50 changed nothing \(0 of \d+ steps\), so nothing is concluded from it\.", said)
+    assert said in screen(page_of(beside))
+    assert not alone.said("overview", "changed_nothing")
+
+
+def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
+    planned = study_of(name="flips", agents=("llm:a", "llm:b"), box=box("chain-4"), repetitions=1, trials=10)
+    trials = [make_trial(SOLUTION, agent="llm:a", p=p, trial=i) for p in (0, 0.4) for i in range(1, 5)]
+    found = found_in(tmp_path, planned, trials)
+    assert found.said("overview", "unfinished") == ["Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."]
+    assert "Partial: 8 of 40 trials." in screen(page_of(found))

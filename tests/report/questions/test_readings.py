@@ -4,7 +4,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.foundation.formatting import NONE
-from lockprobe.report.page import tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions.readings import SECTIONS, draw
 from lockprobe.report.results import results
 from lockprobe.report.table_rows import points_cell
@@ -82,7 +82,7 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     compared = "solved fewer trials with false reports that stay than with false reports that are corrected"
     assert compared in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
-    assert "false reports that stay" in found.answer
+    assert "false reports that stay" in page_of(found)
 
 
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
@@ -92,7 +92,7 @@ def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     assert said == (
         f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
     )
-    assert said in " ".join(found.said("overview", "untested"))
+    assert said in " ".join(found.said("readings", "untested"))
     assert len(table(found, "readings")) == 1
     assert draw(found) is None
     truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))

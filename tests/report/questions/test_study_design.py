@@ -33,9 +33,8 @@ def test_people_are_counted_apart(tmp_path):
     found = found_in(tmp_path, planned, trials)
     part = part_of(found, "design")
     assert "8 trials of 1 agent and people." in part
-    page, details = page_of(found), page_of(found)
+    page = page_of(found)
     assert "<dt>Subjects</dt><dd>people</dd>" in part
-    assert "<h3><code>people</code></h3>" in details
-    assert "<code>participant</code>:" not in page + details
+    assert "<code>participant</code>:" not in page
     assert "8 of 8 finished; of these, people: 4 of 4" in part
     assert "People practise before their first box" in part_of(found, "limits")

@@ -1,32 +1,23 @@
-"""Success and its tests: rows are the numbers of the analysis, and a conclusion follows from its P value."""
+"""Success over doses: rows are what the tests give, over flip rates and over every other dose alike."""
 
-import re
 from dataclasses import replace
-from html import unescape
 
 import pytest
 from builders import play_study, small_study, write_study
-from page_parts import part
 
+from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of
-from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect
-from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import BOUNDS, study_numbers
-from lockprobe.report.svg import image
+from lockprobe.report.page import parts_of
+from lockprobe.report.questions.success import _cells
+from lockprobe.report.results import results, results_of
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
+from lockprobe.statistics.inference.over_doses import success_by_dose
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import TrialError
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
-RATES = (0.0, 0.2, 0.4, 0.6)
-DRAWN = {name: image(b"<svg />") for name in ("fig4", "fig4-corrected")}
-
-
-def numbers_in(directory, planned, trials=None):
-    return study_numbers(open_study(write_study(directory / "study", planned, trials)))
-
-
-def section(found, name="success"):
-    return unescape(part(page_of(found, DRAWN), name))
+READER = "cognitive:perseverant"
+SMALL = {"trials": 6, "repetitions": 1}
 
 
 def broke(trial):
@@ -34,93 +25,84 @@ def broke(trial):
     return replace(trial, steps=trial.steps[:3], ending="error", error=error, changed={}, changed_steps=0)
 
 
-@pytest.fixture(scope="module")
-def numbers(tmp_path_factory):
-    return numbers_in(tmp_path_factory.mktemp("success"), small_study(AGENTS, RATES, 2, 8))
+@pytest.fixture(scope="module", params=[False, True], ids=["whole", "broken"])
+def numbers(request, tmp_path_factory):
+    """A study of flip rates, or one of which every seventh trial broke."""
+    planned = small_study(AGENTS, (0.0, 0.2, 0.4, 0.6), 2, 8)
+    trials = [broke(trial) if request.param and i % 7 == 3 else trial for i, trial in enumerate(play_study(planned))]
+    return StudyNumbers(opened=open_study(write_study(tmp_path_factory.mktemp("success") / "study", planned, trials)))
 
 
-@pytest.fixture(scope="module")
-def found(numbers):
-    return results_of(numbers)
-
-
-@pytest.fixture(scope="module")
-def broken(tmp_path_factory):
-    """Numbers of a study in which every seventh trial broke."""
-    planned = small_study(AGENTS[:2], RATES, 2, 8)
-    trials = [broke(trial) if i % 7 == 3 else trial for i, trial in enumerate(play_study(planned))]
-    return numbers_in(tmp_path_factory.mktemp("broken"), planned, trials)
-
-
-def test_rows_are_the_numbers_of_the_analysis(numbers, found):
-    for agent, course in zip(numbers.flips.agents, found.courses(), strict=True):
-        fit, model, tested = agent.success_fit, agent.inference.orders, agent.inference.difference
-        assert course.value("success_fit_order", "AIC") == fit.order_by_aic
-        assert course.value("success_model_order", "AICc") == model.order
-        for quantity, curve in (("success_fit", fit.quadratic), ("success_model", model.curve)):
-            drawn = course.curve(quantity)
-            assert (drawn and (drawn.x, drawn.value, drawn.low)) == (curve and (curve.dose, curve.value, curve.low))
-        rows = {row.doses["flip.p"]: row for row in course.against_lowest("success_difference")}
-        assert {p: (row.value, row.p_value) for p, row in rows.items()} == {
-            one.dose: (one.value, one.p_value) for one in tested.at
+def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
+    found = results_of(numbers)
+    for course, shown in zip(numbers.courses, found.courses(), strict=True):
+        rng = generator(course.trials.seed, "analysis", course.trials.spec, course.modality, "permutation")
+        tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
+        changes = {cell.dose: row for cell, row in shown.changes()}
+        assert {dose: (row.value, row.low, row.high, row.p_value) for dose, row in changes.items()} == {
+            one.dose: (one.value, one.low, one.high, one.p_value) for one in tested.at
         }
+        assert course.blind == (not changes) == (shown.clearest is None)
+        for (cell, row), (_, first), (_, second) in zip(
+            shown.changes(), shown.changes("the control", "success_in_pairs"), shown.changes("", "success_in_pairs"),
+            strict=True,
+        ):  # fmt: skip
+            assert row.value == pytest.approx(second.value - first.value)
+            assert first.n == second.n == row.n <= cell.trials
+        for end, at in zip(BOUNDS, (0, 1), strict=True):
+            bounds = {cell.dose: row.value for cell, row in shown.changes(end)}
+            assert bounds == {one.dose: one.bounds[at] for one in tested.at if one.bounds}
+        if shown.clearest:
+            assert shown.clearest[1].p_value == min(row.p_value for row in changes.values())
 
 
-def test_the_contrast_is_the_clearest_difference(found):
-    for course in found.courses():
-        rows = course.against_lowest("success_difference")
-        clearest = course.get("clearest_success_difference")
-        assert (clearest is None) == (not rows) == course.blind
-        if clearest is not None:
-            best = min(rows, key=lambda row: (row.p_value, -abs(row.value)))
-            assert (clearest.value, clearest.p_value, clearest.doses) == (best.value, best.p_value, best.doses)
-            assert clearest.corrected_for == 3  # flip rates; agents and baselines are families of one each
-            assert f">0 and {best.doses['flip.p']:g}, the " in section(found)
+def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
+    asked = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4"}
+    found = results(write_study(tmp_path / "study", study("flips", **asked, trials=8, repetitions=2)))
+    flips, axis = found.design.axes
+    assert (axis.key, axis.doses) == (
+        "tremble p",
+        {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4},
+    )
+    for course in found.courses(axis):
+        assert [cell.dose for cell in course.cells] == [0, 0.1, 0.2, 0.4]
+        lowest, *others = [cell.value("success") for cell in course.cells]
+        assert [row.value for _, row in course.changes()] == pytest.approx([share - lowest for share in others])
+    (part,) = [part for part in parts_of(found) if part.name == "doses"]
+    assert part.heading == "Tremble p"
+    assert "higher doses of tremble" in part.answer
+    assert "false report" not in part.answer
+    assert len(_cells(found, axis)) == 1 + 2 * 4
+    assert flips.of_flips
 
 
-def test_broken_trials_bound_every_difference(broken):
-    found = results_of(broken)
-    for agent, course in zip(broken.flips.agents, found.courses(), strict=True):
-        for one in agent.inference.difference.at:
-            for end, bound in zip(BOUNDS, one.bounds, strict=True):
-                rows = course.against_lowest("success_difference", end)
-                (row,) = [row for row in rows if row.doses["flip.p"] == one.dose]
-                assert row.value == bound
-            assert one.low <= one.bounds[0] <= one.bounds[1] <= one.high
-        shares = {float(row.of): row.count for row in course.where("broken_share")}
-        assert shares == {p: share.count for p, share in agent.inference.broken.at}
-    said = r"in all begun pairs the difference is between \S+ and \S+ points, whatever became of them"
-    assert len(re.findall(said, re.sub("</?i>", "", section(found)))) == 2
-    assert "trials finished at both" in section(found)
+def test_two_kinds_of_flips_are_told_apart(tmp_path):
+    sticky = [f"flip?p={p}&others=kept" for p in (0.2, 0.4, 0.6)]
+    found = results(
+        write_study(tmp_path / "study", study("flips", agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL))
+    )
+    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (others=kept)"]
+    first, second = found.courses()[0], found.courses(found.design.axes[1])[0]
+    assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
+    assert [cell.condition for cell in second.cells] == ["truth", *sticky]
+    assert [row.condition for row in found.against_control()] == ["flip?p=0.2", "flip?p=0.4", *sticky]
 
 
-def cells(found):
-    """The rows of the table of tests, as text."""
-    rows = re.findall(r'<tr>(<td class="asks">.*?)</tr>', section(found, "hypothesis_tests"))
-    plain = [row.replace('<span class="concluded">', "").replace("</span>", "", 1) for row in rows]
-    return [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in plain]
+@pytest.mark.parametrize("p", [[0], [0, 0.4]])
+def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
+    agents = [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]
+    found = results(write_study(tmp_path / "study", study("flips", agent=agents, p=p, **SMALL)))
+    axis = found.design.axes[-1]
+    (course,) = found.courses(axis)
+    assert (axis.name, [cell.agent for cell in course.cells]) == ("lapse", agents)
+    assert len(course.changes()) == 2
+    assert not found.beside_flips
 
 
-def test_every_test_is_a_row(numbers, found):
-    for agent, course in zip(numbers.flips.agents, found.courses(), strict=True):
-        tests = [] if agent.blind else agent.inference.tests
-        rows = {row.of: row for row in course.where("test")}
-        assert set(rows) == {test.question for test in tests}
-        for test in tests:
-            row = rows[test.question]
-            assert (row.test, row.value, row.p_value, row.low, row.high) == (
-                test.name,
-                test.effect,
-                test.p_value,
-                test.low,
-                test.high,
-            )
-            assert (row.unit, row.note) == (unit_of_effect(test.name), limits_said(test))
-            assert (course.value("test_direction", row.of) or 0) == test.direction
-
-
-@pytest.mark.parametrize(("p_value", "said"), [(0.01, "yes"), (0.9, "not detected"), (None, "\N{EN DASH}")])
-def test_a_conclusion_follows_from_the_p_value(found, p_value, said):
-    changed = [row.model_copy(update={"p_value": p_value} if row.quantity == "test" else {}) for row in found.rows]
-    shown = cells(found.changed(rows=tuple(changed)))
-    assert {re.sub("<br>.*", "", row[4]) for row in shown} == {said}
+def test_doses_that_changed_nothing_are_in_no_number(tmp_path):
+    acts = ["history?last=50", *[f"history?last=50 + tremble?p={p}" for p in (0.1, 0.3, 0.5)]]
+    asked = study("flips", agent=["human-inspired", "cognitive:careful"], p=[0], condition=acts, **SMALL)
+    found = results(write_study(tmp_path / "study", asked))
+    (axis,) = found.design.axes
+    assert axis.key == "tremble p, with history?last=50"
+    assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]

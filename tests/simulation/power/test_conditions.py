@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from builders import numbers_of, play_study
+from builders import play_study
+from reported import found_in
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
@@ -30,20 +31,19 @@ def test_families_are_those_of_the_report():
     assert _families_of(study("flips", agent="random", p=[0])) == ()
 
 
-def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
+def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
     asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)
-    report, labels = numbers_of(play_study(asked), asked), [one.label for one in asked.conditions]
+    report, labels = found_in(tmp_path, asked), [one.label for one in asked.conditions]
     played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
     decisions = []
     for agent, (solved, _) in zip(asked.agents, played_blocks(played, 30), strict=True):
         for family in _families_of(asked):
             own = solved[:, [labels.index(label) for label in family.doses]]
             shown = detected(own, family, generator(1, family.name), agents=2)
-            (found,) = (e for e in (*report.effects, *report.on_axes) if (e.agent, e.axis) == (agent, family.name))
-            assert (found.control, [one.condition for one in found.effects]) == (family.control, list(shown))
-            clear = [one for one in found.effects if not 0.03 < one.difference.p_value < 0.08]
-            decisions += [(shown[one.condition], one.detectable) for one in clear]
+            rows = report.where("success_difference", agent=agent, axis=family.name, of="", versus="")
+            assert {(row.control, row.condition) for row in rows} == {(family.control, label) for label in shown}
+            decisions += [(shown[row.condition], row.detected) for row in rows if not 0.03 < row.p_value < 0.08]
     assert len(decisions) >= 8
     assert set(decisions) == {(True, True), (False, False)}
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lockprobe.report.prose.hypothesis_tests import why_missing
-from lockprobe.statistics.inference.trend import trend_fit
+from lockprobe.statistics.inference.trend import trend
 from lockprobe.statistics.outcomes import Point
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -29,47 +28,37 @@ def points(function, p=P7, repetitions=3, noise=0.0, seed=0):
 
 def test_an_exact_parabola_is_found_with_its_peak():
     data = points(lambda x: 0.7 - 4 * (x - 0.4) ** 2)
-    fit = trend_fit(data, "success", drawn(data))
-    assert (fit.order_by_aic, fit.order_by_cv) == (2, 2)
-    assert fit.quadratic.coefficients == pytest.approx((0.06, 3.2, -4.0))
-    assert (fit.quadratic.turning, fit.quadratic.turning_kind) == (pytest.approx(0.4), "maximum")
-    assert fit.quadratic.turning_share > 0.95
-    loops = trend_fit(data, "loop_rate", 1 - drawn(data))
-    assert (loops.quadratic.turning, loops.quadratic.turning_kind) == (pytest.approx(0.4), "minimum")
+    fit, loops = trend(data, "success", drawn(data)), trend(data, "loop_rate", 1 - drawn(data))
+    assert fit.orders == {"AIC": 2, "cross-validation": 2}
+    assert fit.value == pytest.approx([0.7 - 4 * (x - 0.4) ** 2 for x in fit.dose])
+    assert (fit.turning, fit.kind) == (pytest.approx(0.4), "maximum")
+    assert (loops.turning, loops.kind) == (pytest.approx(0.4), "minimum")
 
 
-def test_leave_one_out_is_what_leaving_one_out_gives():
-    data = points(lambda x: x, p=(0.0, 0.2, 0.5, 1.0), repetitions=1, noise=0.1)
-    fit = trend_fit(data, "success", drawn(data))
+def test_the_order_is_the_one_whose_left_out_points_are_nearest():
+    data = points(lambda x: 3 * x**2 - x, p=(0.0, 0.2, 0.5, 0.8, 1.0), repetitions=1, noise=0.1)
     x, y = np.array([d.dose for d in data]), np.array([d.success for d in data])
-    for score in fit.orders[:3]:
-        errors = []
+    errors = {}
+    for order in range(4):
+        left_out = []
         for i in range(len(x)):
             keep = np.arange(len(x)) != i
-            errors.append(y[i] - np.polyval(np.polyfit(x[keep], y[keep], score.order), x[i]))
-        assert score.cv_rmse == pytest.approx(np.sqrt(np.mean(np.square(errors))))
-    assert fit.orders[3].cv_rmse is None
+            left_out.append(y[i] - np.polyval(np.polyfit(x[keep], y[keep], order), x[i]))
+        errors[order] = np.mean(np.square(left_out))
+    assert trend(data, "success", NONE).orders["cross-validation"] == min(errors, key=errors.get)
 
 
 def test_the_band_is_the_spread_of_fits_to_the_resamples():
     data = points(lambda x: 0.5 + x / 3, noise=0.1)
     draws = drawn(data)
-    quadratic = trend_fit(data, "success", draws).quadratic
-    x = np.array([d.dose for d in data])
-    curves = [np.polyval(np.polyfit(x, row, 2), quadratic.dose) for row in draws]
-    assert quadratic.low == pytest.approx(np.percentile(curves, 2.5, axis=0).tolist())
-    assert quadratic.high == pytest.approx(np.percentile(curves, 97.5, axis=0).tolist())
-
-
-def test_without_resamples_there_is_no_band():
-    fit = trend_fit(points(lambda x: x), "success", NONE)
-    assert fit.quadratic.low == ()
-    assert "No band" in why_missing(fit.note)
+    fit, x = trend(data, "success", draws), np.array([d.dose for d in data])
+    curves = [np.polyval(np.polyfit(x, row, 2), fit.dose) for row in draws]
+    assert fit.low == pytest.approx(np.percentile(curves, 2.5, axis=0).tolist())
+    assert fit.high == pytest.approx(np.percentile(curves, 97.5, axis=0).tolist())
+    assert trend(data, "success", NONE).low == ()
 
 
 @pytest.mark.parametrize("p", [(), (0.4,), (0.0, 0.4)])
-def test_few_values_of_p_give_no_fit_and_say_so(p):
+def test_few_doses_give_no_fit(p):
     data = points(lambda x: x, p=p)
-    fit = trend_fit(data, "success", drawn(data))
-    assert (fit.quadratic, fit.order_by_aic, fit.orders) == (None, None, ())
-    assert "No fit" in why_missing(fit.note)
+    assert trend(data, "success", drawn(data)) is None

@@ -10,9 +10,7 @@ from statsmodels.genmod.families import Binomial
 from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.report.prose.hypothesis_tests import why_missing
 from lockprobe.simulation.power.worlds import Design
-from lockprobe.statistics.inference import ushape
 from lockprobe.statistics.inference.hazard import looping
 from lockprobe.statistics.inference.ushape import onset_lines, two_lines
 
@@ -36,12 +34,11 @@ def test_the_expected_counts_of_the_paper():
     assert 0.1 < lines.p_value < 0.3
 
 
-def test_the_lines_are_logit_regressions_that_share_the_break():
+def test_the_lines_share_the_break_and_their_tests_are_near_those_of_logit_regressions():
     p, solved = trials(EXPECTED)
     lines = two_lines(p, solved)
     for line, side in ((lines.first, p <= lines.break_p), (lines.second, p >= lines.break_p)):
         slope, p_value = wald(p[side], solved[side])
-        assert line.slope == pytest.approx(slope, abs=1e-4)
         assert line.p_value == pytest.approx(p_value, rel=0.3)
         assert np.sign(line.z) == np.sign(slope)
     assert lines.p_value == max(lines.first.p_value, lines.second.p_value)
@@ -64,28 +61,22 @@ def test_shape_is_found_where_it_is_plain_and_named():
     assert two_lines(*trials((20, 5, 20), p=(0, 0.4, 0.6))).direction == "U"
 
 
-@pytest.fixture
-def without_slopes(monkeypatch):
-    """The two-lines test without the slopes of its lines, for speed: p-values and directions do not use them."""
-    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
-
-
-def test_the_break_is_an_inner_value_whatever_is_solved(without_slopes):
+def test_the_break_is_an_inner_value_whatever_is_solved():
     for solved in itertools.product((0, 3, 6), repeat=5):
         lines = two_lines(*trials(solved, n=6))
         assert lines.break_p in {0.1, 0.2, 0.3}
         assert 0 <= lines.p_value <= 1
 
 
-def test_a_separated_line_has_a_test_but_no_slope():
+def test_a_line_that_separates_solved_from_unsolved_has_a_test():
     lines = two_lines(*trials((0, 0, 30, 30, 20, 10)))
     assert lines.direction == "inverted U"
-    assert any(line.slope is None and line.p_value < 1e-6 for line in (lines.first, lines.second))
+    assert min(lines.first.p_value, lines.second.p_value) < 1e-6
 
 
 def test_nothing_to_test():
     assert two_lines(*trials((7, 20))).p_value is None
-    assert "three flip rates" in why_missing(two_lines(*trials((7, 20))).note)
+    assert two_lines(*trials((7, 20))).p_value is None
     assert two_lines(*trials((0,) * 7)).p_value == 1.0
     assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None
 
@@ -99,16 +90,15 @@ def rejected(test, truth, studies=400, n=30, seed=1):
 @pytest.mark.parametrize(
     "truth", [(0.5,) * 7, (0.05,) * 7, SATURATING, (0.23,) + (0.667,) * 6, (0.23,) * 5 + (0.45, 0.667), (0.5,) * 3]
 )
-def test_two_lines_hold_their_level_when_nothing_falls(without_slopes, truth):
+def test_two_lines_hold_their_level_when_nothing_falls(truth):
     assert rejected(two_lines, truth) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
 
 
-def test_two_lines_find_a_decline(monkeypatch):
-    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
+def test_two_lines_find_a_decline():
     assert rejected(two_lines, np.array(EXPECTED) / 30, n=100) > 0.5
 
 
-def test_people_who_play_at_one_p_only_are_no_u(without_slopes):
+def test_people_who_play_at_one_p_only_are_no_u():
     """Six people with ten boxes at each p: as independent trials a rise and fall is seen in a quarter of studies."""
     seen = []
     for seed in range(150):

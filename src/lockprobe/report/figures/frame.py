@@ -20,16 +20,12 @@ from matplotlib.ticker import MaxNLocator
 
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.figures.palette import Dash, of_text
+from lockprobe.report.figures.palette import of_text
 from lockprobe.report.figures.settings import FAINT
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course, Curve, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
-
-EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
-"""Names and dashes of the two blind agents, by their models of chance. They are drawn in FAINT wherever they are
-computed rather than played."""
 
 BEYOND = 0.5
 """How far a curve runs on after the last step."""
@@ -190,11 +186,13 @@ def step_axis(axes: Axes, budget: int, label: str) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(_STEPS, integer=True, steps=[1, 2, 5, 10]))
 
 
-def blank(axes: Axes, why: str) -> None:
-    """Axes that have nothing to show, and why."""
-    axes.set_axis_off()
-    text = "\n".join(textwrap.wrap(why, _LINE - 8))
-    axes.text(0.5, 0.95, text, transform=axes.transAxes, ha="center", va="top", color=FAINT)
+def chance_band(axes: Axes, levels: Sequence[float]) -> None:
+    """A grey band between the exact success of random agents with and without immediate repeats."""
+    if levels:
+        axes.axhspan(min(levels), max(levels), color=FAINT, alpha=0.18, linewidth=0, zorder=0)
+        axes.text(
+            0.98, max(levels), "random play", color=FAINT, ha="right", va="bottom", transform=axes.get_yaxis_transform()
+        )
 
 
 def title(axes: Axes, *lines: str) -> None:

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.statistics.agent_summary import AgentSummary
 from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.summary import StudySummary
 from lockprobe.trial.record import PLAIN_WORDS
 
 
@@ -53,13 +51,3 @@ class Subject:
         ('People', 'random')
         """
         return capital(self.name) if self.plural else self.name
-
-
-def subject_of(agent: AgentSummary) -> Subject:
-    """The subject of sentences about one agent of a study."""
-    return Subject.of(agent.agent, agent.shown)
-
-
-def subjects_by_name(summary: StudySummary) -> dict[tuple[str, str], Subject]:
-    """Agent and modality -> the subject of sentences about it."""
-    return {(agent.agent, agent.modality): subject_of(agent) for agent in summary.agents}

@@ -11,7 +11,7 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "people", "stopping", "success", "readings", "conditions", "crossings",
-    "factors", "doses", "hypothesis_tests", "loops", "agents_compared",
+    "factors", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot",
     "study_design", "agents", "broken", "limits", "claims", "why", "forks",
 )  # fmt: skip

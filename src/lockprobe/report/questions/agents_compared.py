@@ -447,7 +447,7 @@ def _blocks(found: Results, pairs: Sequence[_Pair]) -> Iterator[Block]:
     note = Note(
         "Success, steps and effect: the first agent minus the second, over trials that both finished; an unsolved one "
         "counts with its whole budget. Effect: what false reports, or a condition, change in success.",
-        "Over all flip rates: the two agents swap whole blocks (permutation). Under one condition: McNemar's test. "
+        "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
         "Effect: signs of blocks are flipped.",
         "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
         "repetition and trial. P values are corrected for pairs and conditions (Holm), steps under one condition are "

@@ -265,8 +265,7 @@ def _never_misread(cell: Cell) -> Judged | None:
 
 def _changes(course: Course) -> list[tuple[float, Estimate]]:
     """Flip rates with success there minus that at the lowest, corrected for looking at all of them."""
-    doses = {cell.condition: cell.dose or 0.0 for cell in course.cells}
-    return [(doses[row.condition], row) for row in course.against_lowest("success_difference")]
+    return [(cell.dose or 0.0, row) for cell, row in course.changes()]
 
 
 def _shown(change: Estimate) -> int:
@@ -379,7 +378,7 @@ def _loops_again(course: Course) -> Judged | None:
     here = f"hazard of a first loop {slopes[0]} up to {row.value:.2g}, {slopes[1]} above"
     first, second = holm([p for _, p in known])
     against = -1 in (sign_of(first, -known[0][0]), sign_of(second, known[1][0]))
-    sign = -1 if against and not course.where("broken_share") else -_lines(row)
+    sign = -1 if against and not any(cell.value("broken") for cell in course.cells) else -_lines(row)
     test = "loop onset, two lines; assumes that solved trials would have looped like the others"
     return Judged(here, borne_out(sign), test, row.p_value)
 
@@ -579,10 +578,8 @@ def not_judged(found: Results) -> str:
 
     Claims are held against agents on a box that keeps its rules, by tests that hold for one look.
     """
-    rows = found.where("against_rules")
-    if against := sum(row.count or 0 for row in rows):
-        attempts = sum(row.n or 0 for row in rows)
-        return f"No claim is judged: {against} of {attempts} attempts broke the rules of the box."
+    if rules := found.said("overview", "rules"):
+        return f"No claim is judged: {rules[0]}"
     one_look = "No claim is judged: the tests hold for one look, when all planned trials are played."
     return one_look * bool(found.progress.every_look)
 
@@ -600,7 +597,7 @@ def _table(found: Results) -> TextTable:
     return table
 
 
-_CLAIMS = Table("claims", _table, numeric_from=7)
+_CLAIMS = Table("claims", _table, numeric_from=8)
 
 _NOTE = Note(
     "Quoted from Probing Embodied LLMs: When Higher Observation Fidelity Hurts Problem Solving, with a reanalysis of "

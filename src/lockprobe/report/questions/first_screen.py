@@ -1,60 +1,34 @@
-"""The first screen of a report: its question, the answer in one sentence, one figure, and key numbers."""
+"""The first screen: what was asked, who was studied, the answer for every agent, one figure, and what limits it."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
 
 from lockprobe.agents.catalogue import description
-from lockprobe.foundation.formatting import listed
+from lockprobe.foundation.formatting import capital, listed
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.answer_list import answer_list, headline, known_of_broken
+from lockprobe.interventions.conditions import tells_positions
+from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
+from lockprobe.report.answer_list import answer_list, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose.doses import at_dose, cause
-from lockprobe.report.prose.first_screen import (
-    Varied,
-    all_broken_said,
-    interaction_said,
-    modality_answer,
-    no_advantage_said,
-    not_above_chance,
-    trial_said,
-    varied_by,
-)
-from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
-from lockprobe.report.prose.readings import BOTH_FIT
-from lockprobe.report.prose.several_answers import of_conditions, several_answers
-from lockprobe.report.prose.subject import Subject
-from lockprobe.report.prose.trials_needed import effects_needed, flips_needed
-from lockprobe.report.questions import all_sections
-from lockprobe.report.questions.factors import factor_rows, factorial_said
-from lockprobe.report.questions.readings import untested
-from lockprobe.report.questions.stopping import PEOPLE_SAID, effects_said, every_look_said, small_said
-from lockprobe.report.questions.too_few_trials import answered_questions, lacking_agents, with_lacking
-from lockprobe.report.questions.why import mechanism_said
+from lockprobe.report.prose.readings import inverted
+from lockprobe.report.questions import why
+from lockprobe.report.questions.factors import factorial_said
+from lockprobe.report.questions.modalities import effect_said
+from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
-from lockprobe.report.section import Part, Section, Template
+from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.section import Figure, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
-from lockprobe.statistics.contrast import Effects
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial import factorials_of
-from lockprobe.statistics.summary import StudySummary
+from lockprobe.statistics.idle import idle_interventions, never_acted, unheeded
+from lockprobe.statistics.why.arms import arms_of
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
-from lockprobe.trial.condition import TRUTH
-
-_ABOUT = "first screen"
-"""What the facts of the first screen are about; those of an agent, with its place from 1 behind it."""
-
-_ANSWERS = 3
-"""Agents whose answers stand there."""
-
-_FEW = "Not known yet: the answer needs two blocks or more with an ended trial"
-"""What is said as long as too few trials have ended."""
-
-_ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
-"""What is said where the answer rests on tests that do not hold at every look."""
 
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
@@ -62,84 +36,118 @@ _WHO, _WHO_MOST = "who was studied", 8
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
-_NUMBERS = ("All numbers", "Every condition against the control")
-"""How the names of sections begin without which there is no answer."""
+_NOTES = ("unfinished", "small", "every_look", "changed_nothing")
+"""Sentences below the answer, in their order."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Screen:
-    """A first screen.
-
-    Attributes:
-        question: What the study asks.
-        trial: What happens in a trial, and what is varied.
-        answer: What it found.
-        changed_nothing: Interventions that changed nothing in a whole condition, unless that is the answer, and
-            conditions under which the only agent chose as under the control.
-        chance: Agents without a detected advantage over random agents.
-        interaction: Whether a detected effect reverses within fewer steps, and whether it differs from one that was
-            not detected.
-        every_look: Why it holds at every look; empty if at one.
-        small: Which differences are shown to be smaller than the margin of the study.
-        needed: How many trials narrow the widest interval of an undetected effect to 10 points either way.
-        untested: Which agents were told false reports of one kind alone.
-        figure: Name of the figure that shows it.
-        cause: What may change success, where the list of agents answers the question; else empty.
-    """
-
-    question: str
-    trial: str
-    answer: str
-    every_look: str = ""
-    small: str = ""
-    changed_nothing: str = ""
-    chance: str = ""
-    interaction: str = ""
-    needed: str = ""
-    untested: str = ""
-    cause: str = ""
-    figure: str = ""
-
-
-_SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
-    "question": (False, ()),
-    "trial": (False, ()),
-    "answer": (True, ("success", "success_difference", "clearest_success_difference", "broken")),
-    "every_look": (False, ()),
-    "small": (True, ("decided_at_block",)),
-    "changed_nothing": (False, ("changed_steps", "false_report")),
-    "interaction": (True, ("success_interaction",)),
-    "chance": (True, ("success", "success_chance")),
-    "needed": (True, ("success_difference", "clearest_success_difference")),
-    "untested": (False, ()),
-    "cause": (False, ()),
-}
-"""Kind of a sentence -> whether it judges an agent, and the quantities that it rests on."""
+_FIGURES = ("why", "stopping", "factorial", "effects", "fig3")
+"""Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    lacking = lacking_agents(numbers)
-    screen = (
-        _of_conditions(numbers.flips, numbers.others, numbers.study, lacking)
-        if numbers.others is not None
-        else _of_flips(numbers.flips, numbers.study, lacking)
-    )
-    if numbers.opened.every_look:
-        screen = _at_every_look(screen, numbers)
-    screen = replace(screen, answer=with_lacking(screen.answer, numbers, lacking))
-    rules = numbers.broken_rules  # random agents play a box that keeps them
-    screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
-    if broken := all_broken_said(numbers.all_broken):
-        ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
-        screen = replace(screen, answer=_joined(broken, screen.answer * ended))
-    screen = replace(screen, answer=_joined(screen.answer, rules))
-    for kind, (judges, rests_on) in _SAID.items():
-        counted = ("against_rules",) * (kind == "answer" and bool(rules))
-        if said := getattr(screen, kind):
-            yield Finding(section="overview", kind=kind, text=said, rests_on=(*rests_on, *counted), judges=judges)
-    if screen.figure:
-        yield Fact(about=_ABOUT, name="figure", text=screen.figure)
+    study, opened = numbers.study, numbers.opened
+    until = study.until.margin if study.until else None
+    said = {
+        "question": _question(study),
+        "trial": _trial(study),
+        "every_look": " ".join(
+            filter(
+                None,
+                (
+                    every_look_said(study, opened.every_look, numbers.decisions, opened.finished),
+                    PEOPLE_SAID * (PEOPLE in study.agents and bool(opened.every_look)),
+                ),
+            )
+        ),
+        "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
+        "changed_nothing": " ".join(_changed_nothing(numbers)),
+        "unfinished": _unfinished(numbers),
+        "rules": numbers.broken_rules,
+    }
+    for kind, text in said.items():
+        if text:
+            yield Finding(section="overview", kind=kind, text=text)
     yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
+
+
+def _asks_why(study: Study) -> bool:
+    design = design_of(study)
+    return any(arms_of(design.shown(modality)) for modality in design.modalities)
+
+
+def _question(study: Study) -> str:
+    """What the study asks, in one line."""
+    design, box = design_of(study), study.box.name
+    if _asks_why(study):
+        return f"Why do false reports change how agents open {box}?"
+    if any(factorials_of(design.arms, modality) for modality in design.modalities):
+        return f"Which features of the scene change how agents open {box}?"
+    if study.of_flips and len(study.modalities) > 1 and not any(study.p):
+        return f"Does what agents see change how they open {box}?"
+    compared = [design.comparison(modality) for modality in design.modalities]
+    flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
+    causes = list(dict.fromkeys([*flips, *(cause(one.axis) for of in compared for one in of.axes)]))
+    rest = [label for of in compared for label in (*of.others, *of.controls)]
+    if len(rest) == 1 and not causes:
+        return f"Does {rest[0]} change how agents open {box}?"
+    if rest and not any(one.p for one in study.flip_axis):
+        causes.append(f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}")
+    return f"Do {listed(causes)} change how agents open {box}?" if causes else f"How well do agents open {box}?"
+
+
+def _trial(study: Study) -> str:
+    """What happens in a trial, and what is varied."""
+    told, steps = "After each step it is told what happened.", study.max_steps
+    if study.of_flips and any(study.p):
+        positions = any(map(tells_positions, study.modalities))
+        told += f" The flip rate is the probability that {inverted(study.flip, positions=positions)}."
+    elif study.of_flips and len(study.modalities) > 1:
+        told = "After each step it is shown, or told, how the joints stand."
+    elif not study.of_flips:
+        on_plant = any(one.plant.options for one in study.conditions)
+        told_otherwise = any(len(one.specs) > bool(one.plant.options) for one in study.conditions)
+        ways = ["what it is told, what it is asked or what it does"] * told_otherwise + [
+            "the plant on which it acts"
+        ] * on_plant
+        told += f" Conditions change {' or '.join(ways) or 'nothing'}."
+    return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
+
+
+def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
+    """Interventions that changed nothing, which is no null result, and conditions under which an agent chose alike."""
+    design = design_of(numbers.study)
+    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+    whole: dict[str, dict[str, int]] = {}
+    own = [cell for cell in numbers.cells if cell.agent in numbers.subjects and cell.condition not in design.controls]
+    for cell in own:
+        idle = idle_interventions(cell.trials, acting[cell.condition])
+        if never_acted(cell.trials):
+            whole.setdefault(cell.condition, {})[cell.agent] = int(cell.ended.length.sum())
+        elif idle:
+            names = listed([one.intervention for one in idle])
+            yield f"{names} changed nothing under {cell.condition} for {cell.agent} (0 of {idle[0].steps} steps)."
+    rates = {one.label: at_dose(one.p) for one in numbers.study.flip_axis if one.p}
+    for condition, agents in whole.items():
+        every = len(agents) == len(numbers.subjects)
+        who = " for any agent" * (len(agents) > 1) if every else f" for {listed([*agents], named=3)}"
+        rate = rates.get(condition)
+        said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
+        yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
+    known = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
+    for cell in own if len(numbers.subjects) == 1 and not numbers.study.of_flips else ():
+        if alike := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())):
+            acted = f"which acted in {alike.changed} steps"
+            yield f"Under {cell.condition}, {acted}, {cell.agent} chose the same joints as without it."
+
+
+def _unfinished(numbers: StudyNumbers) -> str:
+    """How many of their planned trials the agents of an unfinished study have finished; empty if all have."""
+    study, found = numbers.study, []
+    for spec in [one for one in study.run_agents if not is_baseline(one)] or study.run_agents:
+        label = study.label_of(spec)
+        done = study.places_filled([trial for trial in numbers.opened.trials if trial.group == label])
+        if numbers.opened.every_look == "unfinished" and done < (planned := study.size_of(spec)):
+            found.append(f"{label} has {done or 'none'} of {planned}")
+    return f"Still to come: {listed(found, named=3)} trials." if found else ""
 
 
 def _who(numbers: StudyNumbers) -> Iterator[tuple[str, str]]:
@@ -156,200 +164,50 @@ def _who(numbers: StudyNumbers) -> Iterator[tuple[str, str]]:
             yield agent, model or description(spec)
 
 
-def _at_every_look(screen: _Screen, numbers: StudyNumbers) -> _Screen:
-    """The first screen of a study that is judged at every look: it holds then, or it is not said yet."""
-    opened, study = numbers.opened, numbers.study
-    found = numbers.decisions
-    said = every_look_said(study, opened.every_look, found, opened.finished)
-    people = PEOPLE_SAID * (PEOPLE in study.agents)
-    margin = study.until.margin if study.until else None
-    return replace(
-        screen,
-        answer=screen.answer if not _judged_at_one_look(numbers) else effects_said(found) if found else _ONE_LOOK,
-        every_look=_joined(said, people),
-        small="" if margin is None or (numbers.others and numbers.others.whys) else small_said(found, margin),
-        needed="",
-        interaction="",
-        figure="stopping" if study.until else screen.figure,
-    )
-
-
-def _judged_at_one_look(numbers: StudyNumbers) -> bool:
-    """Whether the answer rests on tests that hold for one look: of steps, of modalities, or of many factors."""
-    arms, others = design_of(numbers.study).arms, numbers.others
-    if others is None:
-        return bool(numbers.flips.modalities) and len({one.dose for one in numbers.flips.conditions}) < 2
-    modalities = design_of(numbers.study).modalities
-    return any(factorials_of(arms, modality) for modality in modalities)
-
-
-def _of_flips(summary: StudySummary, study: Study, lacking: Container[str] = ()) -> _Screen:
-    """The first screen of a study of flips or modalities."""
-    box, several = study.box.name, len({one.dose for one in summary.conditions}) > 1
-    modal = bool(summary.modalities) and not several
-    varied: Varied = "modalities" if modal else "flips" if any(study.p) else "nothing"
-    subjects = summary.judged
-    question, answer = f"How well do agents open {box}?", ""
-    if modal:
-        question = f"Does what agents see change how they open {box}?"
-        seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
-        answer = " ".join(modality_answer(one) for one in seeing[:1])
-    elif several:
-        question = f"Do false reports change how agents open {box}?"
-    return _Screen(
-        question=question,
-        trial=trial_said(study.max_steps, varied, study.flip, study.modalities),
-        answer=answer or several_answers(answered_questions(summary, lacking)),
-        changed_nothing=_joined(*map(idle_doses_said, subjects)),
-        chance=not_above_chance(summary),
-        interaction=interaction_said(summary),
-        needed=flips_needed(summary),
-        cause="false reports" if several and not modal else "",
-        figure="overview" if subjects else "",
-    )
-
-
-def _of_conditions(
-    flips: StudySummary, found: ConditionStudySummary, study: Study, lacking: Container[str] = ()
-) -> _Screen:
-    """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
-    axes = _tested_axes(flips, found)
-    judged = _judged(found)
-    effects = [one for one in found.effects if one.agent in judged and one.effects]
-    named = [one for one in found.idle if one.agent in judged]
-    idle = idle_said(named, judged)
-    if found.whys:
-        said = _of_why(found, study)
-    elif any(factorials_of(found.design.arms, modality) for modality in found.design.modalities):
-        said = _of_factorial(found, study)
+def answer_of(found: Results) -> str:
+    """What the study found: the sentences of the question that it asks, or what changed success."""
+    solved, broke = found.where("success", of=""), found.where("broken", of="")
+    if found.progress.finished and not (solved or broke):
+        return "The answer could not be computed; the sections below that are left out say why."
+    factors = grouped(found.where("factor_effect"), lambda row: (row.agent, row.modality))
+    shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
+    alone = bool(shown) and not found.several_p and not found.beside_flips
+    if found.where("false_report_effect", of="total"):
+        said = why.answer(found)
+    elif found.progress.every_look and (factors or alone):
+        said = ONE_LOOK
+    elif factors:
+        said = " ".join(map(factorial_said, factors.values()))
     else:
-        questions = [question for one in axes for question in answered_questions(one, lacking)]
-        if effects or not (questions or any(agent in lacking for agent in judged)):
-            other = bool(questions) or any(not one.intervention for one in named)
-            questions += of_conditions(effects, other=other)
-        said = _Screen(
-            question=_asked(axes, found, study),
-            trial=trial_said(study.max_steps, varied_by(study.conditions)),
-            answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1 and bool(questions))),
-            chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
-            needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
-        )
-        if not effects and not axes and idle:
-            said, idle = replace(said, answer=idle[0]), idle[1:]
-        caused = cause(axes[0].axis) if axes and not effects else ""
-        said = replace(said, cause=caused, figure="effects" if effects or axes else "")
-    if len(judged) == 1:
-        idle += unheeded_said(found.unheeded, judged)
-    said = replace(said, changed_nothing=_joined(*idle))
-    if flips in axes:
-        said = _with_flips(_of_flips(flips, study, lacking), said)
-    return said
-
-
-def _readings(axes: Sequence[StudySummary]) -> int:
-    """How many readings of a false report are compared with the truth."""
-    return len({one.axis for one in axes if one.axis.of_flips})
-
-
-def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
-    """The agents that the study is about and that have an ended trial; all with one if none of them has."""
-    ended = {agent for (agent, _), one in found.conditions.items() if one.success.n}
-    return tuple(agent for agent in found.subjects if agent in ended) or tuple(
-        agent for agent in found.agents if agent in ended
-    )
-
-
-def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[StudySummary]:
-    """The axes whose doses are compared with the control, flip rates first; without any in a study of controls."""
-    several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
-    tested = {one.axis for one in found.on_axes}
-    more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
-    return [] if found.whys or found.factorials else [*several, *more]
-
-
-def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
-    """The question of the page."""
-    compared = map(found.design.comparison, found.design.modalities)
-    rest = [label for of in compared for label in (*of.others, *of.controls)]
-    kinds = _readings(axes)
-    said = (
-        cause(one.axis) if kinds < 2 or not one.axis.of_flips else f"false reports of {kinds} kinds" for one in axes
-    )
-    causes = list(dict.fromkeys(said))
-    if not causes and not rest:
-        return f"How well do agents open {study.box.name}?"
-    if not causes and len(rest) == 1:
-        return f"Does {rest[0]} change how agents open {study.box.name}?"
-    causes += [f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}"] * bool(rest)
-    return f"Do {listed(causes)} change how agents open {study.box.name}?"
-
-
-def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
-    """The first screen of a study of controls."""
-    whys = [one for one in found.whys if one.agent in found.subjects] or found.whys[:1]
-    effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
-    return _Screen(
-        question=f"Why do false reports change how agents open {study.box.name}?",
-        trial=trial_said(study.max_steps, varied_by(study.conditions)),
-        answer=_joined(*map(mechanism_said, whys)),
-        chance=_no_advantage(found, effects),
-        figure="why",
-    )
-
-
-def _of_factorial(found: ConditionStudySummary, study: Study) -> _Screen:
-    """The first screen of a study of many factors at once."""
-    return _Screen(
-        question=f"Which features of the scene change how agents open {study.box.name}?",
-        trial=trial_said(study.max_steps, "scenes" if study.plants[1:] and study.has_pictures else "conditions"),
-        answer=" ".join(factorial_said(factor_rows(one)) for one in found.factorials[:_ANSWERS])
-        or f"{_FEW} in every condition.",
-        figure="factorial" * bool(found.factorials),
-    )
-
-
-def _with_flips(flips: _Screen, all_axes: _Screen) -> _Screen:
-    """One first screen: flip rates are the question; other conditions have parts of their own below."""
-    return replace(
-        all_axes,
-        changed_nothing=_joined(flips.changed_nothing, all_axes.changed_nothing),
-        question=flips.question,
-        trial=flips.trial,
-        cause=flips.cause,
-        chance=flips.chance or all_axes.chance,
-        interaction=flips.interaction,
-        figure=flips.figure or all_axes.figure,
-    )
-
-
-def _joined(*sentences: str) -> str:
-    return " ".join(filter(None, sentences))
-
-
-def _no_advantage(found: ConditionStudySummary, effects: Sequence[Effects]) -> str:
-    """Agents without a detected advantage over random agents under the first control."""
-    if not effects:
-        return ""
-    control = effects[0].control
-    agents = [one.agent for one in effects if one.control == control]
-    shares = {Subject.of(agent).name: found.conditions[agent, control].success for agent in agents}
-    return no_advantage_said(
-        shares, at_dose(0) if control == TRUTH else f"under {control}", found.reference.no_repeat[-1]
+        said = effect_said(found, shown[0]) if alone else answer(found)
+        nothing = found.said("overview", "changed_nothing")
+        if nothing and not any(line.change or line.alike for line in primary_lines(found)):
+            said = nothing[0]
+    everything = broken_said(found)
+    return " ".join(
+        filter(None, (everything, said * (bool(solved) or not everything), *found.said("overview", "rules")))
     )
 
 
 def _show(found: Results) -> Iterator[Part]:
     """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
-    figure, listing = found.fact(_ABOUT, "figure"), answer_list(found)
-    drawn = drawable(found) if figure == "overview" else []
+    if not said:
+        return
+    listing = answer_list(found)
+    drawn = [] if found.where("false_report_effect") else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     panel, panel_says = panel_figure(found.study.get("box", {}))
-    one_look = not found.progress.every_look and figure in ("overview", "effects", "")
+    from lockprobe.report.questions import all_sections
+
+    known: dict[str, Figure] = {one.name: one for of in all_sections() for one in of.figures}
+    figures = [known[name] for name in _FIGURES if name in known and known[name].applies(found)]
     values = {
-        "said": dict.fromkeys(_SAID, "") | said,
-        "headline": headline(listing.lines, said.get("cause", "")) if one_look else "",
+        "said": said,
+        "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
+        "rest": list(filter(None, (chance_said(found, listing.lines), *found.said("readings", "untested")))),
+        "needed": "" if found.progress.every_look else needed_said(listing.lines),
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((row.corrected_for for row in tested), default=1),
@@ -360,25 +218,9 @@ def _show(found: Results) -> Iterator[Part]:
         "narrow": curve_figure(found, wide=False) if drawn else "",
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
-        "figures": [
-            one for of in all_sections() for one in of.figures if one.name == figure and not (drawn or listing.many)
-        ],
+        "figures": [] if drawn or listing.many else figures[:1],
     }
-    if said:
-        yield Part("First screen", found.answer_of("overview"), [Template("first_screen", values)])
-
-
-def without_answer(found: Results) -> Results:
-    """The results without an answer if its numbers are among what could not be made."""
-    numberless = any(one.section.startswith(_NUMBERS) for one in found.sections_left_out)
-    if not (numberless and found.progress.finished) or found.where("success"):
-        return found
-    said = "The answer could not be computed; the sections below that are left out say why."
-    findings = [
-        one.model_copy(update={"text": said}) if (one.section, one.kind) == ("overview", "answer") else one
-        for one in found.findings
-    ]
-    return found.changed(findings=tuple(findings), answer=said)
+    yield Part("First screen", found.answer, [Template("first_screen", values)])
 
 
 SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show),)

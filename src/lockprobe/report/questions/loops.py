@@ -22,8 +22,8 @@ from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import correlation
 from lockprobe.statistics.inference.hazard import looping
-from lockprobe.statistics.inference.trend import trend_fit
-from lockprobe.statistics.inference.ushape import bounded_onset_lines
+from lockprobe.statistics.inference.over_doses import later_and_sooner
+from lockprobe.statistics.inference.trend import trend
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.loops.incidence import incidence
 from lockprobe.statistics.measures import MEASURES
@@ -68,12 +68,11 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
     own: dict[str, Any] = {"agent": course.agent, "modality": course.modality, "axis": course.key}
     if not len(found):
         return
-    if fit := trend_fit(shares, "loop_rate", course.draws.loop_rate).quadratic:
+    if fit := trend(shares, "loop_rate", course.draws.loop_rate):
         band: dict[str, Any] = {"x": fit.dose, "value": fit.value, "low": fit.low, "high": fit.high}
         yield Curve(quantity="loop_fit", n=len(shares), **own, **band)
         if fit.turning is not None:
-            kind = fit.turning_kind or ""
-            yield Estimate(quantity="loop_fit_turning", value=fit.turning, of=kind, unit="dose", **own)
+            yield Estimate(quantity="loop_fit_turning", value=fit.turning, of=fit.kind, unit="dose", **own)
     loops, success = (np.array([getattr(one, of) for one in shares]) for of in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
         test: dict[str, Any] = dict(zip(("value", "low", "high", "p_value"), r, strict=True)) | {"n": len(shares)}
@@ -91,7 +90,7 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
             curve = incidence(some.until_loop, some.looped, int(some.until_loop.max()))
             band = {"x": range(len(curve.share)), "value": curve.share, "low": curve.low, "high": curve.high}
             yield Curve(quantity="loop_onset", of=of, n=len(some), **own | band | {"axis": "step"})
-    lines = bounded_onset_lines(found, course.broke, course.tested.budget)
+    lines = later_and_sooner(found, course.broke, course.tested.budget)
     if lines.first and lines.second:
         shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
         yield Estimate(quantity="first_loop_two_lines", value=lines.break_p, unit="dose", **own, **shape)

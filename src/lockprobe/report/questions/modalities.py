@@ -69,7 +69,7 @@ def _table(found: Results) -> TextTable:
     return [head, *rows] if rows else []
 
 
-def _said(found: Results, row: Estimate) -> str:
+def effect_said(found: Results, row: Estimate) -> str:
     """The trend over fidelity; without one whether any two modalities differ."""
     who = Subject.of(row.agent)
     solves = f"{who.form('solves', 'solve')} the box"
@@ -102,7 +102,7 @@ def _show(found: Results) -> Iterator[Part]:
                 "3000</code>)."
             ),
         )
-        yield Part("Modalities", " ".join(_said(found, row) for row in effects[:2]), [_PAIRS_TABLE, note])
+        yield Part("Modalities", " ".join(effect_said(found, row) for row in effects[:2]), [_PAIRS_TABLE, note])
 
 
 SECTIONS = (Section(name="modalities", title="Modalities", rows=_rows, show=_show, tables=(_PAIRS_TABLE,)),)

@@ -42,12 +42,12 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not any(study.p) or not positions:
         return
     said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
-    yield Finding(section=_NAME, kind="what", text=said, judges=False)
+    yield Finding(section=_NAME, kind="what", text=said)
     if not study.of_flips:
         design = design_of(study)
         yield from compared_rows(against_first(cells_of(numbers), design.no_feedback, design), numbers)
     if said := untested(numbers):
-        yield Finding(section=_NAME, kind="untested", text=said, judges=False)
+        yield Finding(section=_NAME, kind="untested", text=said)
 
 
 def untested(numbers: StudyNumbers) -> str:

@@ -11,7 +11,6 @@ from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.section_answers import NO_NUMBERS
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
@@ -128,7 +127,7 @@ def _said(found: Results) -> str:
     shown = [(Subject.of(course.agent, course.shown).name, course) for course in _shown(found)]
     means = [f"{course.played[0].value('mean_steps_all'):.1f} for {name}" for name, course in shown]
     if not means:
-        return NO_NUMBERS
+        return "No trial has ended."
     plan = found.get("optimum")
     least = f" (the shortest plan: {plan.value:g})" if plan else ""
     said = [f"Mean steps {at_lowest(found)}{least}: {first_three(means, '; ')}."]

@@ -109,19 +109,6 @@ def small_said(answers: _Answers, points: float) -> str:
     return f"{margin}: effects of {'; of '.join(said[:_NAMED])}{rest}." if said else ""
 
 
-def effects_said(answers: _Answers) -> str:
-    """Which differences are shown to be effects, and their direction."""
-    said = [
-        f"{one.question.name} {'raises' if one.course.value > 0 else 'lowers'} the success of {Subject.of(agent).name}"
-        for agent, own in answers.items()
-        for one in own
-        if one.verdict == "effect"
-    ]
-    more = len(said) - _NAMED
-    rest = f"; and {more} more" if more > 0 else ""
-    return f"Compared with the first: {'; '.join(said[:_NAMED])}{rest}." if said else "No effect is decided yet."
-
-
 def decided_said(verdict: str | None, points: float) -> str:
     """What was decided of a difference, in words.
 

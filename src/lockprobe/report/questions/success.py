@@ -1,203 +1,243 @@
-"""Success and false reports: how success depends on the flip rate, agent by agent."""
+"""Success and false reports: how success depends on the flip rate, or on another dose, agent by agent (Fig. 4)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent, points
-from lockprobe.report.captions import (
-    fit_said,
-    model_said,
-    paper_rates,
-    share_intervals_said,
-)
-from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED
-from lockprobe.report.prose.subject import Subject
-from lockprobe.report.questions.course_rows import AgentCourse, at, course_rows
-from lockprobe.report.rows import Course, Estimate, Results, Row
-from lockprobe.report.rows.primary import CONTROL
-from lockprobe.report.section import (
-    Block,
-    Caption,
-    Detail,
-    Figure,
-    Note,
-    Part,
-    Section,
-    Template,
-)
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
-from lockprobe.report.table_rows import count_of, points_cell
-from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.published import PEAK
+from lockprobe.foundation.formatting import capital, p_cell
+from lockprobe.report.answer import headline
+from lockprobe.report.captions import paper_rates, share_intervals_said
+from lockprobe.report.format import TextTable
+from lockprobe.report.prose.doses import cause
+from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.questions.loops import loops_over_doses
+from lockprobe.report.rows import Course as Shown
+from lockprobe.report.rows import Curve, DoseAxis, Estimate, Results, Row
+from lockprobe.report.rows.primary import CONTROL, dose_lines
+from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
+from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
+from lockprobe.statistics.course import Course
+from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
+from lockprobe.statistics.inference.trend import trend
+from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.trial.record import PLAIN_WORDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PERMUTED = "permutation within blocks, and interval"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for agent in numbers.flips.agents:
-        yield from course_rows(AgentCourse(agent, FLIPS.name, numbers.conditions), numbers.flips.reference)
+    for course in numbers.courses:
+        yield from _of_course(course)
 
 
-_STARS = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
-"""Flip rate -> the paper's value there."""
+def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
+    for axis in numbers.axes:
+        for course in axis.courses:
+            yield from _of_course(course)
+            yield from loops_over_doses(course)
 
 
-def _fig4_caption(found: Results) -> Caption:
-    stars = " and ".join(_STARS[rate] for rate in paper_rates(found.courses()))
-    values = f" Hollow stars: values in the paper's text, {stars}." if stars else ""
-    fit = fit_said(_subjects(found), "success_fit")
-    return Caption(
-        f"The paper's Fig. 4: success by flip rate.{values}",
-        "Dots are repetitions (larger where several coincide), markers their means."
-        f"{f' The line is the {fit}.' if fit else ''}",
-    )
+def _of_course(course: Course) -> Iterator[Row]:
+    of: dict[str, Any] = {"agent": course.agent, "modality": course.modality, "axis": course.key}
+    yield from _fit(course, of)
+    yield from _differences(course)
+    lines = rise_and_fall(course.ended, course.broke, course.trials.budget, agents=course.family)
+    if lines.break_p is not None:
+        shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
+        yield Estimate(quantity="success_two_lines", **of, value=lines.break_p, unit="dose", **shape)
+    for name, line in (("first line", lines.first), ("second line", lines.second)):
+        if line is not None:
+            yield Estimate(quantity="success_two_lines", **of, of=name, value=line.z, unit="z", p_value=line.p_value)
 
 
-def _corrected_caption(found: Results) -> Caption:
-    subjects = _subjects(found)
-    of_success = share_intervals_said((course.agent for course in subjects), every_look=bool(found.progress.every_look))
-    return Caption(
-        "Success by flip rate, with the exact success of random agents.",
-        f"{of_success} {model_said(subjects)}".strip(),
-    )
+def _fit(course: Course, of: dict[str, Any]) -> Iterator[Row]:
+    """The paper's second-order least-squares fit over repetitions, and the orders that its criteria prefer."""
+    fit, n = trend(course.points, "success", course.draws.success), len(course.points)
+    if fit is None:
+        return
+    for criterion, order in fit.orders.items():
+        yield Estimate(quantity="success_fit_order", **of, of=criterion, value=order, n=n, unit="order")
+    yield Curve(quantity="success_fit", **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
+    if fit.turning is not None:
+        yield Estimate(quantity="success_fit_turning", **of, of=fit.kind, value=fit.turning, unit="dose")
 
 
-def _subjects(found: Results) -> list[Course]:
-    return [course for course in found.courses() if course.subject]
+def against_lowest(course: Course, dose: float) -> dict[str, Any]:
+    """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
+    of = {"agent": course.agent, "modality": course.modality, "axis": course.key}
+    if course.axis.kind == AGENT:
+        return of | {"of": f"{dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": dose}}
+    (trial, *_), (lowest, *_) = course.by_dose[dose], course.by_dose[min(course.by_dose)]
+    return of | {
+        "condition": trial.condition,
+        "control": lowest.condition,
+        "modality": trial.modality,
+        "doses": dict(trial.doses),
+    }
 
 
-_DRAWN = "lockprobe.report.figures.success_by_flip_rate"
-_FIG4 = Figure(
-    "fig4",
-    "Success rate by flip rate, as in the paper",
-    _fig4_caption,
-    f"{_DRAWN}:fig4",
-    applies=lambda found: found.several_p,
-)
-_FIG4_CORRECTED = Figure(
-    "fig4-corrected",
-    "Success rate by flip rate, with intervals and chance levels",
-    _corrected_caption,
-    f"{_DRAWN}:fig4_corrected",
-    applies=lambda found: found.several_p,
-)
+def _differences(course: Course) -> Iterator[Row]:
+    """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
+    rng = course.stream("permutation")
+    tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
+    for one in tested.at:
+        columns = against_lowest(course, one.dose)
+
+        def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
+            return columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))}
+
+        yield Estimate(
+            quantity="success_difference",
+            **columns,
+            unit="points",
+            n=one.second.n,
+            value=one.value,
+            low=one.low,
+            high=one.high,
+            p_value=one.p_value,
+            test=E_PROCESS if one.course else PERMUTED,
+            family=f"success by {course.axis.name}",
+            corrected_for=len(tested.at) * tested.agents,
+        )
+        for more, share in (("", one.second), (CONTROL, one.first)):
+            yield from share_rows("success_in_pairs", share, **part(more))
+        if one.pairs is not None:
+            for more, count in (("", one.pairs.only_second), (CONTROL, one.pairs.only_first)):
+                counted: dict[str, Any] = {"value": count, "count": count, "n": one.pairs.n, "unit": "trials"}
+                yield Estimate(quantity="solved_at_one_only", **part(more), **counted)
+        for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
+            yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
 
 
 def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
-        rates = listed([f"{p:g}" for p in found.flip_rates])
-        said = f"Shares of trials solved at flip rates of {rates}."
-        yield Part("Success and false reports", said, list(_blocks(found)))
+        yield Part("Success and false reports", _said(found, None), [_FIG4, _SUCCESS, _note(found)])
 
 
-def _blocks(found: Results) -> Iterator[Block]:
-    judged = [course for course in found.courses() if course.subject]
-    fits = [(_name(course), _fit_said(course)) for course in judged]
-    yield _FIG4_CORRECTED
-    if rows := list(_contrast_rows(found)):
-        yield Detail(
-            "The clearest difference of each agent, tested",
-            [Template("contrasts", {"rows": rows}), note_at(found, _CONTRAST_NOTE)],
-        )
-    yield Detail("The paper's Fig. 4 and orders of fits", [_FIG4, *_of_agents(fits)])
+def _show_doses(found: Results) -> Iterator[Part]:
+    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
+    for i, (place, axis) in enumerate(axes, 1):
+        shown = [course for course in found.courses(axis) if course.played]
+        called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
+        pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
+        said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
+        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,)}
+        blocks: list[Block] = [
+            Figure(f"series-{i}-success", f"Success by {axis.name}", Caption(said, _intervals(found, shown)), **drawn),
+            Cells(_cells(found, axis), 2),
+            _note(found),
+        ]
+        yield Part(f"{called}{pictured}", _said(found, axis), blocks, "doses" if i == 1 else f"doses-{i}")
 
 
-def _name(course: Course) -> str:
-    return Subject.of(course.agent, course.shown).name
+def _called(axis: DoseAxis) -> str:
+    options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
+    return f"{axis.name.capitalize()}{options}{rest}"
 
 
-def _of_agents(said: list[tuple[str, str]]) -> tuple[Block, ...]:
-    """A sentence on each agent; nothing without agents."""
-    return (Template("of_agents", {"said": said}),) if said else ()
+def _said(found: Results, axis: DoseAxis | None) -> str:
+    """What the doses did, as the first screen says it; that nothing was compared, where nothing was."""
+    of = FLIPS if axis is None else Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
+    return headline(dose_lines(found, axis), cause(of)) or "Nothing could be compared."
 
 
-def _fit_said(course: Course) -> str:
-    """The orders that the paper's criteria prefer, and where the second-order fit turns; or why there is no fit."""
-    if course.blind:
-        return "no fit, its trials are the same at every flip rate."
-    aic, cv = (course.value("success_fit_order", of) for of in ("AIC", "cross-validation"))
-    if aic is None or cv is None:
-        return course.found.fact("success_fit", f"{course.label}, {course.axis}")
-    said = f"AIC prefers order {aic:g}, cross-validation order {cv:g}."
-    for row in course.where("success_fit_turning"):
-        share = course.value("success_fit_turning_share", row.of)
-        alike = f" ({percent(share)} of resamples turn the same way within the range)" if share is not None else ""
-        said += f" The second-order fit has its {row.of} at a flip rate of {row.value:.2f}{alike}."
-    if (order := course.value("success_model_order", "AICc")) is not None:
-        said += f" AICc of the binomial model prefers order {order:g}."
-    return said
+def _cells(found: Results, axis: DoseAxis | None = None) -> TextTable:
+    """Success at every dose, and its change from the lowest."""
+    rows = []
+    for course in found.courses(axis):
+        changes = {cell.dose: row for cell, row in course.changes()}
+        for cell in course.played:
+            row = changes.get(cell.dose)
+            tested = p_cell(row.p_value) if row else ""
+            share = share_of_row(cell.get("success"))
+            rows.append([course.label, f"{cell.dose:g}", str(cell.trials), share, points_cell(row), tested])
+    name = FLIPS.name if axis is None else axis.name
+    return [["agent", name, "trials", "solved", "change from the lowest", "P"], *rows] if rows else []
 
 
-def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
-    """The cells of the clearest difference of each agent, and its bounds if trials broke."""
-    for course in found.courses():
-        if (row := course.get("clearest_success_difference")) is None:
-            continue
-        dose = course.value("clearest_dose") or 0.0
-        first, second = (_at_dose(course, "success_in_pairs", dose, of) for of in (CONTROL, ""))
-        alone = [_at_dose(course, "solved_at_one_only", dose, of) for of in (CONTROL, "")]
-        tests = _at_dose(course, "success_difference", dose, "McNemar"), course.get(row.quantity, "Fisher")
-        yield {
-            "label": course.label,
-            "compared": _compared(course, row, dose),
-            "cells": [
-                count_of(first),
-                count_of(second),
-                points_cell(row),
-                p_cell(row.p_value),
-                DETECTED[row.p_value is not None and row.p_value < ALPHA],
-                *(str(one.count) if one else NONE for one in alone),
-                *(p_cell(one.p_value if one else None) for one in tests),
-            ],
-            "broken": _if_broken(course, dose),
-        }
-
-
-def _at_dose(course: Course, quantity: str, dose: float, of: str) -> Estimate | None:
-    """A number that compares a dose with the lowest."""
-    names = {cell.condition for cell in course.cells if cell.dose == dose}
-    return next((row for row in course.against_lowest(quantity, of) if row.condition in names), None)
-
-
-def _compared(course: Course, row: Estimate, dose: float) -> str:
-    """The two flip rates, out of how many they were chosen, and of which trials."""
-    rates = [course.value("lowest_dose") or 0.0, dose]
-    said = " and ".join(f"{rate:g}" for rate in rates)
-    others = [abs(one.value or 0.0) for one in course.against_lowest("success_difference")]
-    if len(others) > 1:
-        said += f", the {'farthest' if abs(row.value or 0.0) >= max(others) - 1e-9 else 'clearest'} of {len(others)}"
-    compared = [_at_dose(course, "success_in_pairs", dose, of) for of in (CONTROL, "")]
-    whole = [one.n if one else 0 for one in compared] == [course.value("trials_at_dose", at(rate)) for rate in rates]
-    return said if whole else f"{said}, trials finished at both"
-
-
-def _if_broken(course: Course, dose: float) -> str:
-    """What the difference is at least and at most, whatever became of the broken trials; empty if none broke."""
-    said = [points(one.value or 0.0) for end in BOUNDS if (one := _at_dose(course, "success_difference", dose, end))]
-    if len(said) < len(BOUNDS):
-        return ""
-    return minus(
-        f"Trials broke: in all begun pairs the difference is between {said[0]} and {said[1]} points, whatever became "
-        "of them. Interval and corrected P value hold at both ends; P is 1 if the signs differ."
+def _note(found: Results) -> Note:
+    tested = (
+        "hold at every look: a confidence sequence and an e-process of the mean over blocks, by betting."
+        if found.progress.every_look
+        else "are of pairs of trials with the same luck: the larger P of a permutation within blocks and the interval."
+    )
+    broken = " and hold whatever became of broken trials" if any(row.value for row in found.where("broken")) else ""
+    return Note(
+        "Changes are points of success in the trials that were finished at both doses.",
+        f"Interval and P {tested} They are corrected for all doses and agents that are judged together{broken}.",
+        Markup(
+            "<em>Not detected</em> does not show that there is no change. The orders of the paper's fit by its two "
+            "criteria, where it turns, and the two-lines test of a rise and fall (each line must be significant) are "
+            "rows <code>success_fit_order</code>, <code>success_fit_turning</code> and <code>success_two_lines</code> "
+            "of <code>results.json</code>."
+        ),
     )
 
 
-_CONTRAST_NOTE = Note(
-    Markup(
-        "Success at two flip rates, in the trials finished at both (for people, in all trials). <em>Detected</em>: the "
-        "corrected <i>P</i> is below 0.05; <em>not detected</em> does not show that there is no difference."
-    ),
-    Markup(
-        "The corrected <i>P</i> is the larger of two: that of a permutation of flip rates within blocks, corrected for "
-        "all flip rates and for the agents, and that of the interval, corrected alike. McNemar's exact test and "
-        "Fisher's, which assumes independent conditions, are not corrected."
-    ),
-    "A trial uses the same random numbers (labels, flips, draws) at every flip rate; a block is one repetition and "
-    "trial. The difference, its interval and its P values use the same sample.",
+def _intervals(found: Results, shown: Sequence[Shown]) -> str:
+    return share_intervals_said((course.agent for course in shown), every_look=bool(found.progress.every_look))
+
+
+def _fig4_caption(found: Results) -> Caption:
+    shown = [course for course in found.courses() if course.subject]
+    stars = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
+    drawn = " and ".join(stars[rate] for rate in paper_rates(shown))
+    fit = any(course.curve("success_fit") for course in shown)
+    return Caption(
+        f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' if drawn else ''}",
+        f"Dots are repetitions, markers their means with {_intervals(found, shown)[14:-1]}."
+        f"{' The line is the second-order fit by least squares with its 95 % band.' if fit else ''}",
+        "Grey: exact success of random agents with and without immediate repeats.",
+    )
+
+
+def draw(found: Results, place: int | None = None) -> Any:
+    """Success by dose, a panel for each agent that the study is about; by flip rate without the place of an axis."""
+    from lockprobe.report.figures.compose import sheet
+    from lockprobe.report.figures.frame import axis_note
+    from lockprobe.report.figures.settings import own_settings
+
+    axis = None if place is None else found.design.axes[place]
+    played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
+    shown = played if axis is None else [one for one in played if len(one.played) > 1 and not one.blind] or played
+    with own_settings():
+        return sheet(shown, _panel, note=axis_note(axis) if axis else "")
+
+
+def _panel(axes: Axes, course: Shown) -> None:
+    from lockprobe.report.figures import frame, primitives
+    from lockprobe.report.figures.palette import Style, of_agent
+    from lockprobe.report.figures.settings import INK
+
+    style = of_agent(course, Style(colour=INK))
+    primitives.dots(axes, [(at, success.value) for at, success, _ in primitives.repetitions(course)], style)
+    primitives.by_dose(axes, course.played, "success", style)
+    primitives.second_order_fit(axes, course.curve("success_fit"), style)
+    frame.dose_axes(axes, course, "success rate")
+    chance = [course.found.get("success_chance", agent="", of=of) for of in ("uniform", "no-repeat")]
+    frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
+    if course.axis == FLIPS.name:
+        primitives.published(axes, primitives.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
+    frame.title(axes, frame.heading(course), f"{frame.counts(course.played)} per {course.name}")
+
+
+_FIG4 = Figure(
+    "fig4",
+    "Success rate by flip rate, as in the paper",
+    _fig4_caption,
+    f"{__name__}:draw",
+    applies=lambda found: found.several_p and any(course.played for course in found.courses()),
 )
+_SUCCESS = Table("success", _cells)
 
 SECTIONS = (
     Section(
@@ -205,6 +245,8 @@ SECTIONS = (
         title="Success and false reports",
         rows=_rows,
         show=_show,
-        figures=(_FIG4, _FIG4_CORRECTED),
+        tables=(_SUCCESS,),
+        figures=(_FIG4,),
     ),
+    Section(name="doses", title="Doses", rows=_of_doses, show=_show_doses),
 )

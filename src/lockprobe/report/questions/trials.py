@@ -10,14 +10,10 @@ from lockprobe.report.study_numbers import StudyNumbers
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
-    """The trial to watch first: solved if one is, under the flip rate that stands out if one does."""
-    subjects = [one.agent for one in numbers.flips.subjects] or [*(numbers.others.subjects if numbers.others else ())]
-    contrast = next((one.contrast for one in numbers.flips.subjects[:1]), None)
-    rate = contrast.other.dose if contrast else None
-    own = [one for one in numbers.opened.trials if one.group in subjects[:1] and one.ending != "error"]
+    """The trial to watch first: the first of the first agent that was solved, if one was."""
+    own = [one for one in numbers.opened.trials if one.group in numbers.subjects[:1] and one.ending != "error"]
     if own:
-        first = min(own, key=lambda one: (not one.solved, rate not in (None, one.p)))
-        yield Fact(about="trials", name="first", text=first.key)
+        yield Fact(about="trials", name="first", text=min(own, key=lambda one: not one.solved).key)
 
 
 def _show(found: Results) -> Iterator[Part]:

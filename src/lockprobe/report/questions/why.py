@@ -22,7 +22,7 @@ from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.sequential.shares import share_at_every_look
-from lockprobe.statistics.why.contrasts import Why, whys
+from lockprobe.statistics.why.contrasts import whys
 from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, PART, TOTAL, Decision, decision_of
 from lockprobe.studies.study_design import design_of
 
@@ -71,9 +71,10 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield from share_rows(_SUCCESS, success, **own, condition=name, of=arm, doses=doses)
 
 
-def mechanism_said(found: Why) -> str:
-    """What false reports do to the success of one agent, and which of the candidate causes carries it; no intervals."""
-    return why_said(found.agent, found.modality, found.decision)
+def answer(found: Results) -> str:
+    """What false reports do to the success of each agent, and why; no intervals."""
+    asked = sorted(_asked(found), key=lambda total: total.agent not in found.subjects)
+    return " ".join(why_said(total.agent, total.modality, _decided(found, total)) for total in asked)
 
 
 def why_said(agent: str, modality: str, decision: Decision, needed: float | None = None) -> str:

@@ -96,6 +96,7 @@ class Course:
         axis: The key of the axis, which its rows have in their column ``axis``.
         name: What sentences call the dose.
         cells: Its cells by dose, ascending.
+        of_agents: Whether its doses are an option of agents.
     """
 
     found: _Rows
@@ -103,6 +104,7 @@ class Course:
     axis: str
     name: str
     cells: tuple[Cell, ...]
+    of_agents: bool = False
 
     @property
     def agent(self) -> str:
@@ -156,11 +158,25 @@ class Course:
         """All such numbers, whatever part of the quantity they are."""
         return self.found.where(quantity, **self._own)
 
-    def against_lowest(self, quantity: str, of: str = "") -> list[Estimate]:
-        """A number that compares a dose with the lowest, for every dose above it."""
-        own = {cell.condition for cell in self.cells}
-        rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", of=of)
-        return [row for row in rows if row.control and row.condition in own]
+    def changes(self, of: str = "", quantity: str = "success_difference") -> list[tuple[Cell, Estimate]]:
+        """A number that compares each dose with the lowest, with what the agent did at that dose."""
+        found = []
+        for cell in self.cells[1:]:
+            place = {"condition": cell.condition, "of": of}
+            if self.of_agents:  # agents that differ in an option have no condition each
+                place = {"condition": "", "of": ", ".join(filter(None, (f"{cell.dose:.15g}", of)))}
+            rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", **place)
+            found += [(cell, row) for row in rows if row.control or self.of_agents]
+        return found
+
+    @property
+    def clearest(self) -> tuple[Cell, Estimate] | None:
+        """The change with the smallest P value, of equal ones the largest; None if nothing was compared.
+
+        Intervals and P values are corrected for this choice.
+        """
+        order = lambda pair: (2.0 if pair[1].p_value is None else pair[1].p_value, -abs(pair[1].value or 0.0))  # noqa: E731
+        return min(self.changes(), key=order, default=None)
 
     def curve(self, quantity: str, of: str = "") -> Curve | None:
         """A curve over the doses; None if it has none."""

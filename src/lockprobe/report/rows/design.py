@@ -29,6 +29,7 @@ class Player(Part):
     shown: str = Field(default="", description="What tells it apart in words: the modality, if it has several.")
     subject: bool = Field(default=False, description="Whether the study is about it; others are baselines.")
     blind: bool = Field(default=False, description="Whether it plays alike at every dose.")
+    doses: tuple[float, ...] = Field(default=(), description="Its doses with trials, of an axis of its own, ascending.")
 
     @property
     def label(self) -> str:

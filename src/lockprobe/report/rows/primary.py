@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lockprobe.report.rows.course import Course
+from lockprobe.report.rows.design import DoseAxis
 from lockprobe.report.rows.results import Results
 from lockprobe.report.rows.row import Estimate
 from lockprobe.trial.condition import TRUTH
@@ -66,12 +67,17 @@ def primary_lines(found: Results) -> list[Line]:
     lines = list(_of_controls(found))
     if not lines:
         others = [axis for axis in found.design.axes if not axis.of_flips]
-        courses = found.courses() if found.several_p or not others else found.courses(others[0])
-        known = {(one.agent, one.modality): _over_doses(found, one) for one in courses if one.played}
+        axis = None if found.several_p or not others else others[0]
+        known = {(one.agent, one.modality): one for one in dose_lines(found, axis)}
         if not any(one.change or one.alike for one in known.values()):
             known |= {key: line for key, line in _of_conditions(found) if line.change or key not in known}
         lines = list(known.values())
     return sorted(lines, key=lambda line: line.baseline)
+
+
+def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
+    """A line for each agent over the doses of an axis; over flip rates without one."""
+    return [_over_doses(one) for one in found.courses(axis) if one.played]
 
 
 def _of_controls(found: Results) -> Iterator[Line]:
@@ -91,14 +97,16 @@ def _of_controls(found: Results) -> Iterator[Line]:
         )
 
 
-def _over_doses(found: Results, course: Course) -> Line:
+def _over_doses(course: Course) -> Line:
     """The lowest dose against the one that differs most clearly."""
-    first, dose, clearest = course.played[0], course.value("clearest_dose"), course.get("clearest_success_difference")
-    second = next((cell for cell in course.played[1:] if cell.dose == dose), None)
+    first, clearest = course.played[0], course.clearest
+    second, change = clearest or (None, None)
     shares = first.get("success"), second.get("success") if second else None
     if second is not None:
-        pair = {"agent": course.agent, "condition": second.condition, "control": first.condition, "axis": course.axis}
-        control, other = (found.get("success_in_pairs", **pair, of=of) for of in (CONTROL, ""))
+        control, other = (
+            next((row for cell, row in course.changes(of, "success_in_pairs") if cell.dose == second.dose), None)
+            for of in (CONTROL, "")
+        )
         shares = (control, other) if control and other else shares
     return Line(
         agent=course.agent,
@@ -107,9 +115,9 @@ def _over_doses(found: Results, course: Course) -> Line:
         conditions=tuple(cell.condition for cell in (first, second) if cell),
         first=shares[0],
         second=shares[1],
-        change=clearest if second else None,
+        change=change,
         control=_control(first.condition),
-        under=f"at {course.name} {dose:g}" if dose else "",
+        under=f"at {course.name} {second.dose:g}" if second else "",
         alike=course.blind,
         baseline=not course.subject,
     )

@@ -171,19 +171,9 @@ class Results(Part):
         rows = [row.model_dump(exclude={"doses"}) | row.doses for row in self.rows]
         return pandas.DataFrame(rows, columns=list(dict.fromkeys(name for row in rows for name in row)) or None)
 
-    def said(self, section: str, kind: str | None = None, **about: str) -> list[str]:
-        """The sentences of a section, of one kind if given."""
-        return [
-            one.text
-            for one in self.findings
-            if one.section == section
-            and (kind is None or one.kind == kind)
-            and all(getattr(one, name) == value for name, value in about.items())
-        ]
-
-    def answer_of(self, section: str) -> str:
-        """The answer in the heading of a section; empty without one."""
-        return next(iter(self.said(section, "answer")), "")
+    def said(self, section: str, kind: str) -> list[str]:
+        """The sentences of a section of one kind."""
+        return [one.text for one in self.findings if (one.section, one.kind) == (section, kind)]
 
     def fact(self, about: str, name: str) -> str:
         """A property; empty if it is not known."""
@@ -268,15 +258,20 @@ class Results(Part):
             (name, axis.condition) if axis.condition else (player.agent, name): dose
             for name, dose in axis.doses.items()
         }
-        analysed = self.where("trials_at_dose", agent=player.agent, modality=player.modality, axis=axis.key)
-        doses = {float(row.of) for row in analysed}
         known = {(one.agent, one.condition): one for one in self.cells}
         cells = tuple(
             replace(known[place], dose=dose)
             for place, dose in places.items()
-            if place in known and (dose in doses or not doses)  # what changed nothing is left out
+            if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
         )
-        return Course(found=self, player=player, axis=axis.key, name=axis.name, cells=cells)
+        return Course(
+            found=self,
+            player=player,
+            axis=axis.key,
+            name=axis.name,
+            cells=cells,
+            of_agents=bool(axis.condition),
+        )
 
     @cached_property
     def readings(self) -> tuple[tuple[DoseAxis, str], ...]:

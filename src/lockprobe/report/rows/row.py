@@ -115,17 +115,11 @@ class Curve(_Measured):
 
 
 class Finding(Part):
-    """A sentence of the report."""
+    """A sentence that does not follow from rows: what was asked, what a trial is, what changed nothing."""
 
     section: str = Field(description="The section of the report that it belongs to.")
-    kind: str = Field(default="", description="What it says: answer, question, finding, …")
-    agent: str = Field(default="", description="The agent that it is about; empty if about several.")
-    modality: str = Field(default="", description="How that agent was shown the box.")
+    kind: str = Field(default="", description="What it says: question, trial, unfinished, …")
     text: str = Field(description="The sentence.")
-    rests_on: tuple[str, ...] = Field(
-        default=(), description="The quantities that it rests on, which have rows; none if it states no result."
-    )
-    judges: bool = Field(default=True, description="Whether it judges an agent.")
 
 
 class Fact(Part):

@@ -11,7 +11,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.simulation.power.rates import Progress, Rate, measure
 from lockprobe.simulation.power.worlds import Design, P, World
-from lockprobe.statistics.inference.verdict import Question
+from lockprobe.statistics.inference.over_doses import Question
 from lockprobe.statistics.proportions import proportion
 
 TRIALS = (15, 30, 60, 120, 240)

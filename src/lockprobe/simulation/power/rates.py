@@ -11,8 +11,8 @@ from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.power.simulate import BUDGET, simulate_outcomes
 from lockprobe.simulation.power.worlds import Design, World
-from lockprobe.statistics.inference.infer import infer
-from lockprobe.statistics.inference.verdict import Question
+from lockprobe.statistics.inference.over_doses import TESTS, Question, p_values
+from lockprobe.statistics.proportions import ALPHA
 
 BATCH = 10
 """Studies that a process plays before it reports."""
@@ -65,9 +65,6 @@ class _StudyRange:
     numbers: range
 
 
-Verdict = tuple[str, Question, bool]
-
-
 def measure(
     worlds: Sequence[World],
     designs: Sequence[Design],
@@ -96,10 +93,10 @@ def measure(
         for d in designs
         for first in range(0, studies, BATCH)
     ]
-    counts, done = Counter[tuple[str, int, str, Question]](), 0
+    counts, done = Counter[tuple[str, int, Question]](), 0
     for job, verdicts in zip(jobs, workers.map(_batch, jobs), strict=True):
-        for test, question, rejects in verdicts:
-            counts[job.truth.name, job.design.clusters, test, question] += rejects
+        for question, rejects in verdicts:
+            counts[job.truth.name, job.design.clusters, question] += rejects
         done += len(job.numbers)
         progress(done, studies * len(worlds) * len(designs))
     truths = {made.name: made.truths for made in worlds}
@@ -108,21 +105,21 @@ def measure(
             world=name,
             trials=trials,
             question=question,
-            test=test,
+            test=TESTS[question],
             truth=question in truths[name],
             studies=studies,
             rejected=rejected,
         )
-        for (name, trials, test, question), rejected in counts.items()
+        for (name, trials, question), rejected in counts.items()
     ]
 
 
-def _batch(job: _StudyRange) -> list[Verdict]:
-    """The verdict of every test on each study: name, question, rejects."""
-    verdicts: list[Verdict] = []
+def _batch(job: _StudyRange) -> list[tuple[Question, bool]]:
+    """Whether the test of each question rejects, in each study."""
+    verdicts: list[tuple[Question, bool]] = []
     for number in job.numbers:
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
         found = simulate_outcomes(job.truth, job.design, generator(*place))
-        tests = infer(found, generator(*place, "tests"), budget=BUDGET).tests
-        verdicts += [(test.name, test.question, test.rejects) for test in tests]
+        tests = p_values(found, generator(*place, "tests"), BUDGET)
+        verdicts += [(question, p is not None and p < ALPHA) for question, p in tests.items()]
     return verdicts

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockprobe.statistics.inference.verdict import Question
+from lockprobe.statistics.inference.over_doses import Question
 
 P = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 

@@ -73,18 +73,12 @@ class AnyDifference:
         lowest: The reference p; None without trials.
         at: The other values of p that share trials with it, ascending.
         p_value: The smallest P value of ``at``, each corrected for all p and agents.
-        omnibus: P value of the permutation test on ``sum n_p (success_p - success)^2``, which uses all values of p.
-        permutations: Number of permutations drawn.
-        note: Why there is no test, as a short code; empty if there is one.
         agents: Agents that are judged together and for which ``at`` is corrected.
     """
 
     lowest: float | None
     at: tuple[DifferenceAt, ...]
     p_value: float | None
-    omnibus: float | None
-    permutations: int
-    note: str
     agents: int = 1
 
     @property
@@ -119,11 +113,11 @@ def any_difference(
     if outcomes.order is not None and not outcomes.crossed:
         made = _at_every_look([outcomes.at(outcomes.dose == dose) for dose in values], agents)
         at = tuple(replace(one, dose=float(values[i])) for i, one in made)
-        return _any(lowest, at, agents, "" if at else "no common trial")
+        return _any(lowest, at, agents)
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
     if apart and not (outcomes.crossed and len(values) > 1):
-        return _any(lowest, (), agents, "no common trial")
+        return _any(lowest, (), agents)
     n = np.bincount(place).astype(np.float64)
     if apart:
         solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
@@ -135,7 +129,6 @@ def any_difference(
         away, compared = solved / size - (solved / size)[:, :1], n
         error = _error_of_shares(float(outcomes.solved.mean()), n)
     tested = np.flatnonzero(compared[1:] > 0) + 1
-    spread = (n * (solved / size - solved[0].sum() / n.sum()) ** 2).sum(axis=1)
     scaled = np.abs(away) / error
     largest = scaled[:, tested].max(axis=1, initial=0.0)
     exchanged = {i: _share(largest[1:], float(scaled[0, i])) for i in tested.tolist()}
@@ -143,13 +136,12 @@ def any_difference(
         _at(outcomes, (float(values[0]), float(values[i])), min(1.0, agents * exchange), choices=agents * len(tested))
         for i, exchange in exchanged.items()
     )
-    found = _any(lowest, at, agents, "" if at else "no trial at the lowest dose")
-    return replace(found, omnibus=_share(spread[1:], spread[0]), permutations=permutations)
+    return _any(lowest, at, agents)
 
 
-def _any(lowest: float | None, at: tuple[DifferenceAt, ...], agents: int, note: str) -> AnyDifference:
+def _any(lowest: float | None, at: tuple[DifferenceAt, ...], agents: int) -> AnyDifference:
     p_value = min((one.p_value for one in at), default=None)
-    return AnyDifference(lowest=lowest, at=at, p_value=p_value, omnibus=None, permutations=0, note=note, agents=agents)
+    return AnyDifference(lowest=lowest, at=at, p_value=p_value, agents=agents)
 
 
 def bounded_differences(found: AnyDifference, low: AnyDifference, high: AnyDifference) -> AnyDifference:

@@ -8,9 +8,9 @@ cross-validation both chose it in 53 %, with a maximum inside the range of p in 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,69 +27,29 @@ Quantity = Literal["success", "loop_rate"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OrderScore:
-    """A least-squares polynomial of one order, with its scores.
+class Trend:
+    """The second-order fit that the paper draws, with its band, and the orders that its criteria prefer.
 
     Attributes:
-        order: 0 to 3.
-        coefficients: From the constant upwards.
-        aic: Akaike's criterion under normal errors; None where the fit is exact.
-        cv_rmse: Leave-one-out root mean squared error; None if the fit has a single point.
-    """
-
-    order: int
-    coefficients: tuple[float, ...]
-    aic: float | None
-    cv_rmse: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Quadratic:
-    """The second-order fit that the paper draws, with its band.
-
-    Attributes:
-        coefficients: From the constant upwards.
-        dose: The p at which the fit is evaluated.
+        orders: Criterion (``AIC``, ``cross-validation`` by leave-one-out error) -> order, 0 to 3, if it has a choice.
+        dose: The doses at which the fit is evaluated.
         value: The fit there.
         low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty without resamples.
-        turning: The p of the fit's extremum, if strictly inside the range of p.
-        turning_kind: ``maximum`` or ``minimum``.
-        turning_share: Share of resamples with an extremum of the same kind inside the range, [0, 1].
+        turning: The dose of its extremum, if strictly inside the range.
+        kind: ``maximum`` or ``minimum``; empty without one.
     """
 
-    coefficients: tuple[float, ...]
+    orders: Mapping[str, int]
     dose: tuple[float, ...]
     value: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
     turning: float | None
-    turning_kind: Literal["maximum", "minimum"] | None
-    turning_share: float | None
+    kind: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrendFit:
-    """The trend of one quantity over p, as the paper fits it.
-
-    Attributes:
-        n: Points.
-        orders: The polynomials that the values of p allow, orders 0 to 3.
-        order_by_aic: The order that AIC prefers; None without a choice.
-        order_by_cv: The order with the smallest leave-one-out error.
-        quadratic: The second-order fit; None with fewer than three values of p.
-        note: Why something is missing, as a short code; empty if nothing is.
-    """
-
-    n: int
-    orders: tuple[OrderScore, ...] = ()
-    order_by_aic: int | None = None
-    order_by_cv: int | None = None
-    quadratic: Quadratic | None = None
-    note: str = ""
-
-
-def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> TrendFit:
-    """Fit polynomials over p as the paper does (Sec. 3.2).
+def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | None:
+    """Fit polynomials over doses as the paper does (Sec. 3.2); None with fewer than three doses.
 
     Args:
         points: Repetitions of conditions, each with at least one trial.
@@ -98,18 +58,14 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
     """
     x = np.array([point.dose for point in points], dtype=np.float64)
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
-    values = len(set(x.tolist()))
-    if values < 3:
-        return TrendFit(n=len(points), note=f"no fit with {values} doses")
-    orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
-    return TrendFit(
-        n=len(points),
-        orders=orders,
-        order_by_aic=_chosen([(score.order, score.aic) for score in orders]),
-        order_by_cv=_chosen([(score.order, score.cv_rmse) for score in orders if score.cv_rmse is not None]),
-        quadratic=_quadratic(x, draws, orders[2].coefficients),
-        note="" if len(draws) else "no band",
-    )
+    doses = len(set(x.tolist()))
+    if doses < 3:
+        return None
+    scores = [_scores(x, y, order) for order in range(min(3, doses - 1) + 1)]
+    aic = list(enumerate(score[0] for score in scores))
+    cv = [(order, score[1]) for order, score in enumerate(scores) if score[1] is not None]
+    chosen = {"AIC": _chosen(aic), "cross-validation": _chosen(cv)}
+    return Trend(orders={name: order for name, order in chosen.items() if order is not None}, **_quadratic(x, y, draws))
 
 
 def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:
@@ -121,48 +77,31 @@ def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:
     return min(order for order, score in scores if score is not None and score <= best + 1e-9)
 
 
-def _score(x: Array, y: Array, order: int) -> OrderScore:
+def _scores(x: Array, y: Array, order: int) -> tuple[float | None, float | None]:
+    """Akaike's criterion under normal errors (None if the fit is exact), leave-one-out error (None of a lone point)."""
     design = np.vander(x, order + 1, increasing=True)
     pseudo = np.linalg.pinv(design)
-    coefficients = pseudo @ y
-    residuals = y - design @ coefficients
+    residuals = y - design @ (pseudo @ y)
     mean_square = float(np.mean(residuals**2))
     leverage = np.einsum("ij,ji->i", design, pseudo)
-    fixed = bool(np.any(leverage > 1 - 1e-9))
     aic = None if mean_square < _EXACT else len(y) * math.log(mean_square) + 2 * (order + 2)
-    cv = None if fixed else math.sqrt(float(np.mean((residuals / (1 - leverage)) ** 2)))
-    return OrderScore(order=order, coefficients=tuple(coefficients.tolist()), aic=aic, cv_rmse=cv)
+    fixed = bool(np.any(leverage > 1 - 1e-9))
+    return aic, None if fixed else math.sqrt(float(np.mean((residuals / (1 - leverage)) ** 2)))
 
 
-def _turning(coefficients: Array, low: float, high: float) -> tuple[Array, NDArray[np.bool_]]:
-    """The extrema of parabolas, and whether they lie inside the range, by more than rounding. A flat one has none."""
-    bend, edge = coefficients[..., 2], 1e-9 * (high - low)
-    flat = np.abs(bend) < 1e-9
-    where = -coefficients[..., 1] / (2 * np.where(flat, 1.0, bend))
-    return where, ~flat & (where > low + edge) & (where < high - edge)
-
-
-def _quadratic(x: Array, draws: Array, coefficients: tuple[float, ...]) -> Quadratic:
-    grid = np.linspace(x.min(), x.max(), _GRID)
-    basis = np.vander(grid, 3, increasing=True)
-    fitted = np.array(coefficients)
-    where, inside = _turning(fitted, x.min(), x.max())
-    resampled = draws @ np.linalg.pinv(np.vander(x, 3, increasing=True)).T
-    low: Array = np.array([])
-    high: Array = np.array([])
-    share = None
-    if len(resampled):
-        low, high = np.percentile(resampled @ basis.T, [2.5, 97.5], axis=0)
-        if inside:
-            alike = np.sign(resampled[:, 2]) == np.sign(fitted[2])
-            share = float(np.mean(alike & _turning(resampled, x.min(), x.max())[1]))
-    return Quadratic(
-        coefficients=coefficients,
-        dose=tuple(grid.tolist()),
-        value=tuple((basis @ fitted).tolist()),
-        low=tuple(low.tolist()),
-        high=tuple(high.tolist()),
-        turning=float(where) if inside else None,
-        turning_kind=("maximum" if fitted[2] < 0 else "minimum") if inside else None,
-        turning_share=share,
-    )
+def _quadratic(x: Array, y: Array, draws: Array) -> dict[str, Any]:
+    first, last = float(x.min()), float(x.max())
+    grid, fit = np.linspace(first, last, _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
+    basis, fitted = np.vander(grid, 3, increasing=True), fit @ y
+    low, high = np.percentile(draws @ fit.T @ basis.T, [2.5, 97.5], axis=0) if len(draws) else ((), ())
+    bend, edge = float(fitted[2]), 1e-9 * (last - first)  # inside the range by more than rounding
+    where = -float(fitted[1]) / (2 * bend) if abs(bend) >= 1e-9 else math.nan
+    inside = first + edge < where < last - edge
+    return {
+        "dose": tuple(grid.tolist()),
+        "value": tuple((basis @ fitted).tolist()),
+        "low": tuple(map(float, low)),
+        "high": tuple(map(float, high)),
+        "turning": where if inside else None,
+        "kind": ("maximum" if bend < 0 else "minimum") if inside else "",
+    }

@@ -13,10 +13,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.inference.excess import excess, grid
-from lockprobe.statistics.inference.logit import Counts, counts, logit_fit
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
 
@@ -28,18 +26,24 @@ _TOO_FEW = "fewer than three doses"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Counts:
+    """Trials and successes per dose, each of shape (doses,), ascending."""
+
+    dose: Array
+    solved: Array
+    n: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
     """One line of the two-lines test.
 
     Attributes:
-        slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs,
-            and for loop onset.
         z: The score of that slope in standard errors (Cochran-Armitage; of loop onset, log-rank), of the same sign; it
             always exists.
         p_value: Two-sided, of that score; with clusters by Student's t.
     """
 
-    slope: float | None
     z: float
     p_value: float
 
@@ -81,7 +85,11 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
         solved: Whether it was solved, of the same shape.
         cluster: The cluster of each trial, of the same shape; without it trials are independent.
     """
-    counted = counts(p, solved)
+    doses = np.unique(np.asarray(p, dtype=np.float64))
+    here = doses[:, None] == p
+    counted = Counts(
+        dose=doses, solved=(here & solved).sum(axis=1, dtype=np.float64), n=here.sum(axis=1, dtype=np.float64)
+    )
     if len(counted.dose) < 3:
         return TwoLines(note=_TOO_FEW)
     at = _robin_hood_break(counted)
@@ -133,24 +141,6 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     return _two_lines_test(float(levels[at]), first, second)
 
 
-def bounded_onset_lines(outcomes: Outcomes, broken: Outcomes, budget: int) -> TwoLines:
-    """:func:`onset_lines` of trials some of which broke: a shape only if it holds whatever became of these.
-
-    They completed a loop in the step in which they broke, or never: those at the lowest p against the others, and those
-    at the lowest and the highest p against the others, each both ways round.
-    """
-    found = onset_lines(outcomes)
-    if found.p_value is None or not len(broken):
-        return found
-    broken = broken.at(np.isin(broken.dose, outcomes.dose))
-    lowest, highest = (broken.dose == end for end in (outcomes.dose.min(), outcomes.dose.max()))
-    cases = [soon for side in (lowest, lowest | highest) for soon in (side, ~side)]
-    ends = [onset_lines(completed(outcomes, broken, soon, budget)) for soon in cases]
-    values = [one.p_value for one in ends if one.p_value is not None]
-    same = len({one.direction for one in (found, *ends)}) == 1
-    return replace(found, p_value=max(values) if same else 1.0, direction=found.direction if same else None)
-
-
 def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
     """The counts up to the break, and from it on."""
     first, second = (
@@ -181,19 +171,14 @@ def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]
 
 
 def _line(counted: Counts, clustered_p: float | None) -> Line:
-    fit, z = logit_fit(np.vander(counted.dose, 2, increasing=True), counted), _score(counted)
-    return Line(
-        slope=None if fit is None else float(fit.coefficients[1]),
-        z=z,
-        p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p,
-    )
+    z = _score(counted)
+    return Line(z=z, p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p)
 
 
 def _onset_line(outcomes: Outcomes) -> Line:
     """The log-rank score of the dose among these trials."""
     found = excess(outcomes.dose, outcomes.until_loop, outcomes.looped, outcomes.cluster)
     return Line(
-        slope=None,
         z=round(found.total, 10) / found.error if found.error > 0 else 0.0,
         p_value=1.0 if found.p_value is None else found.p_value,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,22 +11,7 @@ from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.sequential.betting import SHARES, confidence_sequence
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SequentialShare(Proportion):
-    """A share with its 95 % interval at every look.
-
-    Attributes:
-        solved: The trials in the order of their blocks: 1 if solved, 0 if not, NaN if broken.
-    """
-
-    solved: tuple[float, ...] = ()
-
-    def at_level(self, level: float) -> SequentialShare:
-        """The same with an interval of another level, (0, 1)."""
-        return share_at_every_look(self.solved, level)
-
-
-def share_at_every_look(solved: ArrayLike, level: float = 1 - ALPHA) -> SequentialShare:
+def share_at_every_look(solved: ArrayLike, level: float = 1 - ALPHA) -> Proportion:
     """A share with its confidence sequence, from a mixture of binomial likelihood ratios (Robbins 1970).
 
     Args:
@@ -44,12 +28,11 @@ def share_at_every_look(solved: ArrayLike, level: float = 1 - ALPHA) -> Sequenti
     ends = (known,) if len(known) == len(values) else (np.nan_to_num(values, nan=0.0), np.nan_to_num(values, nan=1.0))
     courses = [confidence_sequence(one, math.log(1 / (1 - level)), bets=SHARES) for one in ends]
     lows, highs = courses[0][0], courses[-1][1]
-    return SequentialShare(
+    return Proportion(
         count=int(known.sum()),
         n=len(known),
         value=float(known.mean()) if len(known) else math.nan,
         low=float(lows[-1]) if len(lows) else 0.0,
         high=float(highs[-1]) if len(highs) else 1.0,
         broken=len(values) - len(known),
-        solved=tuple(values.tolist()),
     )

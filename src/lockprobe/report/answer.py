@@ -1,0 +1,189 @@
+"""The answer of a study in sentences, made from its rows: what changed success, for whom, and what is not decided."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from lockprobe.foundation.formatting import capital, listed, percent, range_of
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.prose.doses import cause
+from lockprobe.report.rows import Results
+from lockprobe.report.rows.primary import Line, primary_lines
+from lockprobe.statistics.conditions.axis import Axis
+from lockprobe.statistics.proportions import ALPHA, proportion
+
+ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
+"""What is said where the answer rests on tests that do not hold at every look."""
+
+_NARROW = 10
+"""Points up to which a change that is not excluded need not be said, and half the width of an interval that would
+decide whether one is small; chosen by eye."""
+
+_DOES = {"solves more": ("raise", "raises"), "solves fewer": ("lower", "lowers")}
+"""Verdict -> what was done to the success of these agents, by several things and by one."""
+
+
+def answer(found: Results) -> str:
+    """What was found; a question of its own (why, modalities, many factors) has its sentences in its file."""
+    lines = primary_lines(found)
+    own = [line for line in lines if not line.baseline] or lines
+    if not own:
+        return "No trial has ended yet."
+    if found.several_p:
+        return headline(own, "false reports") or solved_said(own)
+    axes = [axis for axis in found.design.axes if not axis.of_flips]
+    if axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own):
+        one = axes[0]
+        axis = Axis(kind=one.intervention, dose=one.dose, options=one.options, rest=one.rest)
+        return headline(own, cause(axis)) or solved_said(own)
+    return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(own)
+
+
+def headline(lines: Sequence[Line], causes: str) -> str:
+    """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
+
+    Args:
+        lines: The agents.
+        causes: What may change their success, in the plural: false reports.
+
+    >>> headline([], "false reports")
+    ''
+    """
+    of = {said: [line.label for line in lines if line.verdict == said] for said in (*_DOES, "not detected")}
+    more, fewer, hidden = of.values()
+    if not (more or fewer):
+        return f"No effect of {causes} on {_whose(hidden)} was detected{_open(lines)}." if hidden else ""
+    changed = [f"raise {_whose(more)}"] if more else []
+    changed += [f"lower {_whose(fewer, 'that' if more else '')}"] if fewer else []
+    rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
+    return f"{capital(causes)} {' and '.join(changed)}{rest}."
+
+
+def conditions_said(lines: Sequence[Line], *, other: bool = False) -> str:
+    """The same for single conditions, of which a line has the clearest; empty if nothing was compared.
+
+    ``other`` says that there are conditions besides, in which nothing was changed.
+    """
+    done: dict[tuple[str, str], list[str]] = {}
+    for line in lines:
+        if line.verdict in _DOES:
+            done.setdefault((line.conditions[-1], line.verdict), []).append(line.label)
+    hidden = [line for line in lines if line.verdict == "not detected"]
+    any_ = f"any {'other ' * other}condition"
+    labels, names = [line.label for line in hidden], {line.conditions[-1] for line in hidden}
+    if not done:
+        what = names.pop() if len(names) == 1 and _compared(hidden) == 1 else any_
+        return f"No effect of {what} on {_whose(labels)} was detected{_open(lines)}." if hidden else ""
+    said = [f"{condition} {_DOES[did][1]} {_whose(who)}" for (condition, did), who in done.items()]
+    rest = f"; no effect of {any_} on {_whose(labels, 'that')} was detected" if hidden else ""
+    return f"{capital('; '.join(said))}{rest}."
+
+
+def _compared(lines: Iterable[Line]) -> int:
+    return max((line.change.corrected_for for line in lines if line.change), default=1)
+
+
+def solved_said(lines: Sequence[Line]) -> str:
+    """Who solved how much where nothing was compared; of several agents, who solved the most."""
+    shares = [(line.first.value, line) for line in lines if line.first and line.first.value is not None]
+    if not shares:
+        return "No trial has ended yet."
+    most = max(share for share, _ in shares)
+    best = [line for share, line in shares if share == most]
+    sizes = sorted({line.first.n or 0 for line in best if line.first})
+    of = f"{percent(most)} of {sizes[0]}{f' to {sizes[-1]}' if len(sizes) > 1 else ''} trials"
+    if len(shares) == 1:
+        alike = " under every condition: it plays alike whatever it is told" * best[0].alike
+        return f"{'People' if best[0].label == PEOPLE else best[0].label} solved {of}{alike}."
+    if len(best) == len(shares):
+        return f"The {len(shares)} agents solved the same share: {of}."
+    return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}."
+
+
+def chance_said(found: Results, lines: Sequence[Line]) -> str:
+    """Which agents solve fewer boxes than random agents without immediate repeats, and which may solve as many.
+
+    Empty if all solve more. With several agents intervals hold for all of them at once, since the sentence also says of
+    those that it does not name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say
+    *fewer* too often. At every look nothing is said.
+    """
+    level = found.get("success_chance", agent="", of="no-repeat")
+    own = [line for line in lines if not line.baseline and line.first and line.first.n]
+    if level is None or level.value is None or not own or found.progress.every_look:
+        return ""
+    if any(row.count for row in found.where("against_rules")):  # random agents play a box that keeps its rules
+        return ""
+    ends = {line.label: _exact(found, line, len(own)) for line in own}
+    below = [name for name, (_, high) in ends.items() if high < level.value]
+    rest = [name for name, (low, high) in ends.items() if low <= level.value <= high]
+    random, where = f"random agents without immediate repeats ({percent(level.value)})", capital(own[0].control)
+    undetected = f"was detected for {listed(rest, 'or', 3)}" if rest else ""
+    if below:
+        fewer = listed([f"{name} (exact 95 % interval {range_of(*ends[name])})" for name in below], named=3)
+        return f"{where}, {fewer} solved fewer boxes than {random}{f'; no difference {undetected}' if rest else ''}."
+    return f"{where}, no difference from {random} {undetected}." if rest else ""
+
+
+def _exact(found: Results, line: Line, agents: int) -> tuple[float, float]:
+    """The exact interval of a share for one of several agents, whatever became of broken trials; people's as it is."""
+    of = {"agent": line.agent, "modality": line.modality, "condition": line.conditions[0]}
+    row = found.get("success", **of) or line.first
+    assert row is not None
+    if line.agent == PEOPLE or row.count is None or not row.n:
+        return row.low or 0.0, 1.0 if row.high is None else row.high
+    begun = next((one.n for one in found.where("success", **of | {"of": "at most"}) if one.n), row.n)
+    most = row.count + begun - row.n
+    low, high = (proportion(count, begun, 1 - ALPHA / agents, "exact") for count in (row.count, most))
+    return low.low, high.high
+
+
+def needed_said(lines: Sequence[Line]) -> str:
+    """How many trials narrow the widest interval of an undetected change to 10 points; empty if none has to."""
+    open_ = [
+        (math.ceil(row.n * ((row.high - row.low) * 100 / 2 / _NARROW) ** 2), row.n, line.label)
+        for line in lines
+        if not line.baseline and line.verdict == "not detected" and (row := line.change) and row.n
+        if row.low is not None and row.high is not None and row.low > -1 and row.high < 1
+    ]
+    if not open_ or (largest := max(open_))[0] <= largest[1]:
+        return ""
+    unit = int(10.0 ** max(len(str(largest[0])) - 2, 0))
+    return (
+        f"Estimating the change of {largest[2]} to ±{_NARROW} points takes about {-(-largest[0] // unit) * unit} "
+        f"trials under each condition; it has {largest[1]}."
+    )
+
+
+def not_excluded(lines: Iterable[Line]) -> int:
+    """The largest change in points that intervals of undetected changes hold; 0 without any."""
+    rows = [line.change for line in lines if line.change and line.verdict == "not detected"]
+    return round(100 * max((abs(end) for row in rows for end in (row.low, row.high) if end is not None), default=0.0))
+
+
+def _open(lines: Iterable[Line]) -> str:
+    most = not_excluded(lines)
+    return f"; changes of up to {most} points are not excluded" * (most > _NARROW)
+
+
+def _whose(labels: Sequence[str], what: str = "") -> str:
+    """The success of agents, by name as long as these are two."""
+    who = listed([_name(label) for label in labels]) if len(labels) < 3 else f"{len(labels)} agents"
+    return f"{what or 'the success'} of {who}"
+
+
+def _name(label: str) -> str:
+    return "people" if label == PEOPLE else label
+
+
+def broken_said(found: Results) -> str:
+    """That all trials of some agents ended as an error; empty without any."""
+    solved = {row.agent for row in found.where("success", of="") if row.n}
+    broken: dict[str, int] = {}
+    for row in found.where("broken", of=""):
+        if row.condition and row.value and row.agent not in solved:
+            broken[row.agent] = broken.get(row.agent, 0) + int(row.value)
+    if not broken:
+        return ""
+    which = f"All {sum(broken.values())} trials" if sum(broken.values()) > 1 else "The only trial"
+    return f"{which} of {listed([*map(_name, broken)], named=3)} ended as an error."
