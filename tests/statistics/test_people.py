@@ -24,7 +24,7 @@ def person(identity, solved, *, position=1, p=0.0, trial=1, **facts):
     return replace(made, key=made.key.replace(f":{identity}", ""), facts={"position": position, **facts})
 
 
-def tested(trials):
+def of_people(trials):
     return any_difference(courses(trials)[0].ended, generator(1))
 
 
@@ -104,9 +104,9 @@ def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
         for who in (0, 1)
         for box in range(5)
     ]
-    assert tested(own).p_value > 0.2
+    assert of_people(own).p_value > 0.2
     many = [replace(trial, agent=f"participant:{i:04d}") for i, trial in enumerate(own)]
-    assert tested(many).p_value < 0.01
+    assert of_people(many).p_value < 0.01
 
 
 def test_people_are_never_taken_for_blind():
