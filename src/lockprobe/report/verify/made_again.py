@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.inputs import read_input
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.parallel import one_thread, shared, uncollected
-from lockprobe.report.rows import MEASURES, Results, Row
+from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import RECORDS
 
@@ -45,7 +45,7 @@ class MadeAgain:
         different: Those that are not what the records give.
         results: The lines of ``results.json`` that are not.
         advice: Why that may be so, and what to do.
-        of_packages: Rows of the results that packages measured, which are taken from the file.
+        of_packages: The package of each row of the results that one measured; such a row is taken from the file.
     """
 
     there: int = 0
@@ -53,7 +53,7 @@ class MadeAgain:
     different: list[str] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
     advice: str = ""
-    of_packages: int = 0
+    of_packages: Sequence[str] = ()
 
 
 def made_again(opened: OpenedStudy, processes: int) -> MadeAgain | None:
@@ -62,7 +62,7 @@ def made_again(opened: OpenedStudy, processes: int) -> MadeAgain | None:
     if not any((directory / name).exists() for name in (RESULTS, PAGE, *_FOLDERS)):
         return None
     measured = _measured(directory)
-    found.of_packages = len(measured)
+    found.of_packages = [row.source for row in measured]
     for name, content in _files(replace(opened, measured=measured), processes):
         if content is not None:
             made.add(name)
@@ -84,7 +84,7 @@ def _files(opened: OpenedStudy, processes: int) -> Iterator[tuple[str, str | byt
         yield from report_files(opened, tell=lambda said: None, each=each)
 
 
-def _measured(directory: Path) -> tuple[Row, ...]:
+def _measured(directory: Path) -> tuple[Estimate | Fact, ...]:
     """What installed packages measure, as the results hold it; nothing if they cannot be read."""
     try:
         written = Results.model_validate_json(read_input(directory / RESULTS, _LARGEST))

@@ -457,8 +457,9 @@ def _results(study: _Study) -> _Found:
     found = study.report
     if found is None or isinstance(found, str):
         return _Found([found] if found else [], found or "", "there is no report to compare")
-    of = f"; what packages measured ({found.of_packages} rows) is not checked"
-    holds = f"results.json is what the records give{of * bool(found.of_packages)}"
+    of, packages = found.of_packages, ", ".join(dict.fromkeys(found.of_packages))
+    rest = f"; {len(of)} of its rows are not checked: they come from {packages}" if of else ""
+    holds = f"results.json is what the records give{rest}"
     return _Found(found.results, f"{{n}} lines of results.json differ{found.advice}", holds)
 
 
