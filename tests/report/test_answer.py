@@ -9,7 +9,7 @@ from reported import found_in
 from scipy.stats import binom
 
 from lockprobe.report.answer import answer, chance_said, needed_said
-from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.rows.primary import Line, primary_lines
 
 UNSOLVED = (0,) * 20
 
@@ -84,12 +84,16 @@ def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance
             progress=SimpleNamespace(every_look=""),
         )
         lines = [
-            SimpleNamespace(
-                agent=f"llm:{i}", label=f"llm:{i}", modality="symbolic", conditions=("truth",), baseline=False,
-                first=row, control="told the truth",
+            Line(
+                agent=f"llm:{i}",
+                modality="symbolic",
+                label=f"llm:{i}",
+                conditions=("truth",),
+                first=row,
+                control="told the truth",
             )
             for i in range(agents)
-        ]  # fmt: skip
+        ]
         said = chance_said(found, lines)
         below += by_chance.pmf(count) * ("solved fewer" in said)
         above += by_chance.pmf(count) * (not said)

@@ -31,13 +31,13 @@ def answer(found: Results) -> str:
     if not own:
         return "No trial has ended yet."
     if found.several_p:
-        return headline(own, "false reports") or solved_said(own)
+        return headline(own, "false reports") or solved_said(found, own)
     axes = [axis for axis in found.design.axes if not axis.of_flips]
     if axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own):
         one = axes[0]
         axis = Axis(kind=one.intervention, dose=one.dose, options=one.options, rest=one.rest)
-        return headline(own, cause(axis)) or solved_said(own)
-    return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(own)
+        return headline(own, cause(axis)) or solved_said(found, own)
+    return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(found, own)
 
 
 def headline(lines: Sequence[Line], causes: str) -> str:
@@ -84,8 +84,11 @@ def _compared(lines: Iterable[Line]) -> int:
     return max((line.change.corrected_for for line in lines if line.change), default=1)
 
 
-def solved_said(lines: Sequence[Line]) -> str:
-    """Who solved how much where nothing was compared; of several agents, who solved the most."""
+def solved_said(found: Results, lines: Sequence[Line]) -> str:
+    """Who solved how much where nothing was compared; of several agents, who solved the most.
+
+    Trials that broke are in no share, which it says.
+    """
     shares = [(line.first.value, line) for line in lines if line.first and line.first.value is not None]
     if not shares:
         return "No trial has ended yet."
@@ -93,12 +96,17 @@ def solved_said(lines: Sequence[Line]) -> str:
     best = [line for share, line in shares if share == most]
     sizes = sorted({line.first.n or 0 for line in best if line.first})
     of = f"{percent(most)} of {sizes[0]}{f' to {sizes[-1]}' if len(sizes) > 1 else ''} trials"
+    broke = sum(int(row.value or 0) for _, line in shares for row in found.where("broken", **line.of_first, of=""))
     if len(shares) == 1:
         alike = " under every condition: it plays alike whatever it is told" * best[0].alike
-        return f"{'People' if best[0].label == PEOPLE else best[0].label} solved {of}{alike}."
+        ends = [found.get("success", **best[0].of_first, of=part) for part in ("at least", "at most")]
+        between = " and ".join(percent(row.value) for row in ends if row)
+        rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
+        return f"{'People' if best[0].label == PEOPLE else best[0].label} solved {of}{alike}{rest}."
+    rest = f" {broke} trials broke and are in no share." * bool(broke)
     if len(best) == len(shares):
-        return f"The {len(shares)} agents solved the same share: {of}."
-    return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}."
+        return f"The {len(shares)} agents solved the same share: {of}.{rest}"
+    return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
 
 
 def chance_said(found: Results, lines: Sequence[Line]) -> str:
@@ -127,7 +135,7 @@ def chance_said(found: Results, lines: Sequence[Line]) -> str:
 
 def _exact(found: Results, line: Line, agents: int) -> tuple[float, float]:
     """The exact interval of a share for one of several agents, whatever became of broken trials; people's as it is."""
-    of = {"agent": line.agent, "modality": line.modality, "condition": line.conditions[0]}
+    of = line.of_first
     row = found.get("success", **of) or line.first
     assert row is not None
     if line.agent == PEOPLE or row.count is None or not row.n:

@@ -46,6 +46,11 @@ class Line:
     baseline: bool = False
 
     @property
+    def of_first(self) -> dict[str, str]:
+        """The columns of rows about it under the control."""
+        return {"agent": self.agent, "modality": self.modality, "condition": self.conditions[0]}
+
+    @property
     def verdict(self) -> str:
         """What was found, in two words."""
         if self.alike:
