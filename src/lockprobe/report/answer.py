@@ -73,15 +73,12 @@ def conditions_said(lines: Sequence[Line], *, other: bool = False) -> str:
     any_ = f"any {'other ' * other}condition"
     labels, names = [line.label for line in hidden], {line.conditions[-1] for line in hidden}
     if not done:
-        what = names.pop() if len(names) == 1 and _compared(hidden) == 1 else any_
+        alone = len(names) == 1 and all(line.change.corrected_for <= 1 for line in hidden if line.change)
+        what = names.pop() if alone else any_
         return f"No effect of {what} on {_whose(labels)} was detected{_open(lines)}." if hidden else ""
     said = [f"{condition} {_DOES[did][1]} {_whose(who)}" for (condition, did), who in done.items()]
     rest = f"; no effect of {any_} on {_whose(labels, 'that')} was detected" if hidden else ""
     return f"{capital('; '.join(said))}{rest}."
-
-
-def _compared(lines: Iterable[Line]) -> int:
-    return max((line.change.corrected_for for line in lines if line.change), default=1)
 
 
 def solved_said(found: Results, lines: Sequence[Line]) -> str:

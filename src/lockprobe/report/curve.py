@@ -116,8 +116,9 @@ def _name(course: Course) -> str:
 
 def _axes(found: Results, place: _Place, courses: Sequence[Course]) -> Iterator[Any]:
     left, right = place.left - 40, place.right + 40
-    if chance := [curve.value[-1] for of in ("uniform", "no-repeat") if (curve := _by_chance(found, of))]:
-        low, high = (place.y(share or 0.0) for share in (min(chance), max(chance)))
+    random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+    if chance := [curve.value[-1] or 0.0 for curve in random if curve]:
+        low, high = place.y(min(chance)), place.y(max(chance))
         yield Markup('<rect class="band" x="{}" y="{:.1f}" width="{}" height="{:.1f}"/>').format(
             left, high, right - left, low - high
         )
@@ -132,10 +133,6 @@ def _axes(found: Results, place: _Place, courses: Sequence[Course]) -> Iterator[
         yield _text(place.x(dose), place.bottom + 24, f"{dose:g}", "", "middle")
     middle, said = (place.left + place.right) / 2, courses[0].name
     yield _text(middle, place.bottom + 48, f"{said}: how often a report is false" if said == "flip rate" else said, "q")
-
-
-def _by_chance(found: Results, of: str) -> Any:
-    return found.curve("success_by_step", agent="", of=of)
 
 
 def _at(course: int, of: int) -> float:

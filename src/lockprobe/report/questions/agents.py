@@ -25,7 +25,9 @@ _MANY = 8
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     trials = numbers.opened.trials
     yield from _facts(told for trial in trials for told in _told(trial))
-    yield from _facts((_PLANT + str(trial.plant.get("plant")), _known(trial.plant)) for trial in trials if trial.plant)
+    # without what a plant does not have, as a renderer where nobody looks
+    plants = [{name: value for name, value in one.plant.items() if value is not None} for one in trials if one.plant]
+    yield from _facts((_PLANT + str(plant.get("plant")), plant) for plant in plants)
     yield from _tidied(trials)
     for agent, (again, n) in asked_again(trials).items():
         yield Estimate(quantity="replies_asked_again", agent=agent, value=again / n, count=again, n=n)
@@ -37,11 +39,6 @@ def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
     for served in dict.fromkeys(step.decision.served for step in trial.steps):
         if served:
             yield trial.group, {"answered by": served}
-
-
-def _known(facts: Mapping[str, record.Fact]) -> dict[str, record.Fact]:
-    """Without what a plant does not have, as a renderer where nobody looks."""
-    return {name: value for name, value in facts.items() if value is not None}
 
 
 def _facts(told: Iterable[tuple[str, Mapping[str, record.Fact]]]) -> Iterator[Fact]:

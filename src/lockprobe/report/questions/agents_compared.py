@@ -226,7 +226,8 @@ def _over_rates_said(pair: _Pair, one: Subject, other: Subject) -> str:
     n, two = success.n or 0, f"{one.name} and {other.name}"
     if _ALIKE in success.note:
         return f"{one.first} and {other.name} play alike: they act the same in all {n} trials, so nothing is tested."
-    against = f"{percent(own)} against {percent(its)} of {n} trials ({_points(success)})"
+    less = f"{change(success.value or 0.0, success.low, success.high)}; {p_value(success.p_value)}"
+    against = f"{percent(own)} against {percent(its)} of {n} trials ({less})"
     if success.detected:
         solves, often = one.form("solves", "solve"), "more" if (success.value or 0.0) > 0 else "less"
         return f"{one.first} {solves} the box {often} often than {other.name}: {against}."
@@ -243,10 +244,6 @@ def _over_rates_said(pair: _Pair, one: Subject, other: Subject) -> str:
     apart = f"{abs(steps.value or 0.0):.1f} steps {'sooner' if (steps.value or 0.0) < 0 else 'later'}"
     sooner = f"{one.first} {one.form('is', 'are')} {apart} than {other.name} ({_in_steps(steps)})"
     return f"{sooner}; {solved.replace(two, 'both', 1)}."
-
-
-def _points(row: Estimate) -> str:
-    return f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
 
 
 def _in_steps(row: Estimate, before: str = "") -> str:
