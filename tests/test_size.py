@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
     "lines of source": 71_650,
-    "lines of code": 44_400,
+    "lines of code": 44_410,
     "lines of tests": 59_430,
     "words of docs": 38_380,
 }

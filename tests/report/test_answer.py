@@ -85,15 +85,11 @@ def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance
         )
         lines = [
             Line(
-                agent=f"llm:{i}",
-                modality="symbolic",
-                label=f"llm:{i}",
-                conditions=("truth",),
-                first=row,
-                control="told the truth",
+                agent=f"llm:{i}", label=f"llm:{i}", modality="symbolic", conditions=("truth",),
+                first=row, control="told the truth",
             )
             for i in range(agents)
-        ]
+        ]  # fmt: skip
         said = chance_said(found, lines)
         below += by_chance.pmf(count) * ("solved fewer" in said)
         above += by_chance.pmf(count) * (not said)

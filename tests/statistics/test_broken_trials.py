@@ -302,9 +302,7 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     said = part(page_of(found), "broken")
     assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
     assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
-    assert found.answer.endswith(
-        "solved 100 % of 6 trials; 12 more broke, so of all trials it is between 33 % and 100 %."
-    )
+    assert found.answer.endswith("; 12 more broke, so of all trials it is between 33 % and 100 %.")
     (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
     assert told.startswith("  llm:a: When told the truth: 12 of 18 trials broke, 6 of the other 6 opened the box")
     assert "What is missing is long: half of the breaks came at step 19" in told

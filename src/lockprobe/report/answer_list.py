@@ -63,9 +63,9 @@ class AnswerList:
 
     @property
     def counts(self) -> list[tuple[int, str]]:
-        """How many agents solve more, fewer, or are not shown to do either."""
-        of = [line.verdict for line in self.lines]
-        most = not_excluded(self.lines)
+        """How many of the agents that the answer is about solve more, fewer, or are not shown to do either."""
+        own = [line for line in self.lines if not line.baseline] or self.lines
+        of, most = [line.verdict for line in own], not_excluded(own)
         open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most)
         said = {"solves more": "solve more", "solves fewer": "solve fewer", "not detected": open_}
         return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]

@@ -141,7 +141,9 @@ def _show_doses(found: Results) -> Iterator[Part]:
 
 def _called(axis: DoseAxis) -> str:
     options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
-    return f"{axis.name.capitalize()}{options}{rest}"
+    agents = [*axis.doses] if axis.intervention == AGENT else []
+    of = f" of {agents[0]} to {agents[-1]}" if agents else ""
+    return f"{axis.name.capitalize()}{of}{options}{rest}"
 
 
 def _said(found: Results, axis: DoseAxis | None) -> str:
