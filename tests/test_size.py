@@ -6,8 +6,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 71_650,
-    "lines of code": 44_410,
+    "lines of source": 71_660,
+    "lines of code": 44_420,
     "lines of tests": 59_430,
     "words of docs": 38_380,
 }

@@ -133,10 +133,16 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
         said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
         yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
     known = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
-    for cell in own if len(numbers.subjects) == 1 and not numbers.study.of_flips else ():
-        if alike := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())):
-            acted = f"which acted in {alike.changed} steps"
-            yield f"Under {cell.condition}, {acted}, {cell.agent} chose the same joints as without it."
+    alone = len(numbers.subjects) == 1 and not numbers.study.of_flips
+    alike = [
+        (cell, found.changed)
+        for cell in (own if alone else ())
+        if (found := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())))
+    ]
+    for (agent, steps), members in grouped(alike, lambda one: (one[0].agent, one[1])).items():
+        under = listed([cell.condition for cell, _ in members])
+        each, them = (" each", "them") if len(members) > 1 else ("", "it")
+        yield f"Under {under}, which acted in {steps} steps{each}, {agent} chose the same joints as without {them}."
 
 
 def _unfinished(numbers: StudyNumbers) -> str:
