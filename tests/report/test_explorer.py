@@ -21,9 +21,7 @@ ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"d
 
 
 def data_of(*trials):
-    return json.loads(
-        explorer_data(trials, {"joints": [{"name": j.name, "kind": j.kind} for j in box("chain-4").joints]})
-    )
+    return json.loads(explorer_data(trials, [box("chain-4").as_data()]))
 
 
 @pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.5&others=kept", "tremble?p=0.5", "drop?p=0.5"])
@@ -31,8 +29,8 @@ def test_the_data_hold_every_step_of_the_record(condition):
     trial = run_trial(agent="human-inspired", condition=condition, trial=3)
     data = data_of(trial)
     (one,) = data["trials"]
-    letters = dict(zip("ABCD", data["joints"], strict=True))
-    assert data["joints"] == [joint.name for joint in box("chain-4").joints]
+    letters = dict(zip("ABCD", data["boxes"][0]["joints"], strict=True))
+    assert data["boxes"][0]["joints"] == [joint.name for joint in box("chain-4").joints]
     assert [letters[joint] for joint in one["did"]] == list(trial.actions)
     told = one.get("told", one["moved"])  # true reports are left out, and claims that repeat the report
     claimed = one.get("said", f"-{told}")
@@ -75,7 +73,7 @@ def test_broken_trials_are_left_out_and_people_are_numbered():
 
 
 def test_no_text_of_an_agent_ends_the_script_or_hides_others():
-    said = explorer_data([make_trial(SOLUTION, hypothesis=ATTACK, agent="llm:evil/<b>")], {})
+    said = explorer_data([make_trial(SOLUTION, hypothesis=ATTACK, agent="llm:evil/<b>")], [])
     assert "<" not in said
     assert json.loads(said)["trials"][0]["words"][0].startswith("</script>")
     assert "\u202e" not in json.loads(said)["trials"][0]["words"][0]

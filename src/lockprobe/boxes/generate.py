@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ import numpy as np
 from lockprobe.boxes.box import MAX_JOINTS, Clause, Lockbox
 from lockprobe.boxes.check import Fault, fault_of
 from lockprobe.boxes.layouts import LayoutName, laid_out
+from lockprobe.boxes.solve import optimum
 from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
@@ -109,6 +111,19 @@ def random_box(joints: int, seed: int) -> Lockbox:
         if isinstance(found, Lockbox):
             return replace(found, name=f"random-{joints}-{seed}")
     raise AssertionError("a thousand recipes in a row give no box")
+
+
+def alike_boxes(joints: int, count: int) -> tuple[Lockbox, ...]:
+    """Boxes of one difficulty: the first of ``random-N-1``, ``random-N-2``, … whose shortest plan has N steps.
+
+    So many steps takes ``chain-4``, too. Interlocks may repeat; the joints of each box are dealt anew.
+
+    Args:
+        joints: N, 2 to 8.
+        count: How many, from 1.
+    """
+    found = (random_box(joints, seed) for seed in itertools.count(1))
+    return tuple(itertools.islice((one for one in found if optimum(one) == joints), count))
 
 
 def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:

@@ -118,7 +118,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        _print_effects(fork_rows(effects, asked.study), broken_said(forks, asked.study.box), json=json)
+        _print_effects(fork_rows(effects, asked.study), broken_said(forks, *asked.study.boxes), json=json)
         failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
         if failed:
             observer.broke()
@@ -155,7 +155,7 @@ class _Watched(PassedOn):
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         asked, left = self._asked, self._asked.left
         what = (
-            f"{count(self._planned, 'fork')} of {count(len(asked.trials), 'trial')} on {study.box.name}: "
+            f"{count(self._planned, 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
             f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(asked.times, 'continuation')} each; "
             f"later reports {'true' if asked.truthful else 'as in the condition'}"
         )

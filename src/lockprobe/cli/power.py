@@ -12,13 +12,16 @@ import typer
 from rich.markup import escape
 
 from lockprobe.cli import options
-from lockprobe.cli.power_people import power_people, refuse_other_options
+from lockprobe.cli.power_people import power_people, refuse_beside_boxes, refuse_other_options
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.simulation.power.boxes import DIFFICULTY_SD, power_over_boxes
+from lockprobe.simulation.power.boxes import EFFECT_SD as EFFECT_SD_OF_BOXES
+from lockprobe.simulation.power.boxes import TRIALS as OF_EACH_BOX
 from lockprobe.simulation.power.flip_rates import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.simulation.power.flip_rates import power as measure_power
 from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
@@ -37,14 +40,19 @@ _SUCCESS = (
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
 _PERSONS = "With --people: persons in all whose power is asked for, as 40 or 40,80 (as many as --target needs)."
-_BOXES = "With --people: boxes that a person plays under each condition (1)."
+_BOXES = (
+    "Numbers of boxes to measure at, as 5,10,20, with --success of two conditions; with --people: of each person (1)."
+)
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
-_EFFECT_SD = f"With --people: standard deviation of the effect between persons, in logits ({EFFECT_SD:g}, by eye)."
+_EFFECT_SD = (
+    f"Standard deviation of the effect: with --people between persons, in logits ({EFFECT_SD:g}, by eye); else between "
+    f"--boxes, as a share ({EFFECT_SD_OF_BOXES:g}, by eye)."
+)
 _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
 
 
-@with_study_options(without=("trials", "strategy_trials", "repetitions", "full", "until", "most", "name"))
+@with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until", "most", "name"))
 def power(
     asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
@@ -55,7 +63,7 @@ def power(
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
     persons: Annotated[str | None, typer.Option(help=_PERSONS)] = None,
-    boxes: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
+    boxes: Annotated[str | None, typer.Option(help=_BOXES)] = None,
     person_sd: Annotated[float | None, typer.Option(help=_PERSON_SD)] = None,
     effect_sd: Annotated[float | None, typer.Option(help=_EFFECT_SD)] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help=options.STUDIES)] = 100,
@@ -71,6 +79,8 @@ def power(
     an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
     controls needs to name the reason for a change of success.
 
+    --boxes: how often a study on so many boxes, with --trials on each, detects the change on boxes like these.
+
     --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
     many and the smallest effect that they detect.
     """
@@ -79,7 +89,14 @@ def power(
     if what == "why" and (shared or rates or beside):
         raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
-    of_people = {"boxes": boxes, "person_sd": person_sd, "effect_sd": effect_sd}
+    many = _whole_numbers("boxes", boxes)
+    if many and not people:
+        refuse_beside_boxes(what, [*asked.keys() - {"seed"}, *_given(persons=persons, trap=trap, person_sd=person_sd)])
+        _power_over_boxes(shares, many, sizes, effect_sd, seed, json=json)
+        return
+    if many[1:] or not all(1 <= one <= 1000 for one in many):
+        raise BadValue("boxes", boxes, "one number from 1 to 1000 with --people")
+    of_people = {"boxes": many[0] if many else None, "person_sd": person_sd, "effect_sd": effect_sd}
     if people or persons or set(of_people.values()) != {None}:
         refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)])
         power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)
@@ -101,6 +118,36 @@ def power(
     grid = P if rates is None else rates
     stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap)),)
     _power_of_flips(stated or default_worlds(), simulated | {"p": grid, "trials": sizes or TRIALS, "seed": seed}, json)
+
+
+def _power_over_boxes(
+    success: Sequence[float] | None,
+    boxes: Sequence[int],
+    trials: Sequence[int],
+    effect_sd: float | None,
+    seed: int,
+    *,
+    json: bool,
+) -> None:
+    if success is None:
+        raise UserMistake("--success is missing, expected success under the control and under the condition: 0.2,0.6")
+    trials, effect_sd = trials or OF_EACH_BOX, EFFECT_SD_OF_BOXES if effect_sd is None else effect_sd
+    found = power_over_boxes(
+        success, boxes=boxes, trials=trials, effect_sd=effect_sd, seed=seed, progress=time_left("kinds of study")
+    )
+    if json:
+        rows = [{"boxes": k, "trials": n, "power": power} for (k, n), power in found.items()]
+        print(json_.dumps({"effect_sd": effect_sd, "seed": seed, "power": rows}, indent=1))
+        return
+    table = new_table("trials on each box", *(f"{k} boxes" for k in boxes))
+    for n in trials:
+        table.add_row(str(n), *(f"{found[k, n]:.2f}" for k in boxes))
+    print_table(table)
+    print(
+        "The share of 1000 simulated studies in which the report detects the change of success of boxes like these. "
+        f"Standard deviations between boxes, by eye: {100 * DIFFICULTY_SD:g} points of success, {100 * effect_sd:g} of "
+        "its change (--effect-sd). Trials share no luck, as with a sampled model."
+    )
 
 
 def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json: bool) -> None:

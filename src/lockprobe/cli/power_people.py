@@ -34,10 +34,20 @@ def refuse_other_options(people: bool, what: str | None, given: Sequence[str]) -
         Conflict: If there is anything.
     """
     if not people:
-        raise Conflict("--persons, --boxes, --person-sd and --effect-sd", "trials of agents", "they need --people")
+        raise Conflict("--persons, --person-sd and --effect-sd", "trials of agents", "they need --people")
     names = [*([what] if what else []), *(f"--{name.replace('_', '-')}" for name in given)]
     if names:
         raise Conflict("--people", ", ".join(names), f"it takes --success, {_OPTIONS} and --target")
+
+
+def refuse_beside_boxes(what: str | None, given: Sequence[str]) -> None:
+    """Refuse what says something about one box, or about people, beside numbers of boxes.
+
+    Raises:
+        Conflict: If there is anything.
+    """
+    if names := [*([what] if what else []), *(f"--{name.replace('_', '-')}" for name in given)]:
+        raise Conflict("--boxes", ", ".join(names), "it takes --success, --trials, --effect-sd and --seed, or --people")
 
 
 def power_people(

@@ -167,7 +167,7 @@ class Plain(Observer):
         short = is_short(study)
         kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
         self.say(
-            f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
+            f"{f'Short {kind.lower()}' if short else kind} on {study.boxes_in_words}: {_conditions(study)}; "
             f"{_extent(study)} of {study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
         )
         invited = [_invited(study, journal)] if study.invited else []

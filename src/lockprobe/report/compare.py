@@ -230,7 +230,7 @@ def _subject(side: Side, study: str) -> Subject:
 
 def _success(one: Sample) -> Proportion:
     every, solved = begun(outcomes(one.trials), broken_off(one.trials))
-    return share_of(solved, every.player, every.luck)
+    return share_of(solved, every.player, every.luck, every.box)
 
 
 def _unlike(samples: Sequence[Sample], studies: Sequence[ComparedStudy]) -> list[str]:

@@ -36,7 +36,7 @@ _STEPS = 60_000
 
 def explorer_data(
     trials: Sequence[Trial],
-    box: Mapping[str, Any],
+    boxes: Sequence[Mapping[str, Any]],
     *,
     budget: int = 0,
     start: tuple[str, ...] = (),
@@ -46,7 +46,7 @@ def explorer_data(
 
     Args:
         trials: Those of a study; broken ones are left out, and of many, those of later blocks.
-        box: The box as in the settings of the study; its joints have the letters from A on, in its order.
+        boxes: The boxes as in the settings of the study; the joints of each have the letters from A on, in its order.
         budget: Steps of a trial.
         called: Condition -> what a reader calls it.
         start: Agent, modality, and the two conditions that the page shows first; empty for the first ones.
@@ -56,8 +56,11 @@ def explorer_data(
     agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
     several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
-    own = [joint.get("name") for joint in box.get("joints", [])]
-    names = list(dict.fromkeys([*own, *(joint for trial in shown for joint in trial.joints)]))
+    joints = {str(box.get("name")): [joint.get("name") for joint in box.get("joints", [])] for box in boxes}
+    for trial in shown:
+        own = joints.setdefault(trial.box, [])
+        own += [joint for joint in trial.joints if joint not in own]
+    places = {name: place for place, name in enumerate(joints)}
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
     start = start if set(start[2:]) <= {*conditions} else ()
@@ -65,7 +68,9 @@ def explorer_data(
     data = {
         "agents": [_text(f"{agent}, {modality}" if several else agent) for agent, modality in agents],
         "conditions": [_text(called.get(condition, condition)) for condition in conditions],
-        "joints": [_text(str(name)) for name in names],
+        "boxes": [
+            {"name": _text(name), "joints": [_text(str(joint)) for joint in own]} for name, own in joints.items()
+        ],
         **({"budget": budget} if budget else {}),
         **({"start": first[0]} if first else {}),
         "trials": [
@@ -74,8 +79,9 @@ def explorer_data(
                 "c": conditions.index(trial.condition),
                 "r": trial.repetition,
                 "n": trial.trial,
+                **({"b": places[trial.box]} if places[trial.box] else {}),
                 **({"person": people.index(trial.player) + 1} if trial.player else {}),
-                **_course(trial, names, words=words),
+                **_course(trial, joints[trial.box], words=words),
             }
             for trial in shown
         ],

@@ -110,14 +110,17 @@ def methods_tex(found: Results) -> str:
 
 
 def _system(found: Results) -> Iterator[str]:
-    box, study = found.study.get("box", {}), found.study
+    boxes, study = found.boxes, found.study
     yield (
         rf"We used Lockprobe {tex_text(found.lockprobe)}~\cite{{lockprobe}}, which implements the system of Zenkri and "
         r"Brock~\cite{zenkri-brock}."
     )
     yield f"An agent has {count(int(study.get('max_steps', 0)), 'step')} to open a box whose joints lock each other."
-    yield f"The box was {_name(str(box.get('name', '')))}, with {count(len(box.get('joints', ())), 'joint')}."
-    if box.get("name") == "chain-4":
+    names = [_name(str(box.get("name", ""))) for box in boxes]
+    sizes = sorted({len(box.get("joints", ())) for box in boxes})
+    of = f"with {'to '.join(map(str, sizes))} joint{'s' * (sizes[-1] != 1)}"
+    yield f"The box was {names[0]}, {of}." if len(boxes) == 1 else f"The {len(boxes)} boxes were {listed(names)}, {of}."
+    if any(box.get("name") == "chain-4" for box in boxes):
         yield "The interlock of their box is not public; ours is a reconstruction."
     shown = listed(list(dict.fromkeys(spoken(one.modality) for one in found.design.conditions)), "or")
     plant = str(study.get("plant", "symbolic"))

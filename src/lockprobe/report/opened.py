@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.file_names import RECORDS, SETTINGS
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import read_settings
@@ -100,8 +99,7 @@ def open_study(directory: Path) -> OpenedStudy:
     """Read a study directory.
 
     Raises:
-        BadFile: If it is not that of a study, a record or a participant's diary is damaged, or trials are of several
-            boxes.
+        BadFile: If it is not that of a study, or a record or a participant's diary is damaged.
     """
     diaries, gone = read_diaries(directory), withdrawn(directory)
     settings = read_settings(directory)
@@ -109,10 +107,6 @@ def open_study(directory: Path) -> OpenedStudy:
     forks, choices = read_forks(directory), read_choices(directory)
     study = study_from(settings, directory / SETTINGS)
     trials = sorted(study.own_trials(everything), key=study.place_of)
-    boxes = sorted({trial.box for trial in trials} | {study.box.name})
-    if len(boxes) > 1:
-        found = BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
-        raise BadFile(directory / RECORDS, str(found))
     return OpenedStudy(
         directory=directory,
         settings=settings,

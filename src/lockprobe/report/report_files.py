@@ -103,14 +103,18 @@ def report_files(
 
 def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
     """All that pages are put together from; the explorer first, since it needs trials, which this process has."""
-    box, figures = opened.settings.get("box", {}), _figures(found)
+    figures = _figures(found)
     made: Iterable[_Made] = (
         lambda found: section(
             "Trial explorer",
             lambda: explorer_data(
-                opened.trials, box, budget=opened.study.max_steps, start=_start(found), called=condition_words(found)
+                opened.trials,
+                found.boxes,
+                budget=opened.study.max_steps,
+                start=_start(found),
+                called=condition_words(found),
             ),
-            lambda: explorer_data((), box),
+            lambda: explorer_data((), found.boxes),
         ),
         _texts,
         *figures.values(),

@@ -236,7 +236,7 @@ class StudyNumbers:
     @cached_property
     def broken_rules(self) -> str:
         """How many attempts broke the rules of the box, in few words; empty if none did."""
-        return broken_said(self.trials, self.study.box)
+        return broken_said(self.trials, *self.study.boxes)
 
     @cached_property
     def decisions(self) -> Mapping[str, tuple[Answer, ...]]:

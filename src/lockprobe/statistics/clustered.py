@@ -13,6 +13,9 @@ from lockprobe.statistics.proportions import LEVEL, Proportion, between, proport
 
 RESAMPLES = 2000
 
+FEWEST_BOXES = 10
+"""The fewest boxes for an interval of a share on boxes like these; with fewer it says nothing."""
+
 _TIE = 1e-9
 
 
@@ -74,10 +77,10 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     """
     solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
     solved, trials = solved[trials > 0], trials[trials > 0]
-    count, n, k = int(solved.sum()), int(trials.sum()), len(trials)
-    share = count / n if n else math.nan
+    count, n, k = round(float(solved.sum())), round(float(trials.sum())), len(trials)
+    share = float(solved.sum() / trials.sum()) if n else math.nan
     variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2 if k > 1 else 0.0
-    return _effective(count, n, k, variance, _least_design_effect(solved, trials))
+    return _effective(count, n, k, variance, _least_design_effect(solved, trials), share=share)
 
 
 def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, player: ArrayLike, luck: ArrayLike) -> ClusteredProportion:
@@ -183,24 +186,49 @@ def _smoothed(
     return float(smooth[1] - smooth[0]), error
 
 
-def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proportion:
-    """A share of the trials of one condition with Wilson's interval, clustered by player where there are players.
+def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike, box: ArrayLike = ()) -> Proportion:
+    """A share of the trials of one condition with Wilson's interval, clustered by player or by box.
 
     Args:
         happened: Whether the event happened, shape (trials,); NaN where that is not known, as of success where the
             trial broke. The interval is then from the low end with none of these to the high end with all.
         player: The player of each trial, of the same shape; empty where trials of one condition are independent.
         luck: The block of luck of each trial, of the same shape.
+        box: The box of each trial, of the same shape; empty if all are of one.
     """
     events, people, lucks = np.asarray(happened, dtype=np.float64), np.asarray(player), np.asarray(luck)
+    boxes = np.asarray(box)
     if (unknown := np.isnan(events)).any():
-        none, every = (share_of(np.where(unknown, end, events), people, lucks) for end in (0.0, 1.0))
-        known = share_of(events[~unknown], *((one[~unknown] if len(people) else one) for one in (people, lucks)))
+        none, every = (share_of(np.where(unknown, end, events), people, lucks, boxes) for end in (0.0, 1.0))
+        of = ((one[~unknown] if len(one) == len(events) else one) for one in (people, lucks, boxes))
+        known = share_of(events[~unknown], *of)
         return between(known, none, every)
     if not len(people):
+        names, place = np.unique(boxes, return_inverse=True)
+        if len(names) > 1:
+            return share_over_boxes(np.bincount(place, weights=events), np.bincount(place))
         return proportion(int(events.sum()), len(events))
     found = crossed_proportion(events, np.ones(len(events)), people, lucks)
     return Proportion(count=found.count, n=found.n, value=found.value, low=found.low, high=found.high)
+
+
+def share_over_boxes(counts: ArrayLike, sizes: ArrayLike) -> Proportion:
+    """A share of which every box counts alike: of boxes like these from :data:`FEWEST_BOXES` boxes on, else these.
+
+    Args:
+        counts: Successes on each box, shape (boxes,).
+        sizes: Trials on each, of the same shape, above 0.
+    """
+    solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
+    k, n = len(trials), float(trials.sum())
+    weights = n / (k * trials)
+    share = float(np.mean(solved / trials))
+    if k >= FEWEST_BOXES:
+        found = clustered_proportion(weights * solved, weights * trials)
+        low, high = found.low, found.high
+    else:
+        low, high = wilson(share, n, design_effect=float(np.sum(trials * weights**2)) / n)
+    return Proportion(count=int(solved.sum()), n=int(n), value=share, low=low, high=high)
 
 
 def two_way_variance(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
+from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.conditions.design import Comparison, Design
 from lockprobe.statistics.conditions.dose_grid import Grid
@@ -24,7 +25,7 @@ from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import Outcomes, heeded_at_most
+from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, heeded_at_most
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.trial.record import Trial
 
@@ -112,7 +113,8 @@ def contrast(
         sums = np.asarray(sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True)))
         sums = sums[~np.isnan(sums)]
         mean = block_mean(factor * sums[:, None], unit=most, choices=choices)
-        return replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
+        mean = replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
+        return mean_over_boxes(mean, factor * sums, boxes_of_blocks(*trials), choices=choices)
 
     if not all(map(len, groups)) or not (found := of(groups)).pairs:
         return None

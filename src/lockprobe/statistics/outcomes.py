@@ -29,6 +29,7 @@ class Outcomes:
         length: Steps played.
         solved: Whether the target moved.
         onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
+        box: The name of its box; no rows where it is not known.
         player: :attr:`lockprobe.trial.record.Trial.player` of each; no rows where every trial stands alone.
         order: The order of the blocks, if what is said of the trials must hold at every look; None if at one alone.
     """
@@ -39,6 +40,7 @@ class Outcomes:
     length: NDArray[np.int64]
     solved: NDArray[np.bool_]
     onset: NDArray[np.int64]
+    box: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
     player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
     order: BlockOrder | None = None
 
@@ -163,6 +165,7 @@ def _columns(
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
+        box=np.array([trial.box for trial in counted], dtype=np.str_),
         player=np.array(players if any(players) else [], dtype=np.str_),
         order=order,
     )
@@ -220,6 +223,22 @@ def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
     one, two = (dict(zip(_lucks(group), group.solved.tolist(), strict=True)) for group in (first, second))
     both = sorted(one.keys() & two.keys())
     return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
+
+
+def boxes_of_all(groups: Sequence[Outcomes]) -> NDArray[np.str_]:
+    """The box of each block of luck that any group has, by repetition and trial; no rows if all trials are of one."""
+    known = {luck: box for group in groups for luck, box in zip(_lucks(group), group.box.tolist(), strict=False)}
+    names = [known[luck] for luck in sorted(known)]
+    return np.array(names if len({*names}) > 1 else [], dtype=np.str_)
+
+
+def boxes_of_blocks(first: Outcomes, *others: Outcomes) -> NDArray[np.str_]:
+    """The box of each block of luck that all groups have, by repetition and trial; no rows if all trials are of one."""
+    if len(np.unique(first.box)) < 2:
+        return np.empty(0, dtype=np.str_)
+    known = dict(zip(_lucks(first), first.box.tolist(), strict=True))
+    both = set(known).intersection(*map(_lucks, others))
+    return np.array([known[luck] for luck in sorted(both)], dtype=np.str_)
 
 
 def _lucks(group: Outcomes) -> list[tuple[int, int]]:

@@ -40,7 +40,7 @@ def prior_for(joints: int) -> str | None:
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[ClusteredProportion, bool] | None:
+def optimal_actions(trials: Sequence[Trial], *boxes: Lockbox) -> tuple[ClusteredProportion, bool] | None:
     """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
     None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was
@@ -48,16 +48,16 @@ def optimal_actions(trials: Sequence[Trial], box: Lockbox | None = None) -> tupl
 
     Args:
         trials: The trials.
-        box: Their box, whose rules the plant may have broken; None if it is not known.
+        boxes: Their boxes, whose rules the plant may have broken; none if they are not known.
     """
     counted = [trial for trial in ended(trials) if trial.steps]
-    prior = prior_for(len(counted[0].joints)) if counted else None
+    prior = prior_for(max(len(trial.joints) for trial in counted)) if counted else None
     if prior is None or not all(trial.ordinary for trial in counted):
         return None
     judged, actions = [], 0
     for trial in counted[:JUDGED]:
         if actions < ACTIONS:
-            judged.append(_choices(trial, prior, unbroken(trial, box) if box else len(trial.steps)))
+            judged.append(_choices(trial, prior, unbroken(trial, *boxes) if boxes else len(trial.steps)))
             actions += len(trial.steps)
     _weigh(now for choices, _ in judged for now, _ in choices)
     counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]

@@ -26,11 +26,14 @@ class Judged(NamedTuple):
         return self.free != self.moved or self.other
 
 
-def against_rules(trial: Trial, box: Lockbox) -> list[Judged]:
+def against_rules(trial: Trial, *boxes: Lockbox) -> list[Judged]:
     """Every attempt of a trial before the rules of its box; none if the trial is of other joints.
+
+    Of several boxes its own is that of the name on record.
 
     Whether another joint changed is known from the state before the next attempt.
     """
+    box = boxes[0] if len(boxes) == 1 else next(one for one in boxes if one.name == trial.box)
     if sorted(trial.joints) != sorted(box.names):
         return []
     order = tuple(trial.joints.index(name) for name in box.names)
@@ -45,9 +48,9 @@ def against_rules(trial: Trial, box: Lockbox) -> list[Judged]:
     return judged
 
 
-def unbroken(trial: Trial, box: Lockbox) -> int:
+def unbroken(trial: Trial, *boxes: Lockbox) -> int:
     """The number of attempts of a trial before the first one that broke the rules; all if none did."""
-    return next((i for i, one in enumerate(against_rules(trial, box)) if one.against), len(trial.steps))
+    return next((i for i, one in enumerate(against_rules(trial, *boxes)) if one.against), len(trial.steps))
 
 
 def state_after(trial: Trial, step: Step) -> str:

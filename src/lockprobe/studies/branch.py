@@ -241,7 +241,7 @@ def branching(
     arms = tuple(dict.fromkeys([TRUTH, *told, *act]))
     for condition in {_condition(study, trial).label: _condition(study, trial) for trial in forked.values()}.values():
         for arm in arms:
-            joint, known = arm.partition("=")[2], study.box.names
+            joint, known = arm.partition("=")[2], [name for box in study.boxes for name in box.names]
             if joint and joint not in known:
                 raise BadValue("act", arm, f"force= with one of {', '.join(known)}")
             acting = arm_interventions(arm, 1, condition)

@@ -24,7 +24,7 @@ from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.study_checks import check_doses, check_people, check_plant, check_sizes
+from lockprobe.studies.study_checks import check_boxes, check_doses, check_people, check_plant, check_sizes
 from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
@@ -47,11 +47,12 @@ class Study:
     Attributes:
         name: ``flips``, ``modalities``, or a name that the experimenter gives it.
         agents: Agent specs, in the order in which they play.
-        box: The box.
+        box: The box, or the first of several.
+        more_boxes: The others. Trials take turns on them (:meth:`box_of`), so that each has luck of its own.
         conditions: Each once: flip rates, as :func:`lockprobe.interventions.conditions.flips` makes them, or any
             others. An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
-        trials: Trials per repetition and condition; the paper has 10.
+        trials: Trials per repetition and condition, of all boxes together; the paper has 10.
         strategy_trials: The same for strategies (:func:`lockprobe.agents.catalogue.is_strategy`), which
             cost nothing; ``trials`` if None. All agents share the luck of the trials that all of them play.
         strategy_conditions: Labels of conditions that strategies alone play, since a model's trials cost.
@@ -92,6 +93,7 @@ class Study:
     layout: LayoutKind = "fixed"
     assessment: bool = True
     hypothesis: Ask = "before"
+    more_boxes: tuple[Lockbox, ...] = ()
     until: Until | None = None
     earlier: tuple[EarlierSize, ...] = field(default=(), compare=False)
     shard: Shard | None = field(default=None, compare=False)
@@ -119,6 +121,7 @@ class Study:
         check_whole("seed", self.seed, 0, LARGEST_SEED)
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
+        check_boxes(self)
         check_people(self)
         check_sizes(self)
         check_doses(self.conditions, self.p)
@@ -191,6 +194,7 @@ class Study:
         """What every trial has alike, whatever its condition, agent and number."""
         return {
             "box": self.box.as_data(),
+            **({"more_boxes": [box.as_data() for box in self.more_boxes]} if self.more_boxes else {}),
             "max_steps": self.max_steps,
             "seed": self.seed,
             "shuffle": self.shuffle,
@@ -292,8 +296,22 @@ class Study:
         return trials_planned(agent, self)
 
     @property
+    def boxes(self) -> tuple[Lockbox, ...]:
+        """Its boxes."""
+        return (self.box, *self.more_boxes)
+
+    @property
+    def boxes_in_words(self) -> str:
+        """The name of its box, or how many it has."""
+        return f"{len(self.boxes)} boxes" if self.more_boxes else self.box.name
+
+    def box_of(self, trial: int) -> Lockbox:
+        """The box of a trial by its number, from 1: boxes take turns, so that a part of a study is balanced."""
+        return self.boxes[(trial - 1) % len(self.boxes)]
+
+    @property
     def panel(self) -> Lockbox:
-        """The box on the panel of its first trial, which is that of all trials unless the layout is ``shuffled``."""
+        """The box on the panel of its first trial, which is that of all trials of one box unless ``shuffled``."""
         return self.plan(self.agents[0], self.conditions[0], 1, 1).box
 
     def plans(self, agent: str) -> Iterator[Plan]:
@@ -340,11 +358,12 @@ class Study:
 
     def _laid_out(self, repetition: int, trial: int, seed: int) -> Lockbox:
         """The box on the panel of a trial."""
+        box = self.box_of(trial)
         if self.layout == "shuffled":
-            return redealt(self.box, trial_stream(seed, repetition, trial, "layout"))
+            return redealt(box, trial_stream(seed, repetition, trial, "layout"))
         if self.layout == "dealt":
-            return redealt(self.box, study_stream(seed, "layout"), neutral=True)
-        return self.box
+            return redealt(box, study_stream(seed, "layout"), neutral=True)
+        return box
 
     def condition_of(self, trial: Trial) -> Condition | None:
         """The condition of a trial on record; None if the study has none of its label."""
@@ -376,13 +395,13 @@ class Study:
             for agent in self.agents
             for one in self.conditions_of(agent)
         }
-        one_panel = None if self.layout == "shuffled" else self.panel.names
+        one_panel = None if self.layout == "shuffled" or self.more_boxes else self.panel
         return [
             trial
             for trial in trials
-            if (found := played.get((trial.spec, trial.condition))) is not None
-            and self._is_own(trial, *found)
-            and trial.joints == (one_panel or self._laid_out(trial.repetition, trial.trial, self.seed).names)
+            if (found := played.get((trial.spec, trial.condition))) is not None and self._is_own(trial, *found)
+            for box in [one_panel or self._laid_out(trial.repetition, trial.trial, self.seed)]
+            if (trial.joints, trial.box) == (box.names, box.name)
         ]
 
     def _is_own(self, trial: Trial, acting: tuple[str, Mapping[str, float], tuple[str, ...]], trials: int) -> bool:

@@ -22,9 +22,21 @@ if TYPE_CHECKING:
 _CLOSEST_P = 1e-6
 
 
+def check_boxes(study: Study) -> None:
+    """Refuse boxes that cannot be told apart, and several of them where only one has a meaning."""
+    names = [box.name for box in study.boxes]
+    if len(set(names)) < len(names):
+        raise BadValue("box", ", ".join(names), "every box once")
+    if study.more_boxes and study.until:
+        expected = "none with several boxes: what holds at every look is computed for one"
+        raise BadValue("until", str(study.until), expected)
+
+
 def check_people(study: Study) -> None:
     """Refuse what people cannot play."""
     if PEOPLE in study.agents:
+        if study.more_boxes:
+            raise BadValue("box", f"{len(study.boxes)} boxes", "one with people, whose boxes are counted by person")
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
         if study.until:
             raise BadValue("until", str(study.until), "none with people, who are compared at one look")

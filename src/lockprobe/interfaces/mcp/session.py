@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import AsyncIterator, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager, nullcontext
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -92,8 +93,10 @@ class ToolSession:
             BadFile: If a file in it is damaged.
         """
         check_playable(study.conditions, CLIENT)
-        for plant in study.plants:
-            resolve_plant(plant).check(study.box)
+        if len({len(box.joints) for box in study.boxes}) > 1:
+            raise BadValue("box", ", ".join(box.name for box in study.boxes), "boxes with equally many joints")
+        for plant, box in product(study.plants, study.boxes):
+            resolve_plant(plant).check(box)
         with (
             Journal.open(directory, study) as journal,
             AttemptLog.open(directory) as log,

@@ -10,7 +10,7 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "stopping", "success", "readings", "conditions", "crossings",
+    "first_screen", "trials", "people", "stopping", "success", "boxes", "readings", "conditions", "crossings",
     "factors", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot",
     "study_design", "agents", "broken", "limits", "claims", "why", "forks",

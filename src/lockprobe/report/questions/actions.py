@@ -25,7 +25,7 @@ _CONTRADICTED = "true reports contradict the prior"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        if found := optimal_actions(cell.trials, numbers.study.box):
+        if found := optimal_actions(cell.trials, *numbers.study.boxes):
             share, contradicted = found
             truth = numbers.study.labelled(cell.condition).p == 0
             yield from cell.share("optimal_actions", share, of=_NAIVE, note=_CONTRADICTED * (truth and contradicted))
@@ -52,7 +52,7 @@ def _show(found: Results) -> Iterator[Part]:
         return
     first = {cell.label: cell for cell in reversed(cells) if cell.agent in found.subjects}
     said = [f"{percent(cell.value('optimal_actions', _NAIVE))} {label}" for label, cell in reversed(first.items())]
-    prior = _PRIORS[prior_for(len(found.study.get("box", {}).get("joints", ()))) or "chains"]
+    prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]
     contradicted = any(row.note for row in found.where("optimal_actions"))
     doubt = " On this box true reports contradict this prior, so these numbers say little about it." * contradicted
     yield Part(

@@ -75,8 +75,11 @@ def _show(found: Results) -> Iterator[Part]:
         "tidied": _replies(found),
         "plants": [found.facts_about(plant) for plant in plants],
     }
-    box = found.study.get("box", {}).get("name", "")
-    of = [*([listed([*agents], named=3)] if agents else []), *([f"the box {box}"] if box else [])]
+    boxes = [str(box.get("name", "")) for box in found.boxes]
+    of = [
+        *([listed([*agents], named=3)] if agents else []),
+        f"the box{'es' * (len(boxes) > 1)} {listed(boxes, named=3)}",
+    ]
     said = f"What is on record of {', and of '.join(of)}." if of else ""
     yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
 

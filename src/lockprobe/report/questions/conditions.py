@@ -50,7 +50,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     yield cell.estimate("trials", n, unit="trials")
     every, solved = begun(cell.ended, cell.broke)
     if order is None or every.crossed:
-        share = share_of(solved, every.player, every.luck)
+        share = share_of(solved, every.player, every.luck, every.box)
     else:
         share = share_at_every_look(solved[np.argsort(order.rank(every.repetition, every.trial))])
     yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")

@@ -16,6 +16,7 @@ from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
 from lockprobe.report.questions import why
+from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.factors import factorial_said
 from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
@@ -36,7 +37,7 @@ _WHO, _WHO_MOST = "who was studied", 8
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
-_NOTES = ("unfinished", "small", "every_look", "changed_nothing")
+_NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
 _FIGURES = ("why", "stopping", "factorial", "effects", "fig3")
@@ -76,7 +77,7 @@ def _asks_why(study: Study) -> bool:
 
 def _question(study: Study) -> str:
     """What the study asks, in one line."""
-    design, box = design_of(study), study.box.name
+    design, box = design_of(study), study.boxes_in_words
     if _asks_why(study):
         return f"Why do false reports change how agents open {box}?"
     if any(factorials_of(design.arms, modality) for modality in design.modalities):
@@ -204,11 +205,12 @@ def _show(found: Results) -> Iterator[Part]:
     drawn = [] if found.where("false_report_effect") else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
-    panel, panel_says = panel_figure(found.study.get("box", {}))
+    panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")
     from lockprobe.report.questions import all_sections
 
     known: dict[str, Figure] = {one.name: one for of in all_sections() for one in of.figures}
     figures = [known[name] for name in _FIGURES if name in known and known[name].applies(found)]
+    said |= {"boxes": boxes_said(found)} if len(found.boxes) > 1 else {}
     values = {
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],

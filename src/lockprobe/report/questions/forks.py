@@ -52,7 +52,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     parents = {trial.key: trial for trial in opened.trials}
     rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
     yield from rows
-    if rows and (rules := broken_said(opened.forks, numbers.study.box)):
+    if rows and (rules := broken_said(opened.forks, *numbers.study.boxes)):
         yield Finding(section="forks", kind="rules", text=rules)
 
 

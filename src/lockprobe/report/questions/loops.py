@@ -10,6 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import bracketed, first_three, p_value, percent
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.doses import at_dose
@@ -27,7 +28,7 @@ from lockprobe.statistics.inference.trend import trend
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.loops.incidence import incidence
 from lockprobe.statistics.measures import MEASURES
-from lockprobe.statistics.outcomes import ended, points
+from lockprobe.statistics.outcomes import ended, numbered, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 
@@ -50,14 +51,19 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     if not (trials := ended(cell.trials)):
         return
     found, n = cell.ended, len(trials)
-    yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck))
+    yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck, found.box))
     for one in points(found):
         yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
     for null in get_args(Null):
-        level = expected_loop_rate([trial.actions for trial in trials], null, actions=len(trials[0].joints))
-        ends = [max(0.0, level.probability - Z * level.error), min(1.0, level.probability + Z * level.error)]
-        interval = dict(zip(("low", "high"), ends, strict=True)) if level.error else {}
-        yield cell.estimate("loop_rate_chance", level.probability, of=null, n=n, note=level.method, **interval)
+        levels = [
+            (len(own) / n, expected_loop_rate([numbered(trial) for trial in own], null, actions=joints))
+            for joints, own in grouped(trials, lambda trial: len(trial.joints)).items()
+        ]
+        level, error = (sum(share * getattr(one, of) for share, one in levels) for of in ("probability", "error"))
+        ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
+        interval = dict(zip(("low", "high"), ends, strict=True)) if error else {}
+        method = "simulation" if error else "exact"
+        yield cell.estimate("loop_rate_chance", level, of=null, n=n, note=method, **interval)
     for quantity, measure in (("coverage", "covered"), ("redundant_share", "redundant")):
         yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 

@@ -102,7 +102,7 @@ def _show_sensed(found: Results) -> Iterator[Part]:
 
 def _rules(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        judged = [against_rules(trial, numbers.study.box) for trial in cell.trials]
+        judged = [against_rules(trial, *numbers.study.boxes) for trial in cell.trials]
         every = [one for trial in judged for one in trial]
         if every:
             count, n = sum(one.against for one in every), len(every)
@@ -132,7 +132,7 @@ def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Es
         yield from cell.share(quantity, found, note="clustered by trial")
     kept = [trial for trial, of in zip(trials, judged, strict=True) if not any(one.against for one in of)]
     every, solved = begun(outcomes(kept), broken_off(kept))
-    yield from cell.share("success_without_miss", share_of(solved, every.player, every.luck))
+    yield from cell.share("success_without_miss", share_of(solved, every.player, every.luck, every.box))
 
 
 def _conditions(found: Results) -> TextTable:

@@ -7,6 +7,8 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
 from lockprobe.foundation.left_out import section
@@ -61,15 +63,16 @@ def _of_cell(cell: PlayedCell) -> Iterator[Row]:
 
 
 def _exact(numbers: StudyNumbers) -> list[Row]:
-    """What random agents and the shortest plan reach on the box."""
-    box, found = numbers.study.box, list[Row]()
+    """What random agents and the shortest plan reach on the box; their mean over several."""
+    boxes, found = numbers.study.boxes, list[Row]()
     budget = max((trial.budget for trial in numbers.opened.flip_trials), default=0)
     for of, repeats in (("uniform", True), ("no-repeat", False)):
-        share = random_curve(box, budget, repeats=repeats)
+        share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
         found.append(Estimate(quantity="success_chance", of=of, value=share[-1], note="exact"))
-    if (steps := optimum(box)) is not None:
-        found.append(Estimate(quantity="optimum", value=steps, unit="steps", note="exact"))
+    steps = [shortest for box in boxes if (shortest := optimum(box)) is not None]
+    if len(steps) == len(boxes):
+        found.append(Estimate(quantity="optimum", value=float(np.mean(steps)), unit="steps", note="exact"))
     return found
 
 

@@ -201,6 +201,11 @@ class Results(Part):
         return self._players.get((agent, modality))
 
     @property
+    def boxes(self) -> list[Mapping[str, Any]]:
+        """Its boxes, as in ``study.json``."""
+        return [self.study.get("box", {}), *self.study.get("more_boxes", ())]
+
+    @property
     def subjects(self) -> tuple[str, ...]:
         """The agents that the study is about."""
         return tuple(dict.fromkeys(one.agent for one in self.design.players if one.subject))

@@ -40,12 +40,12 @@
     if (text) element.textContent = text;
     return element;
   };
-  const called = (joint) => data.joints[joint.charCodeAt(0) - 65];
+  const called = (joint, one) => data.boxes[one.b ?? 0].joints[joint.charCodeAt(0) - 65];
   const outcome = { 1: "moved", 0: "was blocked", "-": "did nothing that was told" };
   const told = { 1: "moved", 0: "blocked", "-": "nothing" };
   const lies = (trial, i) => trial.told[i] !== "-" && trial.told[i] !== trial.moved[i];
   const end = (trial) => (trial.solved ? `opened at step ${trial.did.length}` : `not opened in ${trial.did.length} steps`);
-  const number = (trial) => (trial.person ? `person ${trial.person}, ` : "") + `${trial.r}.${trial.n}`;
+  const number = (trial) => (trial.person ? `person ${trial.person}, ` : "") + `${trial.r}.${trial.n}` + (data.boxes.length > 1 ? `, ${data.boxes[trial.b ?? 0].name}` : "");
   const agent = $("agent"), left = $("left"), right = $("right"), which = $("which"), slider = $("step");
   const fill = (select, values, names, kept) => {
     select.replaceChildren(...values.map((value, i) => { const one = make("option", "", names[i]); one.value = value; return one; }));
@@ -104,7 +104,7 @@
       [...one.did].forEach((joint, i) => {
         const button = make("button", `${one.moved[i] === "1" ? "m" : "b"}${lies(one, i) ? " x" : ""}`, joint);
         button.type = "button";
-        button.title = `step ${i + 1}: ${called(joint)} ${outcome[one.moved[i]]}, told: ${told[one.told[i]]}`;
+        button.title = `step ${i + 1}: ${called(joint, one)} ${outcome[one.moved[i]]}, told: ${told[one.told[i]]}`;
         button.addEventListener("click", () => go(i + 1));
         strip.append(button);
       });
@@ -122,7 +122,7 @@
     const i = step - 1, box = make("div"), joint = one.did[i];
     if (joint === undefined) { box.append("The trial is over."); return box; }
     const false_ = lies(one, i);
-    box.append(make("small", "", `${data.conditions[one.c]}: `), `${joint} (${called(joint)}) ${outcome[one.moved[i]]}, told: `, make("b", false_ ? "f" : "", `${told[one.told[i]]}${false_ ? ", which is false" : ""}`), ". ");
+    box.append(make("small", "", `${data.conditions[one.c]}: `), `${joint} (${called(joint, one)}) ${outcome[one.moved[i]]}, told: `, make("b", false_ ? "f" : "", `${told[one.told[i]]}${false_ ? ", which is false" : ""}`), ". ");
     if (one.chosen && one.chosen[i] !== "-") box.append(`It had chosen ${one.chosen[i]}. `);
     for (const [name, who, none] of [["verdict", "The arm's verdict", "failed"], ["camera", "What the camera saw", "unclear"]]) {
       const judged = one[name] && one[name][i];

@@ -4,6 +4,7 @@ An estimate, its interval and its P value use the same sample. An agent's sample
 of equal repetition and trial share their luck, and an unfinished study has some of them under one condition only.
 People meet no luck twice; their sample is all trials, clustered by person. What holds at every look uses the blocks
 that both have in the order of the plan; people come as they please, so their trials have no order.
+Several boxes are clusters, which count alike (:mod:`lockprobe.statistics.boxes`).
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.boxes import difference_over_boxes, pairs_by_box
 from lockprobe.statistics.broken_trials import bounded, opposed
-from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference
-from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
+from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference, share_of
+from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, joined, solved_in_pairs
 from lockprobe.statistics.proportions import Paired, Proportion, between, paired, proportion
 from lockprobe.statistics.sequential.contrasts import AtEveryLook, Numbers, at_every_look, held_at_both_ends
 from lockprobe.statistics.sequential.shares import share_at_every_look
@@ -257,8 +259,12 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = 
         )
         shares = [together.solved[~later], together.solved[later]]
     else:
-        shares = list(solved_in_pairs(together.at(~later), together.at(later)).T)
+        groups = together.at(~later), together.at(later)
+        solved, box = solved_in_pairs(*groups), boxes_of_blocks(*groups)
+        shares = list(solved.T)
         found = paired(shares[0], shares[1], choices=choices)
+        if len(box):
+            return _over_boxes(float(both[1]), found, solved, box, exchange, choices)
     first, second = (proportion(int(one.sum()), len(one)) for one in shares)
     if exchange is None:
         assert isinstance(found, Paired), "people are compared by a permutation"
@@ -266,6 +272,22 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = 
     return _of_pairs(
         float(both[1]), found, first, second, exchange, max(exchange, min(1.0, choices * found.interval_p))
     )
+
+
+def _over_boxes(
+    dose: float,
+    found: Paired,
+    solved: NDArray[np.bool_],
+    box: NDArray[np.str_],
+    exchange: float | None,
+    choices: int,
+) -> DifferenceAt:
+    """The difference with boxes as clusters (:mod:`lockprobe.statistics.boxes`)."""
+    over = difference_over_boxes(pairs_by_box(solved, box), choices=choices)
+    tested = min(1.0, choices * found.p_value) if exchange is None else exchange
+    first, second = (share_of(column, (), (), box) for column in solved.T)
+    pairs = replace(found, value=over.value, low=over.low, high=over.high)
+    return _of_pairs(dose, pairs, first, second, tested, max(tested, min(1.0, choices * over.interval_p)))
 
 
 def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:

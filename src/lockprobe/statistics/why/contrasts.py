@@ -19,7 +19,7 @@ from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import normal_quantile
 from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.outcomes import Outcomes, boxes_of_all, broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.why.arms import PLANNED, arms_of
@@ -91,11 +91,13 @@ def whys(
             acting = {
                 arm: trials for arm, trials in own.items() if trials and (arm == "truth" or not never_acted(trials))
             }
-            solved, broke = by_block(acting, orders.get(agent))
+            solved, broke, box = by_block(acting, orders.get(agent))
             planned = [solved[arm] for arm in PLANNED if arm in solved]
             if planned[len(PLANNED) - 1 :] and np.count_nonzero(~np.isnan(np.sum(planned, axis=0))) > 1:
                 shown = acting["truth"][0].modality
-                found.append(((shown, is_baseline(design.spec_of(agent))), (agent, shown, p, names, solved, broke)))
+                found.append(
+                    ((shown, is_baseline(design.spec_of(agent))), (agent, shown, p, names, solved, broke, box))
+                )
     sizes = Counter(family for family, _ in found)
     return tuple(
         Why(
@@ -107,16 +109,19 @@ def whys(
             broke=broke,
             agents=sizes[family],
             every_look=agent in orders,
-            decision=decide(solved, broke=broke, agents=sizes[family], every_look=agent in orders),
+            decision=decide(solved, broke=broke, box=box, agents=sizes[family], every_look=agent in orders),
         )
-        for family, (agent, modality, p, names, solved, broke) in found
+        for family, (agent, modality, p, names, solved, broke, box) in found
     )
 
 
 def by_block(
     trials: Mapping[str, Sequence[Trial]], order: BlockOrder | None = None
-) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]]]:
-    """The columns ``solved`` and ``broke`` of :class:`Why`, of arms with an ended trial."""
+) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]], NDArray[np.str_]]:
+    """The columns ``solved`` and ``broke`` of :class:`Why`, of arms with an ended trial, and the box of each block.
+
+    There are no boxes where all trials are of one.
+    """
     played: dict[str, tuple[Outcomes, Outcomes]] = {
         arm: (ended, broken_off(own, order=order))
         for arm, own in trials.items()
@@ -129,4 +134,5 @@ def by_block(
         rows = one.order if len(one.order) else slice(None)
         broke[arm] = one.solved[rows, 0] < other.solved[rows, 0]
         solved[arm] = np.where(broke[arm], np.nan, one.solved[rows, 0])
-    return solved, broke
+    every_one = [one for both in played.values() for one in both if len(one)]
+    return solved, broke, boxes_of_all(every_one)

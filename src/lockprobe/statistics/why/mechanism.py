@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean, mean_at_every_look, numbers_of
+from lockprobe.statistics.boxes import mean_over_boxes, small_over_boxes
 from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.paired_proportions import equivalence
 from lockprobe.statistics.proportions import ALPHA
@@ -30,6 +31,8 @@ from lockprobe.statistics.sequential.contrasts import at_every_look
 
 MARGIN = 0.1
 """Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
+
+_ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
 
 PART = 0.03
 """Level of the test of each contrast of arms; chosen by simulation, so that a claim on arms that is false is made in at
@@ -108,6 +111,7 @@ def decide(
     solved: Mapping[str, Array],
     *,
     broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
+    box: NDArray[np.str_] = _ONE_BOX,
     agents: int = 1,
     every_look: bool = False,
 ) -> Decision:
@@ -118,6 +122,7 @@ def decide(
             arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
         broke: Arm -> whether its trial broke, of the same shape; all intervals and P values then hold whatever became
             of these.
+        box: The box of each block, of the same shape; empty if all are of one.
         agents: Number of agents that are judged together (Bonferroni).
         every_look: Whether the decision must hold at every look; blocks are then in the order in which they were
             planned.
@@ -125,11 +130,12 @@ def decide(
 
     def mean(pairs: Pairs) -> BlockMean:
         tables = differences(solved, broke, pairs)
-        found, *ends = (_mean_over_blocks(table, agents, every_look=every_look) for table in tables)
+        found, *ends = (_mean_over_blocks(table, agents, box, every_look=every_look) for table in tables)
         return bounded(found, *ends) if ends else found
 
     total = mean(TOTAL)
-    small = max(_equivalence(table[:, 0], agents, every_look=every_look) for table in differences(solved, broke, TOTAL))
+    totals = [table[:, 0] for table in differences(solved, broke, TOTAL)]
+    small = max(_equivalence(changes, agents, box, every_look=every_look) for changes in totals)
     known = {name: pairs for name, pairs in CONTRASTS.items() if {arm for pair in pairs for arm in pair} <= {*solved}}
     contrasts = {name: mean(pairs) for name, pairs in known.items()} if _detected(total) else {}
     return decision_of(total, contrasts, small)
@@ -199,21 +205,26 @@ def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
     return one - both > max(0.0, both) / 4
 
 
-def _mean_over_blocks(table: Array, agents: int, *, every_look: bool) -> BlockMean:
+def _mean_over_blocks(table: Array, agents: int, box: NDArray[np.str_], *, every_look: bool) -> BlockMean:
     """A mean over blocks, with P value and interval corrected for the agents that are judged together."""
     if every_look:
         return mean_at_every_look(table, agents=agents)
     found = block_mean(table, unit=1.0, choices=agents)
-    return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
+    if found.p_value is not None:
+        found = replace(found, p_value=min(1.0, agents * found.p_value))
+    kept = ~np.isnan(table).any(axis=1)
+    return mean_over_boxes(found, table[kept].mean(axis=1), box[kept], choices=agents) if len(box) else found
 
 
 def _detected(found: BlockMean, level: float = ALPHA) -> bool:
     return found.p_value is not None and found.p_value < level and found.clear
 
 
-def _equivalence(changes: Array, agents: int, *, every_look: bool) -> float:
+def _equivalence(changes: Array, agents: int, box: NDArray[np.str_], *, every_look: bool) -> float:
     """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
     kept = changes[~np.isnan(changes)]
     if every_look:
         return at_every_look([numbers_of(changes[:, None])], agents=agents, margin=MARGIN)[0].small_p_value
-    return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), MARGIN))
+    found = equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), MARGIN)
+    over = small_over_boxes(kept, box[~np.isnan(changes)], MARGIN) if len(box) else 0.0
+    return min(1.0, agents * max(found, over))

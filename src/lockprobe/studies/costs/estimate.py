@@ -12,6 +12,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.boxes.solve import random_curve
@@ -222,7 +224,7 @@ class _AgentEstimator:
     def _survival(self) -> list[float]:
         """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
         steps = self._study.max_steps
-        blind = [1 - solved for solved in random_curve(self._study.box, steps)]
+        blind = 1 - np.mean([random_curve(box, steps) for box in self._study.boxes], axis=0)
         ended = Counter(self._done.values())
         stands = Counter(step for key, step in self._reached.items() if key not in self._done)
         playing, shares = ended.total() + stands.total(), [1.0, 1.0]

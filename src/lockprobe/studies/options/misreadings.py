@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -33,7 +34,8 @@ def _with_rates(condition: Condition, study: Study) -> Condition:
             other, label, trials = _read(one)
             _check_box(one, study, other)
             said = claim_counts(trials)
-            rates = entries_of(misread_rates(said, study.box.names, one.by))
+            names = dict.fromkeys(name for box in study.boxes for name in box.names)
+            rates = entries_of(misread_rates(said, [*names], one.by))
             acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=said.total())
             name = name.replace(one.like, f"{other.name}/{label}")
     return condition if name == condition.label else replace(condition, interventions=tuple(acting), name=name)
@@ -60,10 +62,10 @@ def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
 
 def _check_box(one: MisreadFlip, study: Study, other: Study) -> None:
     """Refuse another box where rates are those of joints."""
-    theirs, own = other.box, study.box
-    same = sorted(theirs.names) == sorted(own.names) and theirs.target == own.target
-    if one.by == "joint" and (
-        not same or any(theirs.alternatives(name) != own.alternatives(name) for name in own.names)
-    ):
-        expected = f"a study of {own.name}, not of {theirs.name}; by=direction and by=total fit any box"
-        raise BadValue("like", one.like, expected)
+    if one.by != "joint":
+        return
+    for theirs, own in product(other.boxes, study.boxes):
+        same = sorted(theirs.names) == sorted(own.names) and theirs.target == own.target
+        if not same or any(theirs.alternatives(name) != own.alternatives(name) for name in own.names):
+            expected = f"a study of {own.name}, not of {theirs.name}; by=direction and by=total fit any box"
+            raise BadValue("like", one.like, expected)

@@ -44,6 +44,10 @@ SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=2, strategy_trials=
 """Ours: what the embedded model plays in two minutes on two cores, and enough trials of the others, which cost
 nothing, to see what false reports do to them."""
 
+EACH_BOX = Extent(p=SHORT.p, repetitions=1, trials=5, strategy_trials=20)
+"""Ours: the trials on each of several boxes. With 10 boxes the first find the paper's effect in .9 of studies if it
+differs between boxes by 30 points, and the second find that it differs."""
+
 ONE_TRIAL = Extent(p=(0.0,), repetitions=1, trials=1)
 """Ours: the shortest study there is."""
 

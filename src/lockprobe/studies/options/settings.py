@@ -51,6 +51,7 @@ class _Settings(BaseModel):
     agents: list[AgentSpec]
     names: dict[AgentSpec, Text] = {}
     box: dict[str, Any]
+    more_boxes: list[dict[str, Any]] = []
     conditions: list[ConditionSettings]
     repetitions: Count
     trials: Count
@@ -69,7 +70,7 @@ class _Settings(BaseModel):
 
 
 _AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {
-    *("name", "agents", "box", "conditions", "until", "earlier", "shard")
+    *("name", "agents", "box", "more_boxes", "conditions", "until", "earlier", "shard")
 }
 """The settings that a study takes from the file as they are."""
 
@@ -99,6 +100,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             name=found.study,
             agents=tuple(found.agents),
             box=box_from_data(found.box),
+            more_boxes=tuple(map(box_from_data, found.more_boxes)),
             conditions=tuple(one.condition() for one in found.conditions),
             until=found.until.until() if found.until else None,
             shard=None if found.shard is None else Shard.parse(found.shard),

@@ -26,8 +26,8 @@ class Sizes(NamedTuple):
     until: Until | None
 
 
-def sizes_of(request: StudyOptions, extent: paper.Extent) -> Sizes:
-    """How much a request plays; ``extent`` says what it leaves out.
+def sizes_of(request: StudyOptions, extent: paper.Extent, boxes: int = 1) -> Sizes:
+    """How much a request plays on so many boxes; ``extent`` says what it leaves out.
 
     Raises:
         BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
@@ -39,7 +39,9 @@ def sizes_of(request: StudyOptions, extent: paper.Extent) -> Sizes:
         return Sizes(1, most, None, until)
     asked = {name: value for name in Sizes._fields if (value := getattr(request, name)) is not None}
     usual = {"repetitions": extent.repetitions, "trials": extent.trials, "strategy_trials": extent.strategy_trials}
-    return Sizes(**{**usual, **asked, "until": None})
+    found = Sizes(**{**usual, **asked, "until": None})
+    more = found.strategy_trials
+    return found._replace(trials=boxes * found.trials, strategy_trials=more and boxes * more)
 
 
 def _until(request: StudyOptions) -> Until | None:

@@ -33,15 +33,17 @@ def shuffle_by_default(study: str, plant: PlantSource) -> Shuffle:
 
 def extent_of(request: StudyOptions) -> paper.Extent:
     """How much a study plays, unless the request says more."""
-    if request.study == "modalities":
-        return paper.MODALITY_TRIALS
-    if request.study == "looks":
-        return looks.EXTENT
-    if request.study == "why":
-        return why.EXTENT if request.trials is None else replace(why.EXTENT, strategy_trials=None)
     said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
     asked = request.full or any(given is not None for given in said)
-    return paper.FULL if asked else paper.SHORT
+    extent = {
+        "modalities": paper.MODALITY_TRIALS,
+        "looks": looks.EXTENT,
+        "why": why.EXTENT if request.trials is None else replace(why.EXTENT, strategy_trials=None),
+    }.get(request.study, paper.FULL if asked else paper.SHORT)
+    if (len(request.boxes_named) > 1 or request.boxes) and not (request.full or request.as_paper):
+        more = paper.EACH_BOX.strategy_trials if request.trials is None else None
+        return replace(extent, repetitions=1, trials=paper.EACH_BOX.trials, strategy_trials=more)
+    return extent
 
 
 def shown_by_default(request: StudyOptions, plant: PlantSource) -> tuple[str, ...]:

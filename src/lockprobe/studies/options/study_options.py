@@ -53,8 +53,9 @@ def _number(given: object) -> object:
 
 
 def _box(given: object) -> object:
-    if given is not None and not isinstance(given, str | Path | Lockbox):
-        raise ValueError("expected a name, a Lockbox or the path of a TOML file")
+    for one in given if isinstance(given, list | tuple) else [given]:
+        if one is not None and not isinstance(one, str | Path | Lockbox):
+            raise ValueError("expected a name, a Lockbox or the path of a TOML file")
     return given
 
 
@@ -80,8 +81,9 @@ Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), Befor
 
 Whole = Annotated[int, BeforeValidator(_number)]
 Number = Annotated[float, BeforeValidator(_number)]
-Box = Annotated[str | Path | InstanceOf[Lockbox], BeforeValidator(_box)]
-"""A name, the path of a file, or a box; in a file of text only the first two."""
+_OneBox = str | Path | InstanceOf[Lockbox]
+Box = Annotated[_OneBox | list[_OneBox], BeforeValidator(_box)]
+"""A name, the path of a file, or a box, or a list of them; in a file of text only the first two."""
 
 
 def _words(given: object) -> object:
@@ -112,7 +114,16 @@ class StudyOptions(BaseModel):
             "human-inspired, llm:local and random)."
         ),
     ] = None
-    box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
+    box: Annotated[
+        Box | None, _about("A box by name, random-N-SEED, or a TOML file; several with commas between (chain-4).")
+    ] = None
+    boxes: Annotated[
+        Whole | None,
+        _about(
+            "So many boxes instead: random-4-SEED from a seed of 1 on, those that take four steps at least, as chain-4 "
+            "does; with --box random-N, of N joints (none)."
+        ),
+    ] = None
     p: Annotated[
         Annotated[list[Number], Field(max_length=1000)] | None,
         _about(
@@ -123,15 +134,15 @@ class StudyOptions(BaseModel):
     trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition (in each repetition: 2; 10 with --full, or if --p or --repetitions is given; 50 with "
-            "why)."
+            "Trials per condition and box (in each repetition: 2; 10 with --full, or if --p or --repetitions is given; "
+            "50 with why; 5 with several boxes)."
         ),
     ] = None
     strategy_trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition for strategies, which cost nothing (100 in the short study, 150 with "
-            "why; else as --trials)."
+            "Trials per condition and box for strategies, which cost nothing (100 in the short study, 150 with why, 20 "
+            "with several boxes; else as --trials)."
         ),
     ] = None
     until: Annotated[
@@ -143,7 +154,7 @@ class StudyOptions(BaseModel):
         ),
     ] = None
     most: Annotated[Whole | None, _about("With --until: trials per condition at most (300).")] = None
-    repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why).")] = None
+    repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why and with several boxes).")] = None
     seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
     max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
     flip: Annotated[
@@ -239,8 +250,15 @@ class StudyOptions(BaseModel):
         named = {"agent": agents, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
         return {
             what: [spec for spec in specs or () if isinstance(spec, str)]
-            for what, specs in {**named, "box": [self.box]}.items()
+            for what, specs in {**named, "box": self.boxes_named}.items()
         }
+
+    @property
+    def boxes_named(self) -> list[str | Path | Lockbox]:
+        """The boxes that it names, each alone: a text may have several with commas between."""
+        if isinstance(self.box, str):
+            return [name.strip() for name in self.box.split(",")]
+        return [] if self.box is None else [*self.box] if isinstance(self.box, list) else [self.box]
 
     @property
     def conditions_named(self) -> list[NamedCondition]:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +16,11 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import find_box
+from lockprobe.boxes.generate import alike_boxes
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
@@ -48,6 +51,9 @@ from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
+
+MOST_BOXES = 100
+"""The most boxes that a study generates."""
 
 AGENT_SWEEP = "agent."
 """How a sweep begins that is over an option of agents."""
@@ -110,7 +116,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     planned.check_agents()
     planned = with_misreadings(planned)
     _check_played(planned, request)
-    _check_kept(planned.box)
+    for box in planned.boxes:
+        _check_kept(box)
     return planned
 
 
@@ -144,6 +151,8 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     plant = resolve_plant(plant_of(request))
     condition = _one_condition(given.get("condition"), request, plant)
     planned = _planned(request, plant, [agent], [condition], paper.ONE_TRIAL, {})
+    if planned.more_boxes:
+        raise BadValue("box", ", ".join(box.name for box in planned.boxes), "one box for one trial")
     allow(*planned.plants)
     return planned
 
@@ -156,12 +165,14 @@ def _planned(
     extent: paper.Extent,
     names: Mapping[str, str],
 ) -> Study:
+    boxes = find_boxes(request)
     return Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
-        box=find_box(paper.BOX if request.box is None else request.box),
+        box=boxes[0],
+        more_boxes=boxes[1:],
         conditions=tuple(conditions),
-        **sizes_of(request, extent)._asdict(),
+        **sizes_of(request, extent, len(boxes))._asdict(),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, shuffle_by_default(request.study, plant)),
@@ -171,6 +182,22 @@ def _planned(
         hypothesis=_given(request.hypothesis, "before"),
         names=names,
     )
+
+
+def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
+    """The boxes of a request, one or several.
+
+    Raises:
+        UserMistake: If one does not exist or cannot be played, or so many are asked for by number and others by name.
+    """
+    named = request.boxes_named or [paper.BOX]
+    if request.boxes is None:
+        return tuple(find_box(one) for one in named)
+    family = "random-4" if request.box is None else str(request.box)
+    if not (drawn := re.fullmatch(r"random-([2-8])", family)):
+        raise BadValue("boxes", request.boxes, f"none with --box {family}, but with --box random-2 to random-8")
+    check_whole("boxes", request.boxes, 2, MOST_BOXES)
+    return alike_boxes(int(drawn[1]), request.boxes)
 
 
 def _is_plain(request: StudyOptions) -> bool:

@@ -149,7 +149,12 @@ class RecordFilter:
         if identity == own and trial.study == study.name:
             here = study.label_of(trial.spec) if trial.spec in study.agents else trial.group
             return "" if here == trial.group else f"its agent {trial.group} is called {here} here"
-        values = {"study": study.name, "box": study.box.name, "seed": study.seed, "budget": study.max_steps}
+        values = {
+            "study": study.name,
+            "box": study.box_of(trial.trial).name,
+            "seed": study.seed,
+            "budget": study.max_steps,
+        }
         different = [
             f"{name} is {getattr(trial, name)!r}, not {value!r}"
             for name, value in (values | {"assessment": study.assessment, "hypothesis": study.hypothesis}).items()

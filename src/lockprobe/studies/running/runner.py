@@ -20,6 +20,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
@@ -150,8 +151,8 @@ def _check(study: Study, sources: Sequence[AgentSource]) -> None:
     for source in sources:
         source.check()
     played = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
-    for plant in played:
-        resolve_plant(plant).check(study.box)
+    for plant, box in product(played, study.boxes):
+        resolve_plant(plant).check(box)
 
 
 def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:

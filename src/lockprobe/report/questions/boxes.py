@@ -1,0 +1,182 @@
+"""Several boxes: whether what was found holds on each of them, and what it says of boxes like these."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lockprobe.foundation.formatting import capital, listed, p_value, points
+from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows.primary import Line, primary_lines
+from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.statistics.boxes import FEWEST, between_boxes, difference_over_boxes, pairs_by_box
+from lockprobe.statistics.clustered import FEWEST_BOXES
+from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
+from lockprobe.statistics.proportions import paired, proportion
+from lockprobe.studies.study_design import design_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+_LIKE = "boxes like these"
+"""Part of a difference: over boxes, where these are too few for the interval of the difference itself."""
+
+_FURTHER = "a further box"
+"""Part of a difference: the range in which it lies on one more box."""
+
+_TEST = "F between boxes and Cochran's Q, the larger P"
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    if len(numbers.study.boxes) == 1:
+        return
+    cells = {(cell.agent, cell.condition): cell for cell in numbers.cells}
+    design = design_of(numbers.study)
+    for cell in numbers.cells:
+        for box in numbers.study.boxes:
+            own = cell.ended.solved[cell.ended.box == box.name]
+            yield from cell.share("success", proportion(int(own.sum()), len(own)), of=box.name)
+        control = cells.get((cell.agent, design.control(cell.condition)))
+        if control is not None and control is not cell:
+            yield from _against(cell, control)
+
+
+def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
+    """What a condition changes on each box, and whether that differs between them."""
+    groups = control.ended, cell.ended
+    solved, box = solved_in_pairs(*groups), boxes_of_blocks(*groups)
+    if len(np.unique(box)) < 2:
+        return
+    of: dict[str, Any] = {"control": control.condition, "unit": "points"}
+    for name in dict.fromkeys(box.tolist()):
+        found = paired(*solved[box == name].T)
+        yield cell.estimate("success_difference", found.value, low=found.low, high=found.high, n=found.n, of=name, **of)
+    pairs = pairs_by_box(solved, box)
+    if 2 < len(pairs.n) < FEWEST:
+        over = difference_over_boxes(pairs, fewest=len(pairs.n))
+        yield cell.estimate("success_difference", over.value, low=over.low, high=over.high, of=_LIKE, **of)
+    if between := between_boxes(pairs):
+        counted: dict[str, Any] = {"n": int(pairs.n.sum()), "clusters": len(pairs.n)} | of
+        tested: dict[str, Any] = {"p_value": between.p_value, "test": _TEST}
+        yield cell.estimate("effect_between_boxes", between.deviation, **tested, **counted)
+        mean = float(pairs.differences.mean())
+        yield cell.estimate("effect_between_boxes", mean, low=between.low, high=between.high, of=_FURTHER, **counted)
+
+
+def boxes_said(found: Results) -> str:
+    """Of what the intervals of a study are: more trials on its boxes, or boxes like these."""
+    names = [str(box.get("name", "")) for box in found.boxes]
+    k = len(names)
+    if k == 1:
+        return f"All trials are of {names[0]}. Intervals are for more trials on this box; other boxes may differ."
+    if k < FEWEST:
+        few = f"{capital(_NUMBERS[k])} are too few to speak of boxes like these"
+        return f"Intervals are for more trials on these {_NUMBERS[k]} boxes. {few}."
+    shares = "" if k >= FEWEST_BOXES else f", and those of single shares for these {k}"
+    drawn = all(re.fullmatch(r"random-[2-8]-\d+", name) for name in names)
+    taken = "" if drawn else ", if these are taken as a sample"
+    return f"Intervals of changes are for boxes like these {k}{taken}{shares}; every box counts alike."
+
+
+_NUMBERS = {2: "two", 3: "three", 4: "four"}
+
+
+def _lines(found: Results) -> list[Line]:
+    """The agents whose change is tested, those that the study is about first."""
+    return [line for line in primary_lines(found) if line.change and line.second and not line.alike]
+
+
+def _of(found: Results, quantity: str, line: Line, of: str) -> Estimate | None:
+    control, condition = line.conditions
+    return found.get(quantity, agent=line.agent, condition=condition, control=control, axis="", of=of)
+
+
+def _said(found: Results) -> str:
+    """Whether the effect on each agent differs between boxes."""
+    tested = {line.label: row for line in _lines(found) if (row := _of(found, "effect_between_boxes", line, ""))}
+    differ = [label for label, row in tested.items() if (row.p_value or 0.0) < 0.05]
+    rest = [label for label in tested if label not in differ]
+    said = [f"the effect on {listed(differ, named=3)} differs between boxes"] if differ else []
+    said += [f"that the effect on {listed(rest, named=3)} differs between boxes was not shown"] if rest else []
+    return f"{capital('; '.join(said))}." if said else boxes_said(found)
+
+
+def _cells(found: Results) -> TextTable:
+    """Success on each box, and its change."""
+    names = [str(box.get("name", "")) for box in found.boxes]
+    rows = []
+    for line in _lines(found):
+        for name in names:
+            row = _of(found, "success_difference", line, name)
+            both = [
+                found.get("success", agent=line.agent, modality=line.modality, condition=one, of=name)
+                for one in line.conditions
+            ]
+            rows.append([line.label, name, *map(share_of_row, both), points_cell(row)])
+    return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
+
+
+_TABLE = Table("boxes", _cells)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if len(found.boxes) == 1:
+        return
+    more = []
+    for line in _lines(found):
+        whole, further = (_of(found, "effect_between_boxes", line, of) for of in ("", _FURTHER))
+        few = _of(found, "success_difference", line, _LIKE)
+        if few is not None:
+            more.append(f"{line.label}: over boxes like these the change would be {points_cell(few)} points.")
+        if whole is not None and further is not None and len(found.boxes) >= FEWEST:
+            more.append(
+                f"{line.label} {line.under}: the change differs between boxes with a standard deviation of "
+                f"{100 * (whole.value or 0.0):.0f} points ({p_value(whole.p_value)}); on a further box like these it "
+                f"lies between {points(further.low or 0.0)} and {points(further.high or 0.0)} points."
+            )
+    note = Note(
+        "The table has success on each box under the two conditions of the answer, and its change in pairs of trials; "
+        "intervals are for more trials on that box, one by one.",
+        "Over boxes: Student's interval over their changes, joined with that of these boxes. Whether effects differ: "
+        "the larger P of an F test and of Cochran's Q.",
+        "Curves by step, mean steps, loops and fits count trials and not boxes: they are for more trials on these.",
+    )
+    yield Part("Does it hold on every box?", _said(found), [_FIGURE, *([Listed(more)] if more else []), _TABLE, note])
+
+
+def draw(found: Results) -> Drawing | None:
+    """A panel for each agent: the change on each box, and the mean over boxes last."""
+    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
+    from lockprobe.report.figures.frame import safe_name
+
+    lines = [line for line in _lines(found) if not line.baseline] or _lines(found)
+    panels = []
+    for line in lines[:4]:
+        own: Sequence[tuple[str, Estimate | None]] = [
+            (name, _of(found, "success_difference", line, name)) for name in (str(box["name"]) for box in found.boxes)
+        ]
+        rows = [difference(safe_name(name), row, detected=False) for name, row in own if row]
+        if line.change is not None:
+            rows.append(difference("all boxes", line.change, detected=line.change.detected))
+        panels.append(Panel.of(rows, safe_name(line.label, 38), line.under, label="change of success, points"))
+    return panels_sheet(panels, min(2, len(panels)) or 1)
+
+
+_FIGURE = Figure(
+    "boxes",
+    "The change of success on each box",
+    Caption(
+        "The change of success on each box, for agents that the study is about; last, over all boxes.",
+        "Bars are 95 % intervals, those of single boxes one by one. Filled: detected.",
+    ),
+    draw=f"{__name__}:draw",
+    applies=lambda found: len(found.boxes) > 1 and bool(_lines(found)),
+)
+
+SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)

@@ -1,0 +1,65 @@
+"""Several boxes on the page: of what its intervals are, each box alone, and whether effects differ."""
+
+import re
+
+import pytest
+from page_parts import part
+from reported import found_in
+
+from lockprobe import run_trial
+from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.questions.boxes import boxes_said
+from lockprobe.studies.options.studyfile import study
+
+
+def played(directory, boxes, **asked):
+    return found_in(
+        directory, study("flips", agent=["cognitive:perseverant", "random"], p=[0, 0.6], box=boxes, **asked)
+    )
+
+
+@pytest.fixture(scope="module")
+def six(tmp_path_factory):
+    boxes = ",".join(f"random-4-{seed}" for seed in (2, 7, 8, 16, 18, 19))
+    return played(tmp_path_factory.mktemp("six"), boxes, strategy_trials=10)
+
+
+def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_their_mean(six):
+    of = {"agent": "cognitive:perseverant", "condition": "flip?p=0.6"}
+    names = [one["name"] for one in six.boxes]
+    changes = [six.one("success_difference", **of, control="truth", axis="", of=name) for name in names]
+    shares = [six.one("success", **of, of=name) for name in names]
+    whole = six.one("success_difference", **of, axis="flip rate")
+    assert whole.value == pytest.approx(sum(row.value for row in changes) / 6)
+    assert six.one("success", **of).value == pytest.approx(sum(row.value for row in shares) / 6)
+    assert [row.n for row in changes] == [10] * 6
+    assert whole.low < min(six.one("success_difference", **of, axis="flip rate").value, whole.value) < whole.high
+    between = six.one("effect_between_boxes", **of, control="truth")
+    assert (between.clusters, between.n) == (6, 60)
+    assert [row[1] for row in tables_of(six)["boxes"][1:7]] == names
+
+
+def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
+    assert "boxes like these 6, and those of single shares for these 6" in str(page_of(six))
+    assert "differs between boxes" in part(page_of(six), "boxes")
+    three = played(tmp_path, "chain-4,fork,reset", strategy_trials=6)
+    said = "Intervals are for more trials on these three boxes. Three are too few to speak of boxes like these."
+    assert boxes_said(three) == said
+    assert "over boxes like these the change would be" in part(page_of(three), "boxes")
+    by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
+    assert "if these are taken as a sample" in boxes_said(by_hand)
+
+
+def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
+    one = played(tmp_path, "fork", strategy_trials=6)
+    assert not part(page_of(one), "boxes")
+    assert "All trials are of fork." in re.sub(r"\s+", " ", part(page_of(one), "limits"))
+    assert not one.where("effect_between_boxes")
+
+
+def test_random_play_is_that_of_all_boxes(six, tmp_path):
+    alone = [played(tmp_path / name, name, strategy_trials=6) for name in ("random-4-2", "random-4-7")]
+    both = played(tmp_path / "both", "random-4-2,random-4-7", strategy_trials=6)
+    chance = [one.one("success_chance", agent="", of="uniform").value for one in (*alone, both)]
+    assert chance[2] == pytest.approx((chance[0] + chance[1]) / 2)
+    assert run_trial(agent="random").box == "chain-4"

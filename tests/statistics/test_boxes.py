@@ -1,0 +1,115 @@
+"""Boxes as clusters: equal to the methods of one box where there is one, and right in simulated worlds of many."""
+
+import numpy as np
+import pytest
+
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.boxes import (
+    FEWEST,
+    Pairs,
+    between_boxes,
+    difference_over_boxes,
+    mean_over_boxes,
+    pairs_by_box,
+    small_over_boxes,
+)
+from lockprobe.statistics.clustered import FEWEST_BOXES, clustered_proportion, share_over_boxes
+from lockprobe.statistics.proportions import paired, proportion
+
+
+def tables(seed, many):
+    """Random tables of pairs, with few and with many that differ."""
+    rng = np.random.default_rng(seed)
+    for _ in range(many):
+        yield rng.random((int(rng.integers(1, 60)), 2)) < rng.random(2)
+
+
+def test_with_one_box_it_is_the_difference_of_one_box():
+    for solved in tables(1, 300):
+        for choices in (1, 4):
+            over = difference_over_boxes(pairs_by_box(solved, np.full(len(solved), "a")), choices=choices)
+            one = paired(*solved.T, choices=choices)
+            assert (over.value, over.low, over.high) == pytest.approx((one.value, one.low, one.high), abs=1e-12)
+            assert over.interval_p == pytest.approx(one.interval_p, abs=1e-12)
+
+
+def test_pairs_are_counted_on_their_box():
+    solved = np.array([[1, 0], [0, 1], [0, 1], [1, 1], [0, 0]], bool)
+    found = pairs_by_box(solved, np.array(["b", "a", "a", "b", "b"]))
+    assert (found.first.tolist(), found.second.tolist(), found.n.tolist()) == ([0, 1], [2, 0], [2, 3])
+    assert found.differences.tolist() == [1, -1 / 3]
+
+
+def world(rng, k, n, success, effect, sd, tau):
+    """A study on k boxes that differ in difficulty and in effect, half of whose trials go alike: its pairs."""
+    base = np.clip(success + sd * rng.standard_normal((k, 1)), 0, 1)
+    changed = np.clip(base + effect + tau * rng.standard_normal((k, 1)), 0, 1)
+    one = rng.random((k, n))
+    two = np.where(rng.random((k, n)) < 0.5, one, rng.random((k, n)))
+    first, second = one < base, two < changed
+    return Pairs(first=1.0 * (first & ~second).sum(1), second=1.0 * (second & ~first).sum(1), n=np.full(k, float(n)))
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "success", "effect", "tau"),
+    [(5, 5, 0.233, 0.0, 0.0), (10, 5, 0.233, 0.434, 0.15), (20, 20, 0.5, 0.0, 0.3), (10, 20, 0.03, 0.0, 0.0)],
+)
+def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
+    """That of trials taken as independent holds it in .94 to .37, from a tau of 0 to .3."""
+    rng = np.random.default_rng(3)
+    base = np.clip(success + 0.15 * rng.standard_normal(400_000), 0, 1)
+    truth = float(np.mean(np.clip(base + effect + tau * rng.standard_normal(400_000), 0, 1) - base))
+    found = [difference_over_boxes(world(rng, k, n, success, effect, 0.15, tau)) for _ in range(400)]
+    assert np.mean([one.low <= truth <= one.high for one in found]) > 0.92
+    if not effect:
+        assert np.mean([one.interval_p < 0.05 for one in found]) < 0.08
+    for one in found:
+        assert (one.interval_p < 0.05) == (one.low > 0 or one.high < 0)
+
+
+def test_whether_an_effect_differs_is_found_where_it_does_and_seldom_else():
+    rng = np.random.default_rng(4)
+    alike, apart = (
+        [between_boxes(world(rng, 10, 20, 0.4, 0.2, 0.15, tau)).p_value < 0.05 for _ in range(300)]
+        for tau in (0.0, 0.3)
+    )
+    assert np.mean(alike) < 0.08
+    assert np.mean(apart) > 0.9
+    same = between_boxes(Pairs(first=np.ones(4), second=np.full(4, 5.0), n=np.full(4, 10.0)))
+    assert (same.p_value, same.deviation) == (1.0, 0.0)
+    assert (same.low, same.high) == pytest.approx((0.4, 0.4))
+
+
+def test_with_too_few_boxes_or_pairs_nothing_is_said_of_others():
+    few = Pairs(first=np.zeros(2), second=np.full(2, 4.0), n=np.full(2, 10.0))
+    assert between_boxes(few) is None
+    assert between_boxes(Pairs(first=np.zeros(3), second=np.ones(3), n=np.full(3, 4.0))) is None
+    uneven = Pairs(first=np.zeros(4), second=np.array([0.0, 9, 9, 0]), n=np.full(4, 9.0))
+    these, others = (difference_over_boxes(uneven, fewest=fewest) for fewest in (FEWEST, 4))
+    assert these.value == others.value == 0.5
+    assert others.low < 0 < these.low  # of these boxes it is known, of others not
+
+
+def test_means_and_small_changes_hold_over_boxes_too():
+    box = np.repeat([f"b{i}" for i in range(6)], 10)
+    values = np.repeat([1.0, 1, 1, 0, 0, 0], 10)
+    found = BlockMean(value=0.5, low=0.4, high=0.6, p_value=1e-6, pairs=60, blocks=60)
+    over = mean_over_boxes(found, values, box)
+    assert over.low < 0.1
+    assert over.high > 0.9
+    assert over.p_value > 0.05
+    assert mean_over_boxes(found, values[:40], box[:40]) == found  # four boxes
+    assert small_over_boxes(np.zeros(60), box, 0.1) == 0.0
+    assert small_over_boxes(0.2 * values, box, 0.1) > 0.4
+    assert small_over_boxes(values[:40], box[:40], 0.1) == 0.0  # four boxes: nothing is added to the test of these
+
+
+def test_shares_count_every_box_alike():
+    equal = share_over_boxes([3, 5, 2], [10, 10, 10])
+    assert equal == proportion(10, 30)
+    uneven = share_over_boxes([10, 0], [10, 90])
+    assert uneven.value == 0.5
+    assert uneven.high - uneven.low > proportion(50, 100).high - proportion(50, 100).low
+    counts = np.arange(FEWEST_BOXES)
+    many, same = share_over_boxes(counts, np.full(FEWEST_BOXES, 12)), clustered_proportion(counts, [12] * FEWEST_BOXES)
+    assert (many.value, many.low, many.high) == pytest.approx((same.value, same.low, same.high))

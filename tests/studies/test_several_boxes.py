@@ -1,0 +1,65 @@
+"""A study on several boxes: who plays which, with which luck, and what is refused."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from lockprobe import run_study
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimum
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.studyfile import study
+
+ASKED = {"agent": ["human-inspired", "random"], "p": [0, 0.4], "trials": 2, "repetitions": 1}
+
+
+def test_trials_take_turns_on_the_boxes_each_with_luck_of_its_own(tmp_path):
+    planned = study("flips", box="chain-4, fork,reset", **ASKED)
+    trials = run_study(planned, tmp_path / "study")
+    assert read_study(tmp_path / "study") == planned
+    assert Counter((trial.group, trial.box) for trial in trials) == dict.fromkeys(
+        ((agent, name) for agent in ("human-inspired", "random") for name in ("chain-4", "fork", "reset")), 4
+    )
+    assert {(trial.trial, trial.box) for trial in trials} == {
+        (1, "chain-4"), (2, "fork"), (3, "reset"), (4, "chain-4"), (5, "fork"), (6, "reset"),
+    }  # fmt: skip
+    assert len({trial.labels for trial in trials}) > 3  # of equal trials of two boxes, too
+    again = run_study(planned, tmp_path / "study")
+    assert again == trials
+
+
+def test_one_box_by_name_or_in_a_list_is_the_study_of_one_box():
+    assert study("flips", box=[box("fork")], **ASKED) == study("flips", box="fork", **ASKED)
+    assert "more_boxes" not in study("flips", **ASKED).settings()
+
+
+def test_so_many_boxes_are_of_one_difficulty():
+    planned = study("flips", boxes=6, agent="random", p=[0, 0.4])
+    assert [optimum(one) for one in planned.boxes] == [4] * 6
+    assert (planned.repetitions, planned.trials, planned.strategy_trials) == (1, 30, 120)
+    assert planned.boxes == study("flips", boxes=9, agent="random").boxes[:6]
+    assert {optimum(one) for one in study("why", box="random-5", boxes=3).boxes} == {5}
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"box": "chain-4,chain-4"}, "every box once"),
+        ({"box": "chain-4,fork", "until": "decided"}, "none with several boxes"),
+        ({"box": "chain-4", "boxes": 3}, "none with --box chain-4"),
+        ({"boxes": 1}, "boxes"),
+        ({"box": "chain-4,nowhere"}, "nowhere"),
+    ],
+)
+def test_what_has_no_meaning_is_refused(asked, said):
+    with pytest.raises(UserMistake, match=said):
+        study("flips", **asked)
+
+
+def test_people_have_one_box_design():
+    planned = study("flips", box="chain-4,fork", **ASKED)
+    with pytest.raises(UserMistake, match="one with people"):
+        replace(planned, agents=(PEOPLE, "random"))
