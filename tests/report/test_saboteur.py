@@ -17,7 +17,6 @@ from lockprobe.cli import verify as command
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.report_files import report_files
-from lockprobe.report.verify import made_again as made
 from lockprobe.report.verify.verification import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.settings import read_study
@@ -461,7 +460,7 @@ def made_again(reported, drawn):
 
 @pytest.fixture
 def with_report(reported, made_again, tmp_path, monkeypatch):
-    monkeypatch.setattr(made, "_files", lambda opened, processes: iter(made_again))
+    monkeypatch.setattr("lockprobe.report.report_files.report_files", lambda *opened, **how: iter(made_again))
     return shutil.copytree(reported, tmp_path / "out")
 
 
