@@ -184,10 +184,9 @@ def _luck(trials: Sequence[Trial], again: Sequence[ReplayedTrial]) -> Check:
     sensed = (CAMERA in trial.opening_sensed and not one.unplayed for trial, one in zip(trials, again, strict=True))
     read = also(sum(sensed), "take what a camera read from their records")
     more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
+    failed = [f"{one.key}: {one.luck}" for one in again if one.luck]
     holds = f"all {len(again) - left} trials {follow}{read}{also(left, more)}"
-    return Check.of(
-        "luck", [f"{one.key}: {one.luck}" for one in again if one.luck], f"{{n}} trials do not {follow}", holds
-    )
+    return Check.of("luck", failed, f"{{n}} trials do not {follow}", holds)
 
 
 def _choices(again: Sequence[ReplayedTrial]) -> Check:
