@@ -101,3 +101,8 @@ def reply_of(decision):
     """The reply that gives a decision."""
     said = {"moved": "moved", "blocked": "did not move", None: "none"}[decision.get("claimed")]
     return json.dumps({"last_action": said, "hypothesis": decision.get("hypothesis", ""), "joint": decision["joint"]})
+
+
+def flipped(decision):
+    """Make it claim the opposite."""
+    decision["claimed"] = {"moved": "blocked", "blocked": "moved"}[decision["claimed"]]

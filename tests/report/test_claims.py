@@ -12,7 +12,7 @@ from clumsy import CLUMSY
 from reported import found_in
 
 from lockprobe.report.page import page_of, tables_of
-from lockprobe.report.questions.claims import borne_out, judged, not_judged, paper_claims, sign_of, verdict_of
+from lockprobe.report.questions.claims import judged, not_judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion, ratio
 from lockprobe.statistics.published import (
@@ -27,14 +27,6 @@ from lockprobe.statistics.published import (
 )
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import Trial
-
-
-def test_a_verdict_needs_the_figure_and_the_pattern():
-    signs = [sign_of(p, way) for p, way in ((0.04, 1), (0.04, -1), (0.05, 1), (None, 1), (0.01, 0))]
-    assert signs == [1, -1, 0, 0, 0]
-    assert [verdict_of(0.5, sign) for sign in (1, 0, -1)] == ["compatible", "not decided", "not compatible"]
-    assert {verdict_of(0.01, sign) for sign in (1, 0, -1)} == {"not compatible"}
-    assert [borne_out(sign) for sign in (1, 0, -1)] == ["borne out", "not decided", "not compatible"]
 
 
 def test_the_papers_figures_follow_from_its_counts():

@@ -5,20 +5,17 @@ import json
 import shutil
 
 import pytest
-import typer
 from provider_server import Manner, here
-from saboteur import Evidence, played_by, relabelled, reply_of
+from saboteur import Evidence, flipped, played_by, relabelled, reply_of
 from typed import typed
 
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.cli import verify as command
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.report_files import report_files
-from lockprobe.report.verify import made_again as made
-from lockprobe.report.verify.verification import NOT_SHOWN, verify
+from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.running.runner import Limits
@@ -62,47 +59,57 @@ def test_the_study_has_what_the_edits_need(directory):
     assert endings["budget"] >= 2
     assert endings["error"] >= 1
     assert any(len(step["decision"]["replies"]) == 2 for one in files.of(MODEL) for step in one["steps"])
-    assert failing(directory) == {}
+    first, *others = verify(directory)
+    assert all(check.holds for check in (first, *others))
+    assert "of 24 trials ended as an error (reply " in first.said
 
 
-def failures_as_errors(files):
-    for record in files.of(MODEL, "budget"):
-        relabelled(record)
+def each(change, ending=None, agent=MODEL):
+    """Change every record of an agent that ended so."""
+    return lambda files: [change(record) for record in files.of(agent, ending)]
 
 
-def failures_as_early_errors(files):
-    for record in files.of(MODEL, "budget"):
-        relabelled(record, steps=2)
+def first(change, ending=None):
+    """Change the files by the first record that ended so."""
+    return lambda files: change(files, files.of(MODEL, ending)[0])
 
 
-def failures_as_errors_without_their_calls(files):
+def decisions(change, after=0):
+    return each(lambda record: [change(step["decision"]) for step in record["steps"][after:]])
+
+
+def calls(change):
+    return lambda files: [change(call) for call in files.calls]
+
+
+def then(*edits):
+    return lambda files: [edit(files) for edit in edits]
+
+
+def early_without_calls(files):
     for record in files.of(MODEL, "budget"):
         relabelled(record, steps=2)
         files.calls = [one for one in files.calls if one["key"] != record["key"] or one["step"] <= 3]
 
 
-def failures_as_errors_without_their_calls_and_requests(files):
-    failures_as_errors_without_their_calls(files)
+def without_later_requests(files):
     for record in files.of(MODEL, "error"):
         last = record["error"]["step"]
         files.asked = [one for one in files.asked if one["key"] != record["key"] or one["step"] <= last]
 
 
-def failures_as_errors_with_other_replies(files):
-    failures_as_errors_without_their_calls_and_requests(files)
+def other_last_replies(files):
     for record in files.of(MODEL, "error"):
-        calls = files.calls_of(record)
-        calls[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
+        files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
 
 
-def failures_as_faults_of_the_provider(files):
-    for record in files.of(MODEL, "budget"):
-        relabelled(record)
-        record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
+def faulty(record):
+    relabelled(record)
+    record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
 
 
-def an_error_as_a_success(files):
-    (record, *_), (solved, *_) = files.of(MODEL, "error"), files.of("random", "solved") or files.of(MODEL, "solved")
+def an_error_as_a_success(files, record):
+    (solved, *_) = files.of("random", "solved") or files.of(MODEL, "solved")
     played_by(record, json.loads(json.dumps(solved)))
 
 
@@ -110,129 +117,47 @@ def perfect(record):
     """The trial as the best player plays it."""
     plan = PLANNED.plan(MODEL, PLANNED.labelled(record["condition"]), record["repetition"], record["trial"])
     trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make()))
-    return json.loads(trial_to_json(trial))
+    played_by(record, json.loads(trial_to_json(trial)))
 
 
-def a_perfect_player(files):
+def said_so(decision):
+    """Its last reply says what it decides."""
+    decision["replies"][-1] = reply_of(decision)
+
+
+def calls_of_these_steps(files):
     for record in files.of(MODEL):
-        played_by(record, perfect(record))
-
-
-def a_perfect_player_with_replies(files):
-    a_perfect_player(files)
-    for record in files.of(MODEL):
-        for step in record["steps"]:
-            step["decision"]["replies"] = [reply_of(step["decision"])]
-
-
-def a_perfect_player_with_calls(files):
-    a_perfect_player_with_replies(files)
-    for record in files.of(MODEL):
-        calls = files.calls_of(record)
-        for call, step in zip(calls, record["steps"], strict=False):
+        own = files.calls_of(record)
+        for call, step in zip(own, record["steps"], strict=False):
             call |= {"step": step["step"], "turn": 1, "reply": step["decision"]["replies"][0]}
             step["decision"]["usage"] = call["usage"]
-        left = {id(call) for call in calls[len(record["steps"]) :]}
+        left = {id(call) for call in own[len(record["steps"]) :]}
         files.calls = [call for call in files.calls if id(call) not in left]
 
 
-def flipped(decision):
-    decision["claimed"] = {"moved": "blocked", "blocked": "moved"}[decision["claimed"]]
-
-
-def flipped_claims(files):
+def calls_of_these_replies(files):
     for record in files.of(MODEL):
+        own = {(call["step"], call["turn"]): call for call in files.calls_of(record)}
         for step in record["steps"][1:]:
-            flipped(step["decision"])
+            own[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
 
 
-def flipped_claims_with_replies(files):
-    flipped_claims(files)
-    for record in files.of(MODEL):
-        for step in record["steps"][1:]:
-            step["decision"]["replies"][-1] = reply_of(step["decision"])
-
-
-def flipped_claims_with_calls(files):
-    flipped_claims_with_replies(files)
-    for record in files.of(MODEL):
-        calls = {(call["step"], call["turn"]): call for call in files.calls_of(record)}
-        for step in record["steps"][1:]:
-            calls[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
-
-
-def flipped_claims_with_calls_of_another_prompt(files):
-    flipped_claims_with_calls(files)
-    facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")(files)
-
-
-def rewritten_replies(files):
-    for record in files.of(MODEL):
-        for step in record["steps"]:
-            step["decision"]["replies"][-1] = step["decision"]["replies"][-1].replace("in turn", "I see the plan")
-            step["decision"]["hypothesis"] = "I see the plan"
-
-
-def repaired_replies_left_out(files):
-    for record in files.of(MODEL):
-        for step in record["steps"]:
-            step["decision"]["replies"] = step["decision"]["replies"][-1:]
-
-
-def rewritten_replies_of_an_error(files):
-    files.of(MODEL, "error")[0]["error"]["replies"][0] = "I refuse."
-
-
-def rewritten_message_of_an_error(files):
-    files.of(MODEL, "error")[0]["error"]["message"] = "no usable reply in 2 turns: not one JSON object"
+def rewritten(decision):
+    decision["replies"][-1] = decision["replies"][-1].replace("in turn", "I see the plan")
+    decision["hypothesis"] = "I see the plan"
 
 
 def facts(**changes):
-    def edit(files):
-        for record in files.of(MODEL):
-            record["facts"] |= changes
-
-    return edit
-
-
-def a_fact_of_one_trial(files):
-    files.of(MODEL)[0]["facts"]["host"] = "http://elsewhere"
-
-
-def another_served(files):
-    for record in files.of(MODEL):
-        for step in record["steps"]:
-            step["decision"]["served"] = "fake-large"
-
-
-def another_served_in_the_calls(files):
-    for call in files.calls:
-        call["served"] = "fake-large"
-
-
-def cheaper_records(files):
-    for record in files.of(MODEL):
-        for step in record["steps"]:
-            step["decision"]["usage"]["input_tokens"] = 1
-
-
-def cheaper_calls(files):
-    for call in files.calls:
-        if call.get("reply"):
-            call["usage"]["output_tokens"] = 1
+    return each(lambda record: record["facts"].update(changes))
 
 
 def without_calls(files):
     files.calls, files.asked = [], []
 
 
-def without_a_call(files):
-    files.calls.remove(files.calls_of(files.of(MODEL, "solved")[0])[-1])
-
-
-def one_more_call(files):
-    last = files.calls_of(files.of(MODEL, "budget")[0])[-1]
-    files.calls.append(last | {"reply": '{"last_action": "moved", "hypothesis": "", "joint": "A"}'})
+def one_more_call(files, record):
+    reply = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
+    files.calls.append(files.calls_of(record)[-1] | {"reply": reply})
 
 
 PLACE = ("key", "agent", "condition", "repetition", "trial")
@@ -243,75 +168,43 @@ def place_of(line):
     return {name: line[name] for name in PLACE}
 
 
-def a_call_of_another_trial(files):
-    one, other = files.of(MODEL)[:2]
-    call = files.calls_of(one)[0]
-    call |= place_of(other)
-
-
-def calls_of_another(agent=MODEL, **place):
+def of_another(agent=MODEL, **place):
     """Calls that are said to be of another agent, whose costs they then are, or of another place."""
-
-    def edit(files):
-        for call in (*files.calls, *files.asked):
-            call.update({"agent": agent} | place)
-
-    return edit
+    return lambda files: [call.update({"agent": agent} | place) for call in (*files.calls, *files.asked)]
 
 
-def calls_of_another_agent_for_an_owed_trial(files):
-    key = files.of(MODEL)[0]["key"]
-    files.drop(lambda one: one != key, "records", "timings")
+def of_another_agent_and_owed(files, record):
+    files.drop(lambda one: one != record["key"], "records", "timings")
     for call in (*files.calls, *files.asked):
-        if call["key"] == key:
+        if call["key"] == record["key"]:
             call["agent"] = "llm:openai-api/fake/cheap"
 
 
-def edited_calls(files):
-    for call in files.calls:
-        call["reply"] = call["reply"] and call["reply"].replace("in turn", "I see the plan")
-
-
-def a_call_that_was_never_asked(files):
-    place = files.calls_of(files.of(MODEL, "solved")[0])[-1]
+def never_asked(files, record):
+    place = files.calls_of(record)[-1]
     files.asked = [one for one in files.asked if (one["key"], one["step"]) != (place["key"], place["step"])]
 
 
-def fewer_lost_attempts(files):
-    last = files.calls_of(files.of(MODEL)[0])[-1]
+def fewer_lost_attempts(files, record):
+    last = files.calls_of(record)[-1]
     lost = {name: last[name] for name in (*PLACE, "step", "turn", "request")} | {"reply": None, "unanswered": 2}
     files.asked.append(lost)
 
 
-def a_cheaper_bound(files):
-    record = files.of(MODEL)[0]
-    call = files.calls_of(record)[-1]
-    call["unanswered"], call["most"] = 1, {"calls": 1, "input_tokens": 1, "output_tokens": 1}
+def a_cheaper_bound(files, record):
+    files.calls_of(record)[-1].update(unanswered=1, most={"calls": 1, "input_tokens": 1, "output_tokens": 1})
 
 
-def a_request_without_a_call(files):
-    files.asked.append(files.asked[-1] | place_of(files.of(MODEL)[0]))
-
-
-def replies_to_be_forgotten(files):
-    record = files.of(MODEL, "budget")[0]
+def forgotten(files, record):
     mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
-    own = files.calls_of(record)
-    files.calls += [mark, *own]
-
-
-def replays_without_the_record_before(files):
-    replies_to_be_forgotten(files)
-    record = files.of(MODEL, "budget")[0]
-    record["replays"] = 1
+    files.calls += [mark, *files.calls_of(record)]
 
 
 def dropped(*files_too, lowered=True):
     """Trials from the third on are dropped together with a lowered number."""
 
     def edit(files):
-        if lowered:
-            files.settings["trials"] = 2
+        files.settings |= {"trials": 2} if lowered else {}
         files.drop(lambda key: int(key.rpartition("=")[2]) <= 2, "records", *files_too)
 
     return edit
@@ -332,25 +225,31 @@ def a_second_record(files):
     files.records.append(record)
 
 
+errors_without_requests = then(early_without_calls, without_later_requests)
+flipped_claims, rephrased = decisions(flipped, after=1), decisions(said_so, after=1)
+flipped_everywhere = then(flipped_claims, rephrased, calls_of_these_replies)
+perfect_player = each(perfect)
+perfect_replies = then(perfect_player, decisions(lambda one: one.update(replies=[reply_of(one)])))
+
 FOUND = {
-    "failures as errors": (failures_as_errors, "replies"),
-    "failures as early errors": (failures_as_early_errors, "replies"),
-    "failures as errors, calls dropped": (failures_as_errors_without_their_calls, "replies"),
-    "failures as errors, calls and requests dropped": (failures_as_errors_without_their_calls_and_requests, "replies"),
-    "failures as errors, replies made up": (failures_as_errors_with_other_replies, "replies"),
-    "failures as faults of the provider": (failures_as_faults_of_the_provider, "complete"),
-    "an error as a success": (an_error_as_a_success, "replies"),
-    "a perfect player": (a_perfect_player, "replies"),
-    "a perfect player with replies": (a_perfect_player_with_replies, "replies"),
-    "a perfect player with calls": (a_perfect_player_with_calls, "replies"),
+    "failures as errors": (each(relabelled, "budget"), "replies"),
+    "failures as early errors": (each(lambda one: relabelled(one, steps=2), "budget"), "replies"),
+    "failures as errors, calls dropped": (early_without_calls, "replies"),
+    "failures as errors, calls and requests dropped": (errors_without_requests, "replies"),
+    "failures as errors, replies made up": (then(errors_without_requests, other_last_replies), "replies"),
+    "failures as faults of the provider": (each(faulty, "budget"), "complete"),
+    "an error as a success": (first(an_error_as_a_success, "error"), "replies"),
+    "a perfect player": (perfect_player, "replies"),
+    "a perfect player with replies": (perfect_replies, "replies"),
+    "a perfect player with calls": (then(perfect_replies, calls_of_these_steps), "replies"),
     "flipped claims": (flipped_claims, "replies"),
-    "flipped claims with replies": (flipped_claims_with_replies, "replies"),
-    "flipped claims with calls": (flipped_claims_with_calls, "replies"),
-    "flipped claims with calls of another prompt": (flipped_claims_with_calls_of_another_prompt, "replies"),
-    "rewritten replies": (rewritten_replies, "replies"),
-    "repaired replies left out": (repaired_replies_left_out, "replies"),
-    "rewritten replies of an error": (rewritten_replies_of_an_error, "replies"),
-    "rewritten message of an error": (rewritten_message_of_an_error, "replies"),
+    "flipped claims with replies": (then(flipped_claims, rephrased), "replies"),
+    "flipped claims with calls": (flipped_everywhere, "replies"),
+    "flipped claims with calls of another prompt": (then(flipped_everywhere, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies"),
+    "rewritten replies": (decisions(rewritten), "replies"),
+    "repaired replies left out": (decisions(lambda one: one.update(replies=one["replies"][-1:])), "replies"),
+    "rewritten replies of an error": (first(lambda files, one: one["error"]["replies"].__setitem__(0, "I refuse."), "error"), "replies"),
+    "rewritten message of an error": (first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies"),
     "another model": (facts(model="openai-api/fake/large"), "agents"),
     "another temperature": (facts(temperature=1.0), "agents"),
     "another top_p": (facts(top_p=0.9), "replies"),
@@ -358,27 +257,27 @@ FOUND = {
     "another schema": (facts(schema="none"), "replies"),
     "another limit": (facts(max_tokens=77), "replies"),
     "other repairs": (facts(repairs=4), "agents"),
-    "a fact of one trial": (a_fact_of_one_trial, "agents"),
-    "another model answered": (another_served, "replies"),
-    "another model answered in the calls": (another_served_in_the_calls, "replies"),
-    "cheaper records": (cheaper_records, "replies"),
-    "cheaper calls": (cheaper_calls, "replies"),
+    "a fact of one trial": (first(lambda files, one: one["facts"].update(host="http://elsewhere")), "agents"),
+    "another model answered": (decisions(lambda one: one.update(served="fake-large")), "replies"),
+    "another model answered in the calls": (calls(lambda call: call.update(served="fake-large")), "replies"),
+    "cheaper records": (decisions(lambda one: one["usage"].update(input_tokens=1)), "replies"),
+    "cheaper calls": (calls(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies"),
     "no calls": (without_calls, "replies"),
-    "a call dropped": (without_a_call, "replies"),
-    "one more call": (one_more_call, "replies"),
-    "a call of another trial": (a_call_of_another_trial, "replies"),
-    "calls of another agent": (calls_of_another("llm:openai-api/fake/cheap"), "replies"),
-    "calls of another agent for an owed trial": (calls_of_another_agent_for_an_owed_trial, "replies"),
-    "calls of another condition": (calls_of_another(condition="truth"), "replies"),
-    "calls of another repetition": (calls_of_another(repetition=2), "replies"),
-    "calls of another place": (calls_of_another(trial=1), "replies"),
-    "edited calls": (edited_calls, "replies"),
-    "a call that was never asked": (a_call_that_was_never_asked, "replies"),
-    "fewer lost attempts": (fewer_lost_attempts, "replies"),
-    "a cheaper bound": (a_cheaper_bound, "replies"),
-    "a request without a call": (a_request_without_a_call, "replies"),
-    "replies to be forgotten": (replies_to_be_forgotten, "replies"),
-    "replays without the record before": (replays_without_the_record_before, "replies"),
+    "a call dropped": (first(lambda files, one: files.calls.remove(files.calls_of(one)[-1]), "solved"), "replies"),
+    "one more call": (first(one_more_call, "budget"), "replies"),
+    "a call of another trial": (first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies"),
+    "calls of another agent": (of_another("llm:openai-api/fake/cheap"), "replies"),
+    "calls of another agent for an owed trial": (first(of_another_agent_and_owed), "replies"),
+    "calls of another condition": (of_another(condition="truth"), "replies"),
+    "calls of another repetition": (of_another(repetition=2), "replies"),
+    "calls of another place": (of_another(trial=1), "replies"),
+    "edited calls": (calls(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies"),
+    "a call that was never asked": (first(never_asked, "solved"), "replies"),
+    "fewer lost attempts": (first(fewer_lost_attempts), "replies"),
+    "a cheaper bound": (first(a_cheaper_bound), "replies"),
+    "a request without a call": (first(lambda files, one: files.asked.append(files.asked[-1] | place_of(one))), "replies"),
+    "replies to be forgotten": (first(forgotten, "budget"), "replies"),
+    "replays without the record before": (then(first(forgotten, "budget"), first(lambda files, one: one.update(replays=1), "budget")), "replies"),
     "trials dropped": (dropped(lowered=False), "complete"),
     "trials dropped, number lowered": (dropped(), "replies"),
     "trials dropped, calls too": (dropped("calls", "timings"), "replies"),
@@ -387,7 +286,8 @@ FOUND = {
     "the model left out, calls too": (left_out(MODEL, "timings", "calls"), "replies"),
     "a strategy left out": (left_out("random"), "complete"),
     "a second record": (a_second_record, "records"),
-}
+}  # fmt: skip
+"""An edit with right checksums -> the edit, and the check that finds it."""
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -461,7 +361,7 @@ def made_again(reported, drawn):
 
 @pytest.fixture
 def with_report(reported, made_again, tmp_path, monkeypatch):
-    monkeypatch.setattr(made, "_files", lambda opened, processes: iter(made_again))
+    monkeypatch.setattr("lockprobe.report.report_files.report_files", lambda *opened, **how: iter(made_again))
     return shutil.copytree(reported, tmp_path / "out")
 
 
@@ -479,26 +379,25 @@ def another_pixel(path):
     path.write_bytes(bytes(content))
 
 
+def another_drawing(path):
+    first, mark, rest = path.read_text("utf-8").partition("data:image/svg+xml,")
+    path.write_text(f"{first}{mark}AAAA{rest}", "utf-8")
+
+
 @pytest.mark.parametrize(
-    "name",
-    ["report.html", "tables/conditions.csv", "figures/fig4.svg"],
+    ("name", "edit", "named"),
+    [
+        ("report.html", another_digit, ""),
+        ("report.html", another_drawing, ": its figures"),
+        ("tables/conditions.csv", another_digit, ""),
+        ("figures/fig4.svg", another_digit, ""),
+        ("figures/fig4.png", another_pixel, ""),
+    ],
 )
-def test_an_edited_page_table_or_drawing_is_named(with_report, name):
+def test_an_edited_page_table_or_figure_is_named(with_report, name, edit, named):
     assert failing(with_report) == {}
-    another_digit(with_report / name)
-    assert failing(with_report) == {"report": (name,)}
-
-
-def test_an_edited_picture_is_named(with_report):
-    another_pixel(with_report / "figures" / "fig4.png")
-    assert failing(with_report) == {"report": ("figures/fig4.png",)}
-
-
-def test_another_drawing_in_a_page_is_named(with_report):
-    page = with_report / "report.html"
-    first, mark, rest = page.read_text("utf-8").partition("data:image/svg+xml,")
-    page.write_text(f"{first}{mark}AAAA{rest}", "utf-8")
-    assert failing(with_report) == {"report": ("report.html: its figures",)}
+    edit(with_report / name)
+    assert failing(with_report) == {"report": (f"{name}{named}",)}
 
 
 def test_a_figure_of_another_program_is_drawn_again_first(with_report):
@@ -520,16 +419,3 @@ def test_files_that_are_not_there_are_counted(with_report):
     (check,) = [check for check in verify(with_report) if check.name == "report"]
     assert check.holds
     assert check.said.endswith("are not there")
-
-
-def test_the_command_counts_broken_trials_first_and_says_what_it_cannot_show(directory, capsys):
-    write_report(directory)
-    for as_json in (False, True):
-        with pytest.raises(typer.Exit) as end:
-            command.verify(directory, json=as_json)
-        assert end.value.exit_code == 0
-    first, *_, last, of_machines = capsys.readouterr().out.splitlines()
-    assert "of 24 trials ended as an error (reply " in first
-    assert last == f"{NOT_SHOWN}."
-    found = json.loads(of_machines)
-    assert (found["holds"], found["not_shown"]) == (True, NOT_SHOWN)

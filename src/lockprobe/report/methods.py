@@ -139,10 +139,8 @@ def _played_by(found: Results) -> dict[str, str]:
 def _agents(found: Results) -> Iterator[str]:
     called = _played_by(found)
     many = next((row.value for row in found.where("people", agent=PEOPLE, condition="") if row.value), None)
-    people = (
-        [] if PEOPLE not in found.study.get("agents", ()) else [count(int(many), "participant") if many else "people"]
-    )
-    by = [*people, *([f"{count(len(called), 'agent')} ({listed([*called.values()])})"] if called else [])]
+    by = [count(int(many), "participant") if many else "people"] * (PEOPLE in found.study.get("agents", ()))
+    by += [f"{count(len(called), 'agent')} ({listed([*called.values()])})"] if called else []
     yield f"The box was played by {listed(by)}."
     ours = [called[one] for names in found.facts_about("design") for one in names.split(", ") if one in called]
     played = {one.agent for one in found.design.players}
@@ -158,17 +156,15 @@ def _models(found: Results) -> Iterator[str]:
     for agent, called in _played_by(found).items():
         facts = found.facts_about(agent)
         if "model" in facts:
-            said = [_fact(name, facts[name]) for name in _FACTS if name in facts]
-            said += ["no seed sent"] * ("repairs" in facts)
+            known = {one: form.format(facts[one]) for one, form in _FACTS.items() if one in facts}
+            known |= {
+                one: f"{_LEFT[one]} left to the provider" for one in _LEFT if facts.get(one) == "provider default"
+            }
+            known |= {"effort": "no reasoning effort"} if facts.get("effort") == "not taken" else {}
+            said = [*known.values(), *["no seed sent"] * ("repairs" in facts)]
             yield f"{called}: {tex_text(', '.join(said))}."
             for row in found.where("replies_asked_again", agent=agent):
                 yield f"{row.count} of its {row.n} replies could not be used and were asked for again."
-
-
-def _fact(name: str, value: str) -> str:
-    if name in _LEFT and value == "provider default":
-        return f"{_LEFT[name]} left to the provider"
-    return "no reasoning effort" if (name, value) == ("effort", "not taken") else _FACTS[name].format(value)
 
 
 def _participants(found: Results) -> Iterator[str]:
@@ -216,13 +212,11 @@ def _conditions(conditions: Iterable[Condition]) -> str:
             rates.setdefault(_reading(specs[0]), []).append(float(p))
         else:
             rates.setdefault("the truth" if words == "truth" else words, [])
-    return tex_text(listed([f"{words}{_at(sorted({*own}))}" for words, own in rates.items()]))
-
-
-def _at(rates: list[float]) -> str:
-    if len(rates) > _RATES:
-        return f" at {len(rates)} rates from {rates[0]:g} to {rates[-1]:g}"
-    return f" at rate{'s' * (len(rates) > 1)} {listed([f'{one:g}' for one in rates])}" if rates else ""
+    said = list[str]()
+    for words, own in ((words, sorted({*own})) for words, own in rates.items()):
+        few = f" at rate{'s' * (len(own) > 1)} {listed([f'{one:g}' for one in own])}" if own else ""
+        said.append(words + (f" at {len(own)} rates from {own[0]:g} to {own[-1]:g}" if len(own) > _RATES else few))
+    return tex_text(listed(said))
 
 
 def _tested(found: Results) -> Iterator[str]:

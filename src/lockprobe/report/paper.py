@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from lockprobe.foundation.formatting import p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import make_directory
-from lockprobe.report.format import TextTable, tex_text
+from lockprobe.report.format import tex_text
 from lockprobe.report.methods import condition_in_words, methods_tex
 from lockprobe.report.page import tables_of
 from lockprobe.report.questions import all_sections
@@ -54,6 +55,8 @@ _CAPTION = (
     "change is detected if P is below 0.05 and its interval excludes 0."
 )
 
+_TABLE1 = "Misinterpretations as in Table 1 of Zenkri and Brock: mean rate per trial with its standard deviation."
+
 _COMMON = " Changes are of the trials that were finished under both conditions."
 """What the caption of an unfinished study adds, in which a change is not the difference of two shares of the table."""
 
@@ -77,7 +80,10 @@ def paper_files(found: Results) -> Iterator[File]:
         if made is not None:
             yield f"{figure.name}.pdf", pages_as_pdf([made])
             shown += [_float(found, figure, wide=bool(made.get_figwidth() > _COLUMN))] * (figure.name != "box")
-    tables = {"results.tex": results_tex(found), "table1.tex": _table1(tables_of(found).get("table1", []))}
+    tables = {"results.tex": results_tex(found)}
+    if table := tables_of(found).get("table1"):
+        head, *rows = (" & ".join(map(tex_text, row)) for row in table)
+        tables["table1.tex"] = _table("l" * len(table[0]), head, rows, _TABLE1)
     yield from ((name, content) for name, content in tables.items() if content)
     yield "methods.tex", methods_tex(found)
     references = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
@@ -100,60 +106,42 @@ def _table(columns: str, head: str, rows: list[str], caption: str) -> str:
     return "\n".join([r"\begin{table*}", *lines, *(rf"{row} \\" for row in rows), *end, r"\end{table*}", ""])
 
 
-def _table1(table: TextTable) -> str:
-    """The paper's Table 1; empty if the study says nothing of misinterpretations."""
-    head, *rows = [" & ".join(map(tex_text, row)) for row in table] or [""]
-    caption = "Misinterpretations as in Table 1 of Zenkri and Brock: mean rate per trial with its standard deviation."
-    return _table("l" * len(table[0]), head, rows, caption) if rows else ""
-
-
 def results_tex(found: Results) -> str:
     """Six columns: who, where, trials, solved, the change, and its P value; a long table in several floats."""
     where = "condition" if found.beside_flips else "flip rate"
     spread = r"\multicolumn{2}{l}"
     head = rf"agent & {where} & trials & {spread}{{solved, \%}} & {spread}{{change, points}} & \emph{{P}}"
     columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
-    floats = list[str]()
-    every = [*_rows(found)]
+    trials = {(cell.agent, cell.condition): cell.trials for cell in found.cells}
+    control = {one.name: one.control for one in found.design.conditions}
+    fewer = any(  # trials than the shares of a condition and its control
+        (row.n or 0) < max(trials.get((row.agent, name), 0) for name in (row.condition, control.get(row.condition, "")))
+        for row in found.against_control()
+    )
+    floats, every = list[str](), [*_rows(found)]
     for part in (every[i : i + _LINES] for i in range(0, len(every), _LINES)):
-        last, rows = "", list[str]()
-        for agent, cells in part:
-            rows.append(f"{{}}{agent if agent != last else ''} & {cells}")  # a bracket would be an option of the row
-            last = agent
+        both = pairwise([("", ""), *part])  # {} since a bracket would be an option of the row
+        rows = [f"{{}}{agent if agent != last else ''} & {cells}" for (last, _), (agent, cells) in both]
         more = "Success and its change from the control (continued)."
-        made = _table(columns, head, rows, more if floats else f"{_CAPTION}{_COMMON * _of_fewer(found)}")
+        made = _table(columns, head, rows, more if floats else f"{_CAPTION}{_COMMON * fewer}")
         again = made.replace(r"\centering", "\\addtocounter{table}{-1}\n\\centering", 1)
         floats.append(again if floats else made)
     return "\n".join(floats)
 
 
 def _rows(found: Results) -> Iterator[tuple[str, str]]:
-    """Every agent under every condition: its label and the other cells."""
+    """Every agent under every condition: its label and the other cells; no change of a control."""
     words: Mapping[str, str] = {one.name: condition_in_words(one) for one in found.design.conditions}
     changes = {(row.agent, row.condition): row for row in reversed(found.against_control()) if row.value is not None}
     for cell in found.cells:
-        success, change = cell.get("success"), changes.get((cell.agent, cell.condition))
+        success, change, said = cell.get("success"), changes.get((cell.agent, cell.condition)), " & & "
         if success is not None and success.value is not None:
             at = words[cell.condition] if found.beside_flips or cell.p is None else f"{cell.p:g}"
             solved = f"{success.n} & {100 * success.value:.0f} & {_interval(success, '.0f')}"
-            yield tex_text(cell.label), f"{tex_text(at)} & {solved} & {_change(change)}"
-
-
-def _of_fewer(found: Results) -> bool:
-    """Whether a change is of fewer trials than the shares of its condition and its control."""
-    trials = {(cell.agent, cell.condition): cell.trials for cell in found.cells}
-    control = {one.name: one.control for one in found.design.conditions}
-    return any(
-        (row.n or 0) < max(trials.get((row.agent, name), 0) for name in (row.condition, control.get(row.condition, "")))
-        for row in found.against_control()
-    )
-
-
-def _change(row: Estimate | None) -> str:
-    """The change, its interval and its P value; empty for the control, and where none was tested."""
-    if row is None or row.value is None:
-        return " & & "
-    return f"${_points(row.value, '+.0f')}$ & {_interval(row, '+.0f')} & {tex_text(p_cell(row.p_value))}"
+            if change is not None and change.value is not None:
+                said = f"${_points(change.value, '+.0f')}$ & {_interval(change, '+.0f')} & "
+                said += tex_text(p_cell(change.p_value))
+            yield tex_text(cell.label), f"{tex_text(at)} & {solved} & {said}"
 
 
 def _interval(row: Estimate, form: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import product
@@ -12,7 +12,7 @@ from typing import Any
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import broken_said
-from lockprobe.report.rows import Curve, Estimate
+from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import axis_key
@@ -20,6 +20,8 @@ from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.course import Course, courses, is_baseline
 from lockprobe.statistics.idle import idle_interventions
+from lockprobe.statistics.inference.trend import Trend
+from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.sequential.order import BlockOrder
@@ -122,6 +124,30 @@ def share_rows(quantity: str, found: Proportion | ClusteredProportion, **columns
     clusters = {} if isinstance(found, Proportion) else {"clusters": found.clusters}
     row = {"value": found.value, "low": found.low, "high": found.high, "n": found.n, "count": found.count}
     return [Estimate(quantity=quantity, **row | clusters | columns)]
+
+
+def of_course(course: Course) -> dict[str, Any]:
+    """The columns of a number over the doses of an agent."""
+    return {"agent": course.agent, "modality": course.modality, "axis": course.key}
+
+
+def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
+    """The paper's second-order least-squares fit over repetitions, and where it turns."""
+    of, n = of_course(course), len(course.points)
+    yield Curve(quantity=quantity, **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
+    if fit.turning is not None:
+        yield Estimate(quantity=f"{quantity}_turning", **of, of=fit.kind, value=fit.turning, unit="dose")
+
+
+def two_lines_rows(quantity: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
+    """Where two lines meet and the shape that they show, and each of them."""
+    of = of_course(course)
+    if found.break_p is not None:
+        shape: dict[str, Any] = {"p_value": found.p_value, "test": "two lines", "note": found.direction or ""}
+        yield Estimate(quantity=quantity, **of, value=found.break_p, unit="dose", **shape)
+    for name, line in (("first line", found.first), ("second line", found.second)):
+        if line is not None:
+            yield Estimate(quantity=quantity, **of, of=name, value=line.z, unit="z", p_value=line.p_value)
 
 
 def of_blocks(found: BlockMean) -> dict[str, Any]:

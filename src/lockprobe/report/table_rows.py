@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.format import EVERY
 from lockprobe.report.prose.doses import at_dose
-from lockprobe.report.rows import Cell, Estimate, Results
+from lockprobe.report.rows import Cell, Course, Estimate, Results
 
 
 def share_of_row(row: Estimate | None) -> str:
@@ -74,6 +74,12 @@ def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
         for cell in cells
         if not cell.same_at_every_p or once[cell.agent, cell.modality] is cell
     ]
+
+
+def played_subjects(found: Results) -> list[Course]:
+    """The agents that the study is about, over flip rates; all agents if none of these has an ended trial."""
+    played = [course for course in found.courses() if course.played]
+    return [course for course in played if course.subject] or played
 
 
 def flips_first(found: Results) -> list[Cell]:

@@ -45,11 +45,6 @@ class MisreadRate:
     affected: int
     trials: int = 10
 
-    @property
-    def steps(self) -> int:
-        """The number of steps that the row implies if the mean rate is the pooled rate."""
-        return round(self.total / self.mean)
-
 
 TABLE1: Mapping[str, MisreadRate] = {
     "rgb": MisreadRate(mean=0.217, sd=0.122, total=22, affected=10),

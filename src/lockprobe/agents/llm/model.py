@@ -191,13 +191,13 @@ class ReplayedModel:
     Args:
         facts: The facts of the model, from the record.
         spec: Its spec.
-        book: The replies; every request is looked up, none is made.
+        recall: From step, turn and request to the reply; None without one.
     """
 
     unseeded = True
 
-    def __init__(self, facts: Mapping[str, Fact], spec: str, book: CallBook) -> None:
-        self.facts, self._book = facts, book
+    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
+        self.facts, self._recall = facts, recall
         self._settings = _recorded_settings(read_settings(spec)[1], facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
@@ -210,7 +210,7 @@ class ReplayedModel:
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, _UNKNOWN)
-            if (known := self._book.recall(step, turn, request)) is None or known.reply is None:
+            if (known := self._recall(step, turn, request)) is None or known.reply is None:
                 raise ModelFault("there is no such reply")
             return _recalled(known, known.reply)
 

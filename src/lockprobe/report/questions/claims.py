@@ -16,9 +16,10 @@ from functools import cache
 from importlib.resources import files
 from itertools import pairwise
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from lockprobe.foundation.formatting import bracketed, p_cell, p_value, percent, points, range_of, share
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import false_reports
@@ -51,10 +52,13 @@ _LOOPS = ("no change with the flip rate", "fewer loops at higher flip rates", "m
 """By what is detected: nothing, the pattern of the paper, its opposite."""
 
 _OVER_RATES = "permutation test, corrected for all flip rates"
+_LATER = "hazard ratio of a first loop, higher flip rates over the lowest"
+_LINES = {"inverted U": 1, "U": -1}
+"""What two lines show: a rise before a fall, or a fall before a rise."""
 
 
 class PaperClaim(NamedTuple):
-    """A claim as ``paper_claims.toml`` has it."""
+    """A claim as ``paper_claims.toml`` has it, which says what each of these is."""
 
     measure: str
     place: str
@@ -62,6 +66,8 @@ class PaperClaim(NamedTuple):
     value: str = ""
     recomputed: str = ""
     modality: str = "symbolic"
+    of: Literal["agents", "strategy"] = "agents"
+    needs: Literal["", "reports", "peak"] = ""
 
 
 class Judged(NamedTuple):
@@ -84,52 +90,6 @@ def paper_claims() -> tuple[PaperClaim, ...]:
     return tuple(PaperClaim(**one) for one in tomllib.loads(text)["claim"])
 
 
-def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
-    """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
-    if claim.measure == "reading":
-        yield from _reading(found)
-    axes = [one for one in found.design.axes if one.of_flips and one.players]
-    seen = set[tuple[str, str, Judged]]()
-    for axis, courses in ((None, found.courses()), *((axis, found.courses(axis)) for axis in axes)):
-        for agent, modality, one in _of_agents(found, claim, courses):
-            if one is not None and (agent, modality, one) not in seen:
-                seen.add((agent, modality, one))
-                reading = f", {false_reports(axis.options)}" if axis else ""
-                yield one._replace(agent=found.label(agent, modality) + reading)
-
-
-def _of_agents(
-    found: Results, claim: PaperClaim, courses: Sequence[Course]
-) -> Iterator[tuple[str, str, Judged | None]]:
-    """Agent, modality (none for a claim about several) and what it says to a claim; None if it says nothing."""
-    measure, papers = claim.measure, found.facts_about(_PAPERS_STRATEGY)
-    if judge := _OF_MODALITIES.get(measure):
-        for agent in dict.fromkeys(one.agent for one in courses if one.subject):
-            own = [one for one in courses if one.agent == agent and one.cells[0].trials and one.cells[0].dose == 0]
-            if own and found.where("modality_effect", agent=agent):
-                shown = {one.modality: one for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
-                yield agent, "", judge(_Shown(found, agent, shown))
-        return
-    for one in courses:
-        speaks = one.agent in papers if measure.startswith("reference") else one.subject
-        if speaks and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
-            yield one.agent, one.modality, _of_agent(measure, one)
-
-
-def _of_agent(measure: str, course: Course) -> Judged | None:
-    first, top = (
-        course.played[0],
-        next((one for one in course.played if math.isclose(one.dose or 0.0, published.PEAK)), None),
-    )
-    if measure in _AT_0:
-        return _AT_0[measure](first)
-    if measure == "loops":
-        return _loops(course, first)
-    if measure in _TO_PEAK and top is not None and not course.blind:
-        return _TO_PEAK[measure](course, first, top)
-    return _OVER_FLIPS[measure](course) if measure in _OVER_FLIPS and not course.blind else None
-
-
 # A sign is what a valid test says of the pattern of a claim: 1 shows it, -1 its opposite, 0 neither.
 
 
@@ -150,12 +110,6 @@ def verdict_of(p: float | None, sign: int = 1) -> str:
     return "compatible" if sign > 0 else "not decided"
 
 
-def _signs(changes: Sequence[Difference], direction: int) -> list[int]:
-    """Which changes are shown to have this direction, corrected for their number (Holm)."""
-    corrected = holm([one.p_value for one in changes])
-    return [sign_of(p, direction * one.value) for p, one in zip(corrected, changes, strict=True)]
-
-
 def _share(cell: Cell, quantity: str = "success") -> Proportion:
     row = cell.get(quantity)
     if row is None or row.count is None or row.n is None or row.low is None or row.high is None:
@@ -170,8 +124,16 @@ def _change(first: Cell, second: Cell, quantity: str = "loop_rate") -> Differenc
     return found
 
 
-def _same_share(here: Proportion, paper: Proportion) -> Judged:
-    """A share against one of the paper's."""
+def _differ(first: Cell, others: Sequence[Cell], quantity: str, direction: int) -> bool:
+    """Whether one of them is shown to differ so from the first, corrected for their number (Holm)."""
+    changes = [_change(first, one, quantity) for one in others]
+    corrected = holm([one.p_value for one in changes])
+    return any(sign_of(p, direction * one.value) > 0 for p, one in zip(corrected, changes, strict=True))
+
+
+def _as_paper(cell: Cell, quantity: str, paper: Proportion) -> Judged:
+    """Whether a share is the paper's."""
+    here = _share(cell, quantity)
     found = difference(paper, here)
     p = found.p_value if found else None
     said = f"{here.count}/{here.n}, {here.value:.3f} [{here.low:.3f}, {here.high:.3f}]"
@@ -188,43 +150,49 @@ def _same_step(cell: Cell, paper: int) -> Judged:
     return Judged(here, "compatible" if inside else "not compatible", "95 % interval of the step, from the band")
 
 
-def _apart(here: float, paper: float, *errors: float) -> float:
-    """P value, two-sided, of two independent estimates with these standard errors being of one truth."""
-    return 2 * NormalDist().cdf(-abs(here - paper) / math.hypot(*errors))
+_Estimated = tuple[float, float]
+"""A number and its standard error."""
+
+_Pair = tuple[Proportion, Proportion]
+"""Shares at a flip rate of 0 and of 0.4."""
+
+_SOLVED, _LOOPED = (published.SOLVED_AT_0, published.SOLVED_AT_40), (published.LOOPS_AT_0, published.LOOPS_AT_40)
 
 
-def _rise(first: Proportion, second: Proportion) -> tuple[float, float]:
-    """A difference of shares, and its standard error with two more trials of each kind (Agresti and Coull)."""
+def _rise(first: Proportion, second: Proportion) -> _Estimated:
+    """A difference of shares; the error is with two more trials of each kind (Agresti and Coull)."""
     smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
     return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
 
 
-def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
-    """The logarithm of a ratio of shares, second over first, and its standard error (Walter 1975)."""
+def _log_ratio(first: Proportion, second: Proportion) -> _Estimated:
+    """The logarithm of a ratio of shares, second over first (Walter 1975)."""
     (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
     return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
 
 
-def _unlike(of: Callable[[Proportion, Proportion], tuple[float, float]], *here: Proportion) -> float:
-    """P value of what two shares give (a number and its standard error) being what the paper's success gives.
+def _apart(here: _Estimated, paper: _Estimated) -> float:
+    """P value, two-sided, of two independent estimates being of one truth."""
+    (value, error), (other, its_error) = here, paper
+    return 2 * NormalDist().cdf(-abs(value - other) / math.hypot(error, its_error))
+
+
+def _unlike(of: Callable[[Proportion, Proportion], _Estimated], here: _Pair, papers: _Pair) -> float:
+    """P value of what two shares give being what the paper's give.
 
     If trials broke, the larger of both ends, and 1 if the paper's number lies between these.
     """
-    paper, paper_error = of(published.SOLVED_AT_0, published.SOLVED_AT_40)
-    ends = [of(*end) for end in opposed_shares(*here)]
-    between = len({value > paper for value, _ in ends}) > 1
-    return 1.0 if between else max(_apart(value, paper, error, paper_error) for value, error in ends)
+    paper, ends = of(*papers), [of(*end) for end in opposed_shares(*here)]
+    between = len({value > paper[0] for value, _ in ends}) > 1
+    return 1.0 if between else max(_apart(end, paper) for end in ends)
 
 
-def _in_points(found: Difference) -> str:
-    return f"{points(found.value)} points [{points(found.low)}, {points(found.high)}]"
+# Claims about one agent, from what it did at a flip rate of 0 to the last one.
 
 
-# Claims about one agent over its flip rates, from 0 (Secs. 3.1 to 3.3).
-
-
-def _misread(cell: Cell) -> Judged | None:
+def _misread(course: Course) -> Judged | None:
     """Misreadings occur as often as in the paper."""
+    cell = course.played[0]
     rate, spread, total = map(cell.get, ("misinterpretation_rate", "misinterpretation_rate_sd", "misinterpretations"))
     if rate is None or rate.value is None or spread is None or spread.value is None or total is None:
         return None
@@ -237,11 +205,11 @@ def _misread(cell: Cell) -> Judged | None:
     return Judged(here, verdict_of(p), "Welch, on the rates per trial", p)
 
 
-def _hallucinated(cell: Cell) -> Judged | None:
+def _hallucinated(course: Course) -> Judged | None:
     """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
-    row = cell.get("said_moved_of_misread")
+    row = course.played[0].get("said_moved_of_misread")
     if row is None or row.low is None or row.high is None:
-        return _never_misread(cell)
+        return _never_misread(course.played[0])
     here = f"{row.count} of {row.n} misreadings claim moved after a report of blocked, "
     here += share(row.value, row.low, row.high)
     verdict = borne_out(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
@@ -250,11 +218,8 @@ def _hallucinated(cell: Cell) -> Judged | None:
 
 def _never_misread(cell: Cell) -> Judged | None:
     """Not one misreading: could that be chance, if as many trials had one as in the paper?"""
-    paper, misread, rate = (
-        published.TABLE1[spec_name(cell.modality)],
-        cell.get("misread"),
-        cell.get("misinterpretation_rate"),
-    )
+    misread, rate = cell.get("misread"), cell.get("misinterpretation_rate")
+    paper = published.TABLE1[spec_name(cell.modality)]
     found = difference(proportion(paper.affected, paper.trials), proportion(0, rate.n or 0)) if rate else None
     if misread is None or rate is None or found is None:
         return None
@@ -263,43 +228,45 @@ def _never_misread(cell: Cell) -> Judged | None:
     return Judged(here, borne_out(sign_of(found.p_value, -1)), test, found.p_value)
 
 
-def _changes(course: Course) -> list[tuple[float, Estimate]]:
-    """Flip rates with success there minus that at the lowest, corrected for looking at all of them."""
-    return [(cell.dose or 0.0, row) for cell, row in course.changes()]
+def _at_peak(cell: Cell) -> bool:
+    return math.isclose(cell.dose or 0.0, published.PEAK)
 
 
-def _shown(change: Estimate) -> int:
-    return sign_of(change.p_value, change.value or 0.0)
+def _ends(course: Course, quantity: str) -> tuple[_Pair, Difference, str]:
+    """A share at 0 and at the paper's peak, their difference, and that in words."""
+    one, two = course.played[0], next(filter(_at_peak, course.played))
+    change = _change(one, two, quantity)
+    said = f"{points(change.value)} points [{points(change.low)}, {points(change.high)}]"
+    return (_share(one, quantity), _share(two, quantity)), change, said
 
 
 def _rise_to_peak(course: Course) -> tuple[int, float | None]:
     """Whether success at the paper's peak is shown to be above that at 0, and the P value."""
-    return next(
-        ((_shown(row), row.p_value) for dose, row in _changes(course) if math.isclose(dose, published.PEAK)), (0, None)
-    )
+    row = next((row for cell, row in course.changes() if _at_peak(cell)), None)
+    return (sign_of(row.p_value, row.value or 0.0), row.p_value) if row else (0, None)
 
 
-def _peak(course: Course, first: Cell, top: Cell) -> Judged:
+def _peak(course: Course) -> Judged:
     """Success rises to 0.4 by as much as in the paper, and is nowhere shown to be higher."""
-    rise = _change(first, top, "success")
-    here = f"from 0 to 0.4 {_in_points(rise)}"
-    if 1 in _signs([_change(top, one, "success") for one in course.played], 1):
+    shares, rise, said = _ends(course, "success")
+    here = f"from 0 to 0.4 {said}"
+    if _differ(next(filter(_at_peak, course.played)), course.played, "success", 1):
         return Judged(here, "not compatible", "Fisher, against every flip rate (Holm): higher at another")
     sign, p = _rise_to_peak(course)
     if sign:
         return Judged(here, verdict_of(None, sign), _OVER_RATES, p)
-    of_paper, p = published.SOLVED_AT_40.value - published.SOLVED_AT_0.value, _unlike(_rise, _share(first), _share(top))
+    of_paper, p = _rise(*_SOLVED)[0], _unlike(_rise, shares, _SOLVED)
     test = f"z test against the paper's rise of {100 * of_paper:.0f} points; no rise to 0.4 was detected"
     return Judged(here, borne_out(-1 if rise.value < of_paper and p < ALPHA else 0), test, p)
 
 
-def _ratio(course: Course, first: Cell, top: Cell) -> Judged:
+def _ratio(course: Course) -> Judged:
     """Success rises from 0 to 0.4, and as many times as in the paper."""
-    one, two = _share(first), _share(top)
+    one, two = shares = _ends(course, "success")[0]
     here = f"{two.count}/{two.n} at 0.4 over {one.count}/{one.n} at 0"
     if found := ratio(one, two):
         here += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
-    p, (sign, _) = _unlike(_log_ratio, one, two), _rise_to_peak(course)
+    p, (sign, _) = _unlike(_log_ratio, shares, _SOLVED), _rise_to_peak(course)
     rise = ("no rise", "a rise", "a fall")[sign]
     test = f"z test of the log ratios, with half a trial added to each count; {rise} to 0.4 was detected"
     return Judged(here, verdict_of(p, sign), test, p)
@@ -307,62 +274,59 @@ def _ratio(course: Course, first: Cell, top: Cell) -> Judged:
 
 def _effect(course: Course) -> Judged | None:
     """Success is above that at 0 for some flip rate; the opposite is a fall at the paper's moderate noise, 0.4."""
-    changes = _changes(course)
+    changes = course.changes()
     if not changes:
         return None
-    rises = sorted((row.p_value or 0.0, -(row.value or 0.0), dose) for dose, row in changes if _shown(row) > 0)
-    at_peak = [dose for dose, _ in changes if math.isclose(dose, published.PEAK)]
-    largest = max(changes, key=lambda one: one[1].value or 0.0)[0]
-    chosen = rises[0][2] if rises else at_peak[0] if at_peak else largest
-    row = dict(changes)[chosen]
-    here = f"{points(row.value or 0.0)} points from 0 to {chosen:g}"
-    sign = 1 if rises else _rise_to_peak(course)[0]
-    return Judged(here, borne_out(sign), _OVER_RATES, row.p_value)
-
-
-def _lines(row: Estimate) -> int:
-    """1 if a rise is shown to come before a fall, -1 if a fall comes before a rise."""
-    return sign_of(row.p_value, {"inverted U": 1, "U": -1}.get(row.note, 0))
-
-
-def _shape(course: Course) -> Judged | None:
-    """Success rises and falls again, as the sentence goes on; a fall and a rise are the opposite."""
-    row = course.get("success_two_lines")
-    if row is None or row.p_value is None:
-        return None
-    return Judged(f"the lines meet at {row.value:.2f}", borne_out(_lines(row)), "two lines", row.p_value)
+    rises = [(cell, row) for cell, row in changes if sign_of(row.p_value, row.value or 0.0) > 0]
+    if rises:
+        cell, row = min(rises, key=lambda one: (one[1].p_value or 0.0, -(one[1].value or 0.0)))
+    else:
+        largest = max(changes, key=lambda one: one[1].value or 0.0)
+        cell, row = next((one for one in changes if _at_peak(one[0])), largest)
+    here = f"{points(row.value or 0.0)} points from 0 to {cell.dose:g}"
+    return Judged(here, borne_out(1 if rises else _rise_to_peak(course)[0]), _OVER_RATES, row.p_value)
 
 
 def _fewer(course: Course) -> int:
     """Whether loops are rarer than at 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
-    first, *others = course.played
-    if 1 in _signs([_change(first, one) for one in others], 1):
+    if _differ(course.played[0], course.played[1:], "loop_rate", 1):
         return -1
-    drops = [_change(first, one) for one in others if math.isclose(one.dose or 0.0, published.PEAK)]
-    return sign_of(drops[0].p_value, -drops[0].value) if drops else 0
+    drop = _ends(course, "loop_rate")[1] if any(map(_at_peak, course.played)) else None
+    return sign_of(drop.p_value, -drop.value) if drop else 0
 
 
-def _loops(course: Course, first: Cell) -> Judged:
+def _loops(course: Course) -> Judged:
     """As many trials loop at 0 as in the paper, and more than elsewhere."""
-    here, _, test, p, _ = _same_share(_share(first, "loop_rate"), published.LOOPS_AT_0)
-    low, high = (first.value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+    here, _, test, p, _ = _as_paper(course.played[0], "loop_rate", published.LOOPS_AT_0)
+    low, high = (course.played[0].value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
     here += "" if low is None or high is None else f"; by chance {range_of(low, high)}"
     sign = 0 if course.blind else _fewer(course)
     why = "loops of a blind agent cannot depend on reports" if course.blind else f"{_LOOPS[sign]} detected"
     return Judged(here, verdict_of(p, sign), f"{test}; {why}", p)
 
 
-def _drop(course: Course, first: Cell, top: Cell) -> Judged:
+def _drop(course: Course) -> Judged:
     """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
-    one, two, drop = _share(first, "loop_rate"), _share(top, "loop_rate"), _change(first, top)
-    of_paper, paper_error = _rise(published.LOOPS_AT_0, published.LOOPS_AT_40)
-    p = _apart(drop.value, of_paper, _rise(one, two)[1], paper_error)
+    (one, two), drop, said = _ends(course, "loop_rate")
     far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > _NEAR + 1e-9]
-    lower = 1 in _signs([_change(top, cell) for cell in far], -1)
-    sign = -1 if lower else sign_of(drop.p_value, -drop.value)
-    here = f"{one.count}/{one.n} to {two.count}/{two.n}, {_in_points(drop)}"
+    lower = _differ(next(filter(_at_peak, course.played)), far, "loop_rate", -1)
+    p, sign = _unlike(_rise, (one, two), _LOOPED), -1 if lower else sign_of(drop.p_value, -drop.value)
     why = "fewer loops far from 0.4" if lower else _LOOPS[_fewer(course)]
-    return Judged(here, verdict_of(p, sign), f"z test of the two differences; {why} detected", p)
+    here, test = f"{one.count}/{one.n} to {two.count}/{two.n}, {said}", f"z test of the two differences; {why} detected"
+    return Judged(here, verdict_of(p, sign), test, p)
+
+
+def _pattern(quantity: str, here: str, test: str, **notes: int) -> Callable[[Course], Judged | None]:
+    """Whether the note of a number over all flip rates names the pattern of a claim (1) or its opposite (-1)."""
+
+    def judge(course: Course) -> Judged | None:
+        row = course.get(quantity)
+        if row is None or row.p_value is None:
+            return None
+        said = "" if row.value is None else here.format(row.value)
+        return Judged(said, borne_out(sign_of(row.p_value, notes.get(row.note, 0))), test, row.p_value)
+
+    return judge
 
 
 def _loops_again(course: Course) -> Judged | None:
@@ -371,27 +335,15 @@ def _loops_again(course: Course) -> Judged | None:
     known = [(line.value, line.p_value) for line in lines if line is not None and line.value is not None]
     if row is None or len(known) < 2:
         return None
-    slopes = [
-        f"{'rises' if z > 0 else 'falls' if z < 0 else 'is constant'}{'' if p is None else f' ({p_value(p)})'}"
-        for z, p in known
-    ]
+    ways = ("is constant", "rises", "falls")
+    slopes = [ways[(z > 0) - (z < 0)] + (f" ({p_value(p)})" if p is not None else "") for z, p in known]
     here = f"hazard of a first loop {slopes[0]} up to {row.value:.2g}, {slopes[1]} above"
     first, second = holm([p for _, p in known])
     against = -1 in (sign_of(first, -known[0][0]), sign_of(second, known[1][0]))
-    sign = -1 if against and not any(cell.value("broken") for cell in course.cells) else -_lines(row)
+    against = against and not any(cell.value("broken") for cell in course.cells)
+    sign = -1 if against else -sign_of(row.p_value, _LINES.get(row.note, 0))
     test = "loop onset, two lines; assumes that solved trials would have looped like the others"
     return Judged(here, borne_out(sign), test, row.p_value)
-
-
-def _later(course: Course) -> Judged | None:
-    """An agent loops later at higher flip rates, at equal steps."""
-    row = course.get("hazard_ratio_of_first_loop")
-    if row is None or row.p_value is None:
-        return None
-    ratio_of = "hazard ratio of a first loop, higher flip rates over the lowest"
-    sign = sign_of(row.p_value, {"later": 1, "sooner": -1}.get(row.note, 0))
-    here = f"{row.value:.2f} ({ratio_of})" if row.value is not None else ""
-    return Judged(here, borne_out(sign), "loop onset, log-rank", row.p_value)
 
 
 def _correlation(course: Course) -> Judged | None:
@@ -399,32 +351,29 @@ def _correlation(course: Course) -> Judged | None:
     row = course.get("loop_success_correlation")
     if row is None or row.value is None or row.low is None or row.n is None or row.n < 4 or abs(row.value) == 1:
         return None
-    errors = (1 / math.sqrt(n - 3) for n in (row.n, published.CORRELATION_POINTS))
-    p, sign = (
-        _apart(math.atanh(row.value), math.atanh(published.CORRELATION), *errors),
-        sign_of(row.p_value, -row.value),
-    )
+    both = (row.value, row.n), (published.CORRELATION, published.CORRELATION_POINTS)
+    p, sign = _apart(*((math.atanh(r), 1 / math.sqrt(n - 3)) for r, n in both)), sign_of(row.p_value, -row.value)
     here = f"{bracketed(row.value, row.low, row.high, '{:.2f}', 1)} over {row.n} points"
     which = ("no correlation was detected", "r is negative", "r is positive")[sign]
     return Judged(here, verdict_of(p, sign), f"Fisher's z test; {which}; neither value is evidence of harm by loops", p)
 
 
-_AT_0: Mapping[str, Callable[[Cell], Judged | None]] = {
-    "reference": lambda cell: _same_share(_share(cell), published.REFERENCE),
-    "reference-steps": lambda cell: _same_step(cell, published.REFERENCE_STEPS),
-    "baseline": lambda cell: _same_share(_share(cell), published.SOLVED_AT_0),
+_OF_ONE: Mapping[str, Callable[[Course], Judged | None]] = {
+    "reference": lambda course: _as_paper(course.played[0], "success", published.REFERENCE),
+    "reference-steps": lambda course: _same_step(course.played[0], published.REFERENCE_STEPS),
     "misinterpretation": _misread,
     "hallucination": _hallucinated,
-}
-_TO_PEAK: Mapping[str, Callable[[Course, Cell, Cell], Judged]] = {"peak": _peak, "ratio": _ratio, "loops-drop": _drop}
-_OVER_FLIPS: Mapping[str, Callable[[Course], Judged | None]] = {
+    "baseline": lambda course: _as_paper(course.played[0], "success", published.SOLVED_AT_0),
+    "peak": _peak,
+    "ratio": _ratio,
     "effect": _effect,
-    "shape": _shape,
+    "shape": _pattern("success_two_lines", "the lines meet at {:.2f}", "two lines", **_LINES),
+    "loops": _loops,
+    "loops-drop": _drop,
     "loops-rise": _loops_again,
-    "onset": _later,
+    "onset": _pattern("hazard_ratio_of_first_loop", f"{{:.2f}} ({_LATER})", "loop onset, log-rank", later=1, sooner=-1),
     "correlation": _correlation,
 }
-"""What judges a claim about an agent: told the truth, at 0 and 0.4, over all its flip rates."""
 
 
 # Claims about several modalities, told the truth (Sec. 3.1).
@@ -467,7 +416,7 @@ def _joined(said: Mapping[str, str]) -> str:
 
 def _final(shown: _Shown) -> Judged:
     """As many trials are solved as in the paper, in every modality."""
-    same = {modality: _same_share(_share(shown.first(modality)), published.MODALITY) for modality in shown.by}
+    same = {modality: _as_paper(shown.first(modality), "success", published.MODALITY) for modality in shown.by}
     p = min((p for p in holm([one.p_value for one in same.values()]) if p is not None), default=None)
     verdict = verdict_of(p, int(set(shown.three) <= shown.by.keys()))
     test = "Fisher, against 8/10 in each modality, corrected for their number"
@@ -480,10 +429,8 @@ def _order(shown: _Shown) -> Judged | None:
     if trend is None or trend.p_value is None:
         return None
     means = {modality: shown.first(modality).value("mean_steps_all") or 0.0 for modality in shown.by}
-    sign, pairs = (
-        sign_of(trend.p_value, -(trend.value or 0.0)),
-        [shown.sooner(*one)[0] for one in pairwise(shown.three)],
-    )
+    sign = sign_of(trend.p_value, -(trend.value or 0.0))
+    pairs = [shown.sooner(*pair)[0] for pair in pairwise(shown.three)]
     if sign > 0 and (-1 in pairs or [*means.values()] != sorted(means.values())):
         sign = -1 if -1 in pairs else 0
     here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(modality)}" for modality, mean in means.items())
@@ -504,30 +451,27 @@ def _steps(shown: _Shown) -> Judged | None:
     return Judged(_joined({one: said.here for one, said in same.items()}), verdict_of(None, -outside or sign), test, p)
 
 
-def _ratios(pairs: Mapping[tuple[str, str], Estimate]) -> str:
-    said = (f"{row.value:.2f} ({spoken(second)} over {spoken(first)})" for (first, second), row in pairs.items())
-    return f"hazard ratio of solving: {', '.join(said)}"
+def _paced(shown: _Shown, pairs: Sequence[tuple[str, str]], verdict: Callable[[int], str], test: str) -> Judged | None:
+    """The box is solved sooner in the first modality of each pair."""
+    if not pairs:
+        return None
+    signs, ps = zip(*(shown.sooner(*pair) for pair in pairs), strict=True)
+    rows = [(shown.pairs[pair].value, *map(spoken, pair)) for pair in pairs if pair in shown.pairs]
+    ratios = ", ".join(f"{value:.2f} ({second} over {first})" for value, first, second in rows)
+    p = max((p for p in ps if p is not None), default=None)
+    return Judged(f"hazard ratio of solving: {ratios}", verdict(min(signs)), test, p)
 
 
 def _depth(shown: _Shown) -> Judged | None:
-    """The box is solved sooner with RGB than with RGB-D, however its depth is shown."""
-    pair = next((one for one in shown.pairs if tuple(map(spec_name, one)) == ("rgb", "rgbd")), None)
-    if pair is None:
-        return None
-    sign, p = shown.sooner(*pair)
-    return Judged(_ratios({pair: shown.pairs[pair]}), borne_out(sign), "log-rank, corrected for the pairs", p)
+    """RGB-D is slower than RGB, however its depth is shown."""
+    pairs = [pair for pair in shown.pairs if tuple(map(spec_name, pair)) == ("rgb", "rgbd")]
+    return _paced(shown, pairs[:1], borne_out, "log-rank, corrected for the pairs")
 
 
 def _outpaces(shown: _Shown) -> Judged | None:
     """RGB is faster than RGB-D, and RGB-D faster than ground truth."""
     pairs = [pair for pair in pairwise(shown.three) if set(pair) <= shown.by.keys()]
-    if not pairs:
-        return None
-    tests = [shown.sooner(*pair) for pair in pairs]
-    sign = min(sign for sign, _ in tests)
-    p = max((p for _, p in tests if p is not None), default=None)
-    here = _ratios({pair: shown.pairs[pair] for pair in pairs if pair in shown.pairs})
-    return Judged(here, shown.borne_out(sign), "log-rank of the two pairs, corrected; the larger P value", p)
+    return _paced(shown, pairs, shown.borne_out, "log-rank of the two pairs, corrected; the larger P value")
 
 
 def _faster(shown: _Shown) -> Judged | None:
@@ -571,6 +515,38 @@ def _reading(found: Results) -> Iterator[Judged]:
         here += f"minus {row.control} {bracketed(row.value, row.low, row.high)} points"
         label = found.label(agent, row.modality)
         yield Judged(here, "not decided", "McNemar, and interval", row.p_value, label)
+
+
+def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
+    """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
+    if claim.measure == "reading":
+        yield from _reading(found)
+    said = dict[tuple[str, str, Judged], str]()
+    for axis in (None, *(one for one in found.design.axes if one.of_flips and one.players)):
+        reading = f", {false_reports(axis.options)}" if axis else ""
+        for agent, modality, one in _of_agents(found, claim, found.courses(axis)):
+            if one is not None:
+                said.setdefault((agent, modality, one), reading)
+    for (agent, modality, one), reading in said.items():
+        yield one._replace(agent=found.label(agent, modality) + reading)
+
+
+def _of_agents(
+    found: Results, claim: PaperClaim, courses: Sequence[Course]
+) -> Iterator[tuple[str, str, Judged | None]]:
+    """Agent, modality (none for a claim about several) and what it says to a claim; None if it says nothing."""
+    if judge := _OF_MODALITIES.get(claim.measure):
+        told = [one for one in courses if one.subject and one.cells[0].trials and one.cells[0].dose == 0]
+        for agent, own in grouped(told, lambda one: one.agent).items():
+            shown = {one.modality: one for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
+            if found.where("modality_effect", agent=agent):
+                yield agent, "", judge(_Shown(found, agent, shown))
+    papers = found.facts_about(_PAPERS_STRATEGY)
+    for one in courses if claim.measure in _OF_ONE else ():
+        speaks = one.agent in papers if claim.of == "strategy" else one.subject
+        heard = not (claim.needs and one.blind) and (claim.needs != "peak" or any(map(_at_peak, one.played)))
+        if speaks and heard and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
+            yield one.agent, one.modality, _OF_ONE[claim.measure](one)
 
 
 def not_judged(found: Results) -> str:

@@ -16,8 +16,8 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import chance_cell, distinct, share_of_row, varied
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, of_course, two_lines_rows
+from lockprobe.report.table_rows import chance_cell, distinct, played_subjects, share_of_row, varied
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -71,14 +71,11 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
 def loops_over_doses(course: played.Course) -> Iterator[Row]:
     """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
     found, shares = course.ended, course.points
-    own: dict[str, Any] = {"agent": course.agent, "modality": course.modality, "axis": course.key}
+    own = of_course(course)
     if not len(found):
         return
     if fit := trend(shares, "loop_rate", course.draws.loop_rate):
-        band: dict[str, Any] = {"x": fit.dose, "value": fit.value, "low": fit.low, "high": fit.high}
-        yield Curve(quantity="loop_fit", n=len(shares), **own, **band)
-        if fit.turning is not None:
-            yield Estimate(quantity="loop_fit_turning", value=fit.turning, of=fit.kind, unit="dose", **own)
+        yield from fit_rows("loop_fit", fit, course)
     loops, success = (np.array([getattr(one, of) for one in shares]) for of in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
         test: dict[str, Any] = dict(zip(("value", "low", "high", "p_value"), r, strict=True)) | {"n": len(shares)}
@@ -94,20 +91,21 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
         for of, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
             some = found.at(side)
             curve = incidence(some.until_loop, some.looped, int(some.until_loop.max()))
-            band = {"x": range(len(curve.share)), "value": curve.share, "low": curve.low, "high": curve.high}
+            band: dict[str, Any] = {
+                "x": range(len(curve.share)),
+                "value": curve.share,
+                "low": curve.low,
+                "high": curve.high,
+            }
             yield Curve(quantity="loop_onset", of=of, n=len(some), **own | band | {"axis": "step"})
     lines = later_and_sooner(found, course.broke, course.tested.budget)
     if lines.first and lines.second:
-        shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
-        yield Estimate(quantity="first_loop_two_lines", value=lines.break_p, unit="dose", **own, **shape)
-        for of, line in (("first line", lines.first), ("second line", lines.second)):
-            score: dict[str, Any] = {"value": line.z, "unit": "z", "p_value": line.p_value}
-            yield Estimate(quantity="first_loop_two_lines", of=of, **own, **score)
+        yield from two_lines_rows("first_loop_two_lines", lines, course)
 
 
 def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
-    lowest = [(course, course.played[0]) for course in _shown(found)]
+    lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
         f"{course.label} {percent(cell.value('loop_rate'))} (by chance {chance_cell(cell)}: {_compared(cell)})"
         for course, cell in lowest
@@ -148,21 +146,15 @@ def _table(found: Results) -> TextTable:
     ]
 
 
-def _shown(found: Results) -> list[Course]:
-    """The agents that the study is about, or all if none of these has an ended trial."""
-    courses = [course for course in found.courses() if course.played]
-    return [course for course in courses if course.subject] or courses
-
-
 def _over_rates(found: Results) -> bool:
-    return found.several_p and bool(_shown(found))
+    return found.several_p and bool(played_subjects(found))
 
 
 def draw(found: Results, figure: str) -> Any:
     """Fig. 5b, loop rate by flip rate beside chance, or Fig. 5a, loop rate against success, a panel for each agent."""
     from lockprobe.report.figures.compose import sheet
 
-    return sheet(_shown(found), _by_dose if figure == "fig5b" else _against_success)
+    return sheet(played_subjects(found), _by_dose if figure == "fig5b" else _against_success)
 
 
 def _by_dose(axes: Any, course: Course) -> None:
@@ -199,7 +191,7 @@ def _against_success(axes: Any, course: Course) -> None:
 
 
 def _caption(found: Results) -> Caption:
-    shown = _shown(found)
+    shown = played_subjects(found)
     fit = ", with the second-order fit" if any(course.curve("loop_fit") for course in shown) else ""
     stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(shown))
     return Caption(

@@ -16,8 +16,8 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import at_lowest, distinct, steps_cell, value_cell, varied
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, of_course
+from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, steps_cell, value_cell, varied
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
@@ -104,9 +104,7 @@ def _over_doses(course: Doses) -> list[Estimate]:
     return [
         Estimate(
             quantity="steps_difference",
-            agent=course.agent,
-            modality=course.modality,
-            axis=course.key,
+            **of_course(course),
             of=_HIGHER,
             unit="steps",
             n=found.n,
@@ -119,15 +117,9 @@ def _over_doses(course: Doses) -> list[Estimate]:
     ]
 
 
-def _shown(found: Results) -> list[Course]:
-    """The agents that the study is about, as far as a trial of them has ended; all that have one without them."""
-    played = [course for course in found.courses() if course.played]
-    return [course for course in played if course.subject] or played
-
-
 def _said(found: Results) -> str:
     """Mean steps beside those of the shortest plan, and what higher flip rates change."""
-    shown = [(Subject.of(course.agent, course.shown).name, course) for course in _shown(found)]
+    shown = [(Subject.of(course.agent, course.shown).name, course) for course in played_subjects(found)]
     means = [f"{course.played[0].value('mean_steps_all'):.1f} for {name}" for name, course in shown]
     if not means:
         return "No trial has ended."
@@ -142,12 +134,6 @@ def _said(found: Results) -> str:
     if changes:
         said.append(f"All higher flip rates less the lowest: {first_three(changes, '; ')}.")
     return " ".join(said)
-
-
-def _chance(found: Results) -> list[Curve]:
-    """What random agents solve by each step, with and without immediate repeats."""
-    curves = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    return [curve for curve in curves if curve is not None]
 
 
 def _speed_table(found: Results) -> TextTable:
@@ -202,7 +188,8 @@ def draw(found: Results) -> Any:
                 band(axes, curve.low, curve.high, style)
             if name:
                 labels.append((curve.value[-1] or 0.0, name, style.colour))
-        if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in _chance(found)]:
+        random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+        if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in random if curve]:
             low, high = chance
             axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
             labels.append(((low[-1] + high[-1]) / 2, "random agents, exact", FAINT))
@@ -273,17 +260,13 @@ _SPEED, _PACES = Table("speed", _speed_table), Table("paces", _pace_table)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Speed", _said(found), list(_blocks(found)))
-
-
-def _blocks(found: Results) -> Iterator[Block]:
-    yield _FIG3
     note = "All trials count: in mean steps, an unsolved one with its whole budget; the median is Kaplan and Meier's."
-    yield Detail("Speed under every condition", [_SPEED, Note(note)])
+    blocks: list[Block] = [_FIG3, Detail("Speed under every condition", [_SPEED, Note(note)])]
     if found.where("hazard_ratio"):
         note = "A ratio above one: the first named is faster."
         how = "Log-rank tests of the step that solves the box, clustered by block; not corrected for the pairs."
-        yield Detail(f"Speed of every pair of agents {at_lowest(found)}", [_PACES, Note(note, how)])
+        blocks.append(Detail(f"Speed of every pair of agents {at_lowest(found)}", [_PACES, Note(note, how)]))
+    yield Part("Speed", _said(found), blocks)
 
 
 SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, tables=(_SPEED, _PACES), figures=(_FIG3,)),)

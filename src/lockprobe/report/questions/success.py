@@ -15,10 +15,10 @@ from lockprobe.report.prose.doses import cause
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
-from lockprobe.report.rows import Curve, DoseAxis, Estimate, Results, Row
+from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, fit_rows, of_course, share_rows, two_lines_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
 from lockprobe.statistics.course import Course
@@ -47,33 +47,19 @@ def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def _of_course(course: Course) -> Iterator[Row]:
-    of: dict[str, Any] = {"agent": course.agent, "modality": course.modality, "axis": course.key}
-    yield from _fit(course, of)
+    if fit := trend(course.points, "success", course.draws.success):
+        for criterion, order in fit.orders.items():
+            of, n = of_course(course) | {"of": criterion}, len(course.points)
+            yield Estimate(quantity="success_fit_order", **of, value=order, n=n, unit="order")
+        yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
     lines = rise_and_fall(course.ended, course.broke, course.trials.budget, agents=course.family)
-    if lines.break_p is not None:
-        shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
-        yield Estimate(quantity="success_two_lines", **of, value=lines.break_p, unit="dose", **shape)
-    for name, line in (("first line", lines.first), ("second line", lines.second)):
-        if line is not None:
-            yield Estimate(quantity="success_two_lines", **of, of=name, value=line.z, unit="z", p_value=line.p_value)
-
-
-def _fit(course: Course, of: dict[str, Any]) -> Iterator[Row]:
-    """The paper's second-order least-squares fit over repetitions, and the orders that its criteria prefer."""
-    fit, n = trend(course.points, "success", course.draws.success), len(course.points)
-    if fit is None:
-        return
-    for criterion, order in fit.orders.items():
-        yield Estimate(quantity="success_fit_order", **of, of=criterion, value=order, n=n, unit="order")
-    yield Curve(quantity="success_fit", **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
-    if fit.turning is not None:
-        yield Estimate(quantity="success_fit_turning", **of, of=fit.kind, value=fit.turning, unit="dose")
+    yield from two_lines_rows("success_two_lines", lines, course)
 
 
 def against_lowest(course: Course, dose: float) -> dict[str, Any]:
     """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
-    of = {"agent": course.agent, "modality": course.modality, "axis": course.key}
+    of = of_course(course)
     if course.axis.kind == AGENT:
         return of | {"of": f"{dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": dose}}
     (trial, *_), (lowest, *_) = course.by_dose[dose], course.by_dose[min(course.by_dose)]

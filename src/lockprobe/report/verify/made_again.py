@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Container, Iterator
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import read_input
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
+from lockprobe.report.verify.check import Check, also
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.file_names import RECORDS
 
@@ -35,53 +37,39 @@ _RELEASE, _LEFT_OUT = re.compile(rb'^ "lockprobe": "(.*)"', re.MULTILINE), b'\n 
 """Lines of results."""
 
 
-@dataclass
-class MadeAgain:
-    """How far a report in a directory is the one that its records give.
+def report_held(opened: OpenedStudy, processes: int) -> Iterator[Check]:
+    """Whether the results are what the records give, and the page, the tables and the figures of a report likewise.
 
-    Attributes:
-        there: How many of its files are there, results aside.
-        missing: How many are not.
-        different: Those that are not what the records give.
-        results: The lines of ``results.json`` that are not.
-        advice: Why that may be so, and what to do.
-        of_packages: The package of each row of the results that one measured; such a row is taken from the file.
+    The report is made without code of packages: the rows that they measured are taken from the file, and named.
     """
-
-    there: int = 0
-    missing: int = 0
-    different: list[str] = field(default_factory=list)
-    results: list[str] = field(default_factory=list)
-    advice: str = ""
-    of_packages: Sequence[str] = ()
-
-
-def made_again(opened: OpenedStudy, processes: int) -> MadeAgain | None:
-    """Make the report again, without code of packages; None if there is none in the directory."""
-    directory, found, made = opened.directory, MadeAgain(), set[str]()
+    directory, measured = opened.directory, _measured(opened.directory)
     if not any((directory / name).exists() for name in (RESULTS, PAGE, *_FOLDERS)):
-        return None
-    measured = _measured(directory)
-    found.of_packages = [row.source for row in measured]
-    for name, content in _files(replace(opened, measured=measured), processes):
-        if content is not None:
-            made.add(name)
-            _compare(directory / name, name, content.encode() if isinstance(content, str) else content, found)
-    inside = [path for folder in _FOLDERS for path in (directory / folder).rglob("*")]
-    pages = [one for one in directory.iterdir() if one.suffix.lower() in (".html", ".htm", ".xhtml")]
-    names = [one.relative_to(directory) for one in (*pages, *inside) if one.is_symlink() or not one.is_dir()]
-    seen = sorted(name.as_posix() for name in names if not any(part.startswith(".") for part in name.parts))
-    found.different += [f"{name}: no file of this report" for name in seen if name not in made]
-    if not found.advice and _newer_records(directory):
-        found.advice = "; the records or forks are newer: lockprobe report first"
-    return found
-
-
-def _files(opened: OpenedStudy, processes: int) -> Iterator[tuple[str, str | bytes | None]]:
-    from lockprobe.report.report_files import report_files
-
-    with uncollected(), shared(opened.directory, processes) as each, one_thread():
-        yield from report_files(opened, tell=lambda said: None, each=each)
+        yield Check.of("results", (), "", "there is no report to compare")
+        return
+    try:
+        made = _made(replace(opened, measured=measured), processes)
+    except UserMistake as mistake:
+        yield Check.of("results", [str(mistake)], str(mistake), "")
+        return
+    there, different, advice = [name for name in made if (directory / name).exists()], dict[str, list[str]](), ""
+    for name in there:
+        try:
+            different[name], why = _difference(name, read_input(directory / name, _LARGEST), made[name])
+            advice = why or advice
+        except LockprobeError as error:
+            different[name] = [str(error)]
+    times = [path.stat().st_mtime for name in (RESULTS, PAGE) if (path := directory / name).is_file()]
+    records = [path.stat().st_mtime for of in (".", FORKS) if (path := directory / of / RECORDS).is_file()]
+    if not advice and times and max(records, default=0.0) > min(times):
+        advice = "; the records or forks are newer: lockprobe report first"
+    packages = ", ".join(dict.fromkeys(row.source for row in measured))
+    unchecked = also(len(measured), f"of its rows are not checked: they come from {packages}")
+    fails, holds = f"{{n}} lines of results.json differ{advice}", f"results.json is what the records give{unchecked}"
+    yield Check.of("results", different.pop(RESULTS, ()), fails, holds)
+    others = [*chain(*different.values()), *(f"{name}: no file of this report" for name in _others(directory, made))]
+    fails = f"{{n}} pages, tables and figures are not what the records give{advice}"
+    holds = f"{len(there) - (RESULTS in there)} pages, tables and figures are what the records give"
+    yield Check.of("report", others, fails, holds + also(len(made) - len(there), "are not there"))
 
 
 def _measured(directory: Path) -> tuple[Estimate | Fact, ...]:
@@ -94,39 +82,45 @@ def _measured(directory: Path) -> tuple[Estimate | Fact, ...]:
     return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
 
 
-def _compare(path: Path, name: str, expected: bytes, found: MadeAgain) -> None:
-    if not path.exists():
-        found.missing += 1
-        return
-    found.there += name != RESULTS
-    try:
-        written = read_input(path, _LARGEST)
-    except LockprobeError as error:
-        (found.results if name == RESULTS else found.different).append(str(error))
-        return
-    if written == expected:
-        return
-    if name == RESULTS:
-        release, ours = (one[1] if (one := _RELEASE.search(text)) else b"" for text in (written, expected))
-        if release and release != ours:
-            found.advice = f"; it is of release {release.decode(errors='replace')}: lockprobe report first"
-        elif _LEFT_OUT in written and _LEFT_OUT not in expected:
-            found.advice = "; the report was written without sections that can be made here: lockprobe report first"
-        there, made = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (written, expected))
-        lines = [("written", line) for line in there if line not in made]
-        lines += [("computed", line) for line in made if line not in there]
-        named = [f"{who}: {line[:_NAMED].decode(errors='replace')}" for who, line in lines]
-        found.results = named or ["lines in another order"]
-        return
-    by, ours = (one[1] if (one := _DRAWN_BY.search(svg)) else b"" for svg in (written, expected))
-    if name.startswith("figures/") and by != ours:
-        found.advice = f"; figures were drawn by {by.decode() or 'another program'}: lockprobe report first"
-    alike = not name.startswith("figures/") and _EMBEDDED.sub(b"", written) == _EMBEDDED.sub(b"", expected)
-    found.different.append(f"{name}: its figures" if alike else name)
+def _made(opened: OpenedStudy, processes: int) -> dict[str, bytes]:
+    """The files of the report, as the records give them."""
+    from lockprobe.report.report_files import report_files
+
+    with uncollected(), shared(opened.directory, processes) as each, one_thread():
+        files = list(report_files(opened, tell=lambda said: None, each=each))
+    return {
+        name: content.encode() if isinstance(content, str) else content
+        for name, content in files
+        if content is not None
+    }
 
 
-def _newer_records(directory: Path) -> bool:
-    """Whether records or forks are newer than the report."""
-    reports = [path.stat().st_mtime for name in (RESULTS, PAGE) if (path := directory / name).is_file()]
-    records = [path.stat().st_mtime for folder in (".", FORKS) if (path := directory / folder / RECORDS).is_file()]
-    return bool(reports) and max(records, default=0.0) > min(reports)
+def _difference(name: str, written: bytes, made: bytes) -> tuple[list[str], str]:
+    """What is named of a file that is not what the records give, and why that may be so, with what to do."""
+    if written == made:
+        return [], ""
+    if name != RESULTS:
+        if name.startswith("figures/"):
+            by, ours = (one[1] if (one := _DRAWN_BY.search(svg)) else b"" for svg in (written, made))
+            other = f"; figures were drawn by {by.decode() or 'another program'}: lockprobe report first"
+            return [name], other if by != ours else ""
+        return [f"{name}: its figures" if _EMBEDDED.sub(b"", written) == _EMBEDDED.sub(b"", made) else name], ""
+    advice, (release, ours) = "", (one[1] if (one := _RELEASE.search(text)) else b"" for text in (written, made))
+    if release and release != ours:
+        advice = f"; it is of release {release.decode(errors='replace')}: lockprobe report first"
+    elif _LEFT_OUT in written and _LEFT_OUT not in made:
+        advice = "; the report was written without sections that can be made here: lockprobe report first"
+    there, here = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (written, made))
+    lines = [("written", line) for line in there if line not in here]
+    lines += [("computed", line) for line in here if line not in there]
+    named = [f"{who}: {line[:_NAMED].decode(errors='replace')}" for who, line in lines]
+    return named or ["lines in another order"], advice
+
+
+def _others(directory: Path, made: Container[str]) -> list[str]:
+    """Pages, tables and figures that the report does not have."""
+    inside = [path for folder in _FOLDERS for path in (directory / folder).rglob("*")]
+    pages = [one for one in directory.iterdir() if one.suffix.lower() in (".html", ".htm", ".xhtml")]
+    names = [one.relative_to(directory) for one in (*pages, *inside) if one.is_symlink() or not one.is_dir()]
+    seen = (name.as_posix() for name in names if not any(part.startswith(".") for part in name.parts))
+    return sorted(name for name in seen if name not in made)

@@ -8,10 +8,10 @@ runs, and no model is asked.
 
 from __future__ import annotations
 
-import asyncio
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -26,11 +26,10 @@ from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import KeptReplies
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Fact, Percept, Situation, Step, Task, Trial
-from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_json import trial_to_json
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
@@ -38,7 +37,7 @@ AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
 people or clients; by nothing, since the code is a user's or of another package."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class ReplayedTrial:
     """What of a recorded trial follows.
 
@@ -47,18 +46,14 @@ class ReplayedTrial:
         kind: The kind of its agent.
         luck: Why truth or reports do not follow from the choices, the box and the seed; empty if they do.
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
-        unused: The replies on record that are no part of the trial.
         unplayed: Whether it cannot be played again: no code of others runs, and no robot or person moves a joint.
-        read_as_recorded: Whether its reports used what a camera read, which is taken from its record.
     """
 
     key: str
     kind: AgentKind
     luck: str = ""
     choices: str = ""
-    unused: int = 0
     unplayed: bool = False
-    read_as_recorded: bool = False
 
 
 def kind_of(agent: str) -> AgentKind:
@@ -77,61 +72,47 @@ def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
     return spec_kind(spec) == "python" or spec_name(spec) in added
 
 
-class Replay:
-    """Plays recorded trials again, one after the other.
+async def played_again(
+    plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()
+) -> ReplayedTrial:
+    """Play a recorded trial again.
 
     Args:
-        runner: The event loop of all of them: to make one takes as long as to play a trial.
+        plan: Its plan.
+        trial: Its record.
+        replies: The replies that it has in the log of calls, if a hosted model played it.
+        parent: Those of the trial of which it is a fork.
     """
-
-    def __init__(self, runner: asyncio.Runner) -> None:
-        self._runner = runner
-        self._strategies: dict[str, Agent] = {}
-
-    def __call__(
-        self, plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()
-    ) -> ReplayedTrial:
-        """Play a recorded trial again.
-
-        Args:
-            plan: Its plan.
-            trial: Its record.
-            replies: The replies that it has in the log of calls, if a hosted model played it.
-            parent: Those of the trial of which it is a fork.
-        """
-        spec, kind = trial.agent, kind_of(trial.agent)
-        found = ReplayedTrial(key=trial.key, kind=kind, read_as_recorded=CAMERA in trial.opening_sensed)
-        try:
-            foreign = any(is_foreign("intervention", one) for one in plan.condition.specs)
-            if foreign or is_foreign("plant", plan.plant) or resolve_plant(plan.plant).is_attended():
-                said = _other_replies(trial, replies, parent) if kind == "hosted" else ""
-                return replace(found, unplayed=True, read_as_recorded=False, choices=said)
-            if kind == "strategy" and spec not in self._strategies:
-                self._strategies[spec] = resolve(spec).make()
-            kept = KeptReplies(replies)
-            agent = self._strategies.get(spec) or _agent(trial, kind, _Replies(kept, KeptReplies(parent)))
-            found = self._runner.run(_compared(plan, trial, found, agent))
-            return replace(found, unused=len(kept.left) if kind == "hosted" else 0)
-        except UserMistake as mistake:
-            return replace(found, luck=str(mistake))
+    found = ReplayedTrial(key=trial.key, kind=kind_of(trial.agent))
+    try:
+        foreign = any(is_foreign("intervention", one) for one in plan.condition.specs)
+        if foreign or is_foreign("plant", plan.plant) or resolve_plant(plan.plant).is_attended():
+            found.unplayed = True
+            found.choices = _other_replies(trial, replies, parent) if found.kind == "hosted" else ""
+            return found
+        kept = KeptReplies(replies)
+        agent = _agent(trial, found.kind, kept, KeptReplies(parent))
+        why = await _difference(plan, trial, agent)
+        if isinstance(agent, _Recorded):
+            found.luck = why
+            if found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply":
+                found.choices = "people and clients are asked until they answer: none ends by a reply"
+        elif why:  # whether the rest follows from these choices
+            found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), why
+            ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
+            if found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
+                found.choices += "; its prompt is not that of this release, so verify it with its own"
+        if found.kind == "hosted" and kept.left and not found.choices:
+            found.choices = f"{len(kept.left)} replies in calls.jsonl are no part of the record"
+    except UserMistake as mistake:
+        found.luck = str(mistake)
+    return found
 
 
-async def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
-    """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
-    why = await _difference(plan, trial, agent)
-    if isinstance(agent, _Recorded):
-        nobody = found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply"
-        said = "people and clients are asked until they answer: none ends by a reply" if nobody else ""
-        return replace(found, luck=why, choices=said)
-    luck = await _difference(plan, trial, _Recorded(trial)) if why else ""
-    ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
-    if why and found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
-        why += "; its prompt is not that of this release, so verify it with its own"
-    return replace(found, choices=why, luck=luck)
-
-
-def _agent(trial: Trial, kind: AgentKind, book: _Replies) -> Agent:
+def _agent(trial: Trial, kind: AgentKind, *kept: KeptReplies) -> Agent:
     """The agent that decides again as far as it can be held against something, else one that does as on record."""
+    if kind == "strategy":
+        return _strategy(trial.agent)
     if kind == "local":
         from lockprobe.agents.local import ReplayedLocalModel
 
@@ -139,27 +120,16 @@ def _agent(trial: Trial, kind: AgentKind, book: _Replies) -> Agent:
     if kind == "hosted" and not (trial.error is not None and trial.error.again):
         from lockprobe.agents.llm.model import ReplayedModel
 
-        return ReplayedModel(trial.facts, trial.agent, book)
+        def recall(step: int, turn: int, request: str) -> Call | None:
+            return next((call for one in kept if (call := one.take(step, turn, request))), None)
+
+        return ReplayedModel(trial.facts, trial.agent, recall)
     return _Recorded(trial)
 
 
-class _Replies:
-    """The replies on record, in place of a provider."""
-
-    def __init__(self, *kept: KeptReplies) -> None:
-        self._kept = kept
-
-    def recall(self, step: int, turn: int, request: str) -> Call | None:
-        return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
-
-    async def turn(self, worst: Usage) -> None:
-        """Nothing is waited for."""
-
-    async def reserve(self, call: Call) -> None:
-        raise ModelFault("there is no such reply")
-
-    def write(self, call: Call) -> None:
-        """Nothing is written."""
+@cache
+def _strategy(spec: str) -> Agent:
+    return resolve(spec).make()
 
 
 class _Recorded:
@@ -184,7 +154,11 @@ async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
         return ""
     for before, now in zip(trial.steps, again.steps, strict=False):
         if before != now:
-            return f"step {before.step}, {', '.join(_changed(before, now))}"
+            old, new = before.decision, now.decision
+            parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
+            changed = (one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name))
+            said = (f"decision ({', '.join(parts)})" if name == "decision" else name for name in changed)
+            return f"step {before.step}, {', '.join(said)}"
     if recorded and trial.error is not None and again.error is None:
         return f"the steps end as {again.ending}, not as an error"
     if len(again.steps) < len(trial.steps):
@@ -194,14 +168,6 @@ async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
         compared += [one.name for one in fields(Trial)]
     other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")
     return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
-
-
-def _changed(before: Step, now: Step) -> list[str]:
-    """The parts of a step that differ, those of its decision by name."""
-    changed = [one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name)]
-    old, new = before.decision, now.decision
-    parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
-    return [f"decision ({', '.join(parts)})" if name == "decision" else name for name in changed]
 
 
 def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
