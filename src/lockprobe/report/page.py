@@ -18,7 +18,7 @@ from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
-from lockprobe.report.rows import Results
+from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.svg import Image
 
@@ -45,6 +45,13 @@ class Page:
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""
         return tables_of(self.found, [table])[table.name]
+
+    def plots(self, table: Table) -> list[tuple[Estimate | None, float]]:
+        """The differences that stand beside the rows of a table, each with the end of their axis; empty for none."""
+        rows = [] if table.drawn is None else list(table.drawn(self.found))
+        ends = [abs(end) for row in rows if row for end in (row.value, row.low, row.high) if end is not None]
+        reach = max([0.1, *ends])
+        return [(row, 1.05 * reach) for row in rows]
 
     def image(self, figure: str) -> Image | None:
         """The figure of this name, as pages embed it; None if it was not drawn."""

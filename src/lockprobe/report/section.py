@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Results, Row
+from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
 
 
@@ -75,12 +75,14 @@ class Table:
         name: Name of its files.
         cells: Makes its rows of text from the results; no file is written where it gives none.
         numeric_from: The first column of numbers.
+        drawn: The difference of each row, which the page draws beside it, on one axis for all; None for a row without.
     """
 
     block: ClassVar[str] = "table"
     name: str
     cells: Callable[[Results], TextTable]
     numeric_from: int = 2
+    drawn: Callable[[Results], Sequence[Estimate | None]] | None = None
 
 
 @dataclass(frozen=True, slots=True)

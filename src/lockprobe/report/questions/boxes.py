@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from lockprobe.foundation.formatting import capital, listed, p_value, points
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.boxes import FEWEST, between_boxes, difference_over_boxes, pairs_by_box
@@ -20,9 +20,6 @@ from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
 from lockprobe.statistics.proportions import paired, proportion
 from lockprobe.studies.study_design import design_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
 
 _LIKE = "boxes like these"
 """Part of a difference: over boxes, where these are too few for the interval of the difference itself."""
@@ -107,22 +104,27 @@ def _said(found: Results) -> str:
     return f"{capital('; '.join(said))}." if said else boxes_said(found)
 
 
-def _cells(found: Results) -> TextTable:
-    """Success on each box, and its change."""
-    names = [str(box.get("name", "")) for box in found.boxes]
-    rows = []
+def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
+    """The change of each agent on each box, and over all boxes."""
     for line in _lines(found):
-        for name in names:
-            row = _of(found, "success_difference", line, name)
-            both = [
-                found.get("success", agent=line.agent, modality=line.modality, condition=one, of=name)
-                for one in line.conditions
-            ]
-            rows.append([line.label, name, *map(share_of_row, both), points_cell(row)])
+        for box in found.boxes:
+            name = str(box.get("name", ""))
+            yield line, name, _of(found, "success_difference", line, name)
+        yield line, "all boxes", line.change
+
+
+def _cells(found: Results) -> TextTable:
+    """Success on each box and over all, and its change."""
+    rows = []
+    for line, name, change in _changes(found):
+        of = {"agent": line.agent, "modality": line.modality, "of": name}
+        shares = [found.get("success", condition=one, **of) for one in line.conditions]
+        both = [line.first, line.second] if change is line.change else shares
+        rows.append([line.label, name, *map(share_of_row, both), points_cell(change)])
     return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
 
 
-_TABLE = Table("boxes", _cells)
+_TABLE = Table("boxes", _cells, drawn=lambda found: [change for *_, change in _changes(found)])
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -147,36 +149,7 @@ def _show(found: Results) -> Iterator[Part]:
         "the larger P of an F test and of Cochran's Q.",
         "Curves by step, mean steps, loops and fits count trials and not boxes: they are for more trials on these.",
     )
-    yield Part("Does it hold on every box?", _said(found), [_FIGURE, *([Listed(more)] if more else []), _TABLE, note])
+    yield Part("Does it hold on every box?", _said(found), [*([Listed(more)] if more else []), _TABLE, note])
 
 
-def draw(found: Results) -> Drawing | None:
-    """A panel for each agent: the change on each box, and the mean over boxes last."""
-    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.frame import safe_name
-
-    lines = [line for line in _lines(found) if not line.baseline] or _lines(found)
-    panels = []
-    for line in lines[:4]:
-        own: Sequence[tuple[str, Estimate | None]] = [
-            (name, _of(found, "success_difference", line, name)) for name in (str(box["name"]) for box in found.boxes)
-        ]
-        rows = [difference(safe_name(name), row, detected=False) for name, row in own if row]
-        if line.change is not None:
-            rows.append(difference("all boxes", line.change, detected=line.change.detected))
-        panels.append(Panel.of(rows, safe_name(line.label, 38), line.under, label="change of success, points"))
-    return panels_sheet(panels, min(2, len(panels)) or 1)
-
-
-_FIGURE = Figure(
-    "boxes",
-    "The change of success on each box",
-    Caption(
-        "The change of success on each box, for agents that the study is about; last, over all boxes.",
-        "Bars are 95 % intervals, those of single boxes one by one. Filled: detected.",
-    ),
-    draw=f"{__name__}:draw",
-    applies=lambda found: len(found.boxes) > 1 and bool(_lines(found)),
-)
-
-SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)
+SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,)),)
