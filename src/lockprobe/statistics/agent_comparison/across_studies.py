@@ -176,7 +176,7 @@ def _estimate(groups: Sequence[Outcomes], *, shared: bool, same_luck: bool) -> _
         both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
         if not both.any():
             return None
-        person, before, after = people_of((one, two)), one.solved[both, 0], two.solved[both, 0]
+        person, before, after = people_of(one, two), one.solved[both, 0], two.solved[both, 0]
         apart = paired_success(before, after, None if person is None else person[both, 0])
         shares = _share(before > 0), _share(after > 0)
         assert apart.low is not None

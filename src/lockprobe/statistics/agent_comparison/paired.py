@@ -37,7 +37,7 @@ FEWEST = 7
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
-_TIE = 1e-9
+TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
 
 
@@ -63,9 +63,9 @@ class BlockMean:
     """
 
     value: float
-    low: float | None
-    high: float | None
-    p_value: float | None
+    low: float | None = None
+    high: float | None = None
+    p_value: float | None = None
     pairs: int
     blocks: int
 
@@ -100,8 +100,8 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
-def people_of(laid: tuple[Sheet, Sheet]) -> Labels | None:
-    """The person of each trial, shape (blocks, doses); None if neither of the two agents is people."""
+def people_of(*laid: Sheet) -> Labels | None:
+    """The person of each trial, shape (blocks, doses); None if no agent is people."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
@@ -129,11 +129,12 @@ def block_mean(
     sums = np.where(present, differences, 0.0).sum(axis=1)[kept]
     n, pairs, level = len(sizes), int(sizes.sum()), 1 - ALPHA / choices
     if not n:
-        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+        return BlockMean(value=math.nan, pairs=0, blocks=0)
     value = float(sums.sum()) / pairs
-    found = BlockMean(value=value, low=None, high=None, p_value=sign_flip(sums), pairs=pairs, blocks=n)
+    found = BlockMean(value=value, p_value=sign_flip(sums), pairs=pairs, blocks=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
-    found = _with_interval(found, spread, float(sizes.max()), n, unit, unit, rare, level, small=n / max(1, n - 1))
+    widest, small = float(sizes.max()), n / max(1, n - 1)
+    found = _student(found, spread, widest, n, unit=unit, most=unit, rare=rare, level=level, small=small)
     if found.low is None or found.high is None or unit != 1.0 or pairs != n:
         return found
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
@@ -143,20 +144,19 @@ def block_mean(
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
-def _with_interval(
+def _student(
     found: BlockMean,
     spread: float,
     widest: float,
     clusters: int,
+    *,
     unit: float | None,
     most: float | None,
     rare: RareBlock | None,
     level: float,
-    *,
     small: float = 1.0,
-    tested: bool = False,
 ) -> BlockMean:
-    """The mean with Student's interval, and with Student's P value if it is tested and there are clusters enough.
+    """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
 
     Args:
         found: The mean.
@@ -168,12 +168,11 @@ def _with_interval(
         rare: Of steps, how far a rare cluster may lie from the mean.
         level: Of the interval.
         small: Factor of the widening in small samples.
-        tested: Whether it has a P value.
     """
-    if clusters < 2 or (spread < _TIE and unit is None):
+    if clusters < 2 or (spread < TIE and unit is None):
         return found
     if unit is not None and rare is None:
-        spread += small * unit**2 * (widest**2 if spread < _TIE else widest)
+        spread += small * unit**2 * (widest**2 if spread < TIE else widest)
     value, se, share = found.value, math.sqrt(spread) / found.pairs, widest / found.pairs
     if rare is None:
         half = student_quantile((1 + level) / 2, clusters - 1) * se
@@ -182,47 +181,13 @@ def _with_interval(
         low, high = rare.interval(value, se, clusters, share=share, level=level)
     ends = math.inf if most is None else most
     found = replace(found, low=max(-ends, low), high=min(ends, high))
-    if not tested or clusters < FEWEST:
+    if found.p_value is not None or clusters < FEWEST:
         return found
     p_value = rare.p_value(value, se, clusters, share=share) if rare else student_tails(value / se, clusters - 1)
     return replace(found, p_value=float(p_value))
 
 
-def crossed_mean(
-    values: Array, luck: Labels, person: Labels, *, unit: float | None = None, rare: RareBlock | None = None
-) -> BlockMean:
-    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
-
-    The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
-    that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
-    person counted alike (:func:`lockprobe.statistics.clustered.crossed_proportion`).
-    """
-    n = len(values)
-    if not n:
-        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    made = [
-        _two_way(mean, weight * (values - mean), luck, person, pairs=n, unit=unit, most=unit, rare=rare)
-        for weight in (np.ones(n), alike_weights(person))
-        for mean in [float((weight * values).mean())]
-    ]
-    return _held_by_both(*made)
-
-
-def crossed_change(low: Array, high: Array, person: tuple[Labels, Labels], *, choices: int = 1) -> BlockMean:
-    """How much the difference of two agents, by block of luck, changes from the lowest dose to a higher one."""
-    return _two_way(
-        float(high.mean() - low.mean()),
-        np.concatenate([low.mean() - low, high - high.mean()]),
-        np.tile(np.arange(len(low)), 2),
-        np.concatenate(person),
-        pairs=len(low),
-        unit=1.0,
-        most=2.0,
-        level=1 - ALPHA / choices,
-    )
-
-
-def _two_way(
+def two_way(
     value: float,
     residuals: Array,
     luck: Labels,
@@ -234,11 +199,43 @@ def _two_way(
     rare: RareBlock | None = None,
     level: float = LEVEL,
 ) -> BlockMean:
+    """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
+
+    Args:
+        value: The mean.
+        residuals: What each trial adds to the sum of its pairs, less its expectation, shape (trials,).
+        luck: Its block of luck, of the same shape.
+        person: Its person, of the same shape.
+        pairs: How many.
+        unit: The largest difference of a single trial.
+        most: The largest mean.
+        rare: Of steps, how far a rare cluster may lie from the mean.
+        level: Of the interval.
+    """
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
-    found = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=len(sizes[0]))
+    found = BlockMean(value=value, pairs=pairs, blocks=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
-    return _with_interval(found, spread, widest, fewest, unit, most, rare, level, tested=True)
+    return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, level=level)
+
+
+def crossed_mean(
+    values: Array, luck: Labels, person: Labels, *, unit: float | None = None, rare: RareBlock | None = None
+) -> BlockMean:
+    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
+
+    If people have unequally many trials, the interval also holds that of the mean over people, and the P value is the
+    larger: a conclusion must hold with every trial and with every person counted alike
+    (:func:`lockprobe.statistics.clustered.crossed_proportion`).
+    """
+    if not len(values):
+        return BlockMean(value=math.nan, pairs=0, blocks=0)
+    pooled, alike = (
+        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
+        for weight in (np.ones(len(values)), alike_weights(person))
+        for mean in [float((weight * values).mean())]
+    )
+    return _held_by_both(pooled, alike)
 
 
 def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
