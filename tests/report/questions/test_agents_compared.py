@@ -142,7 +142,10 @@ def test_what_is_said_of_two_agents(tmp_path, one, other, begins, holds):
     assert holds in text
 
 
-def test_one_agent_has_nobody_beside_it(tmp_path):
+def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):
+    begun = of_trials(tmp_path / "begun", *some("llm:a", 9, p=P[:1]), *some("llm:b", 9, 8))
+    rows = [row for row in begun.where(SUCCESS) if row.versus]
+    assert [(row.agent, row.condition, row.n) for row in rows] == [("llm:a", "", 10), ("llm:a", "truth", 10)]
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in page_of(found)
     assert table(found) == []

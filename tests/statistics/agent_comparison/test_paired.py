@@ -16,6 +16,7 @@ from lockprobe.statistics.agent_comparison.paired import (
     crossed_mean,
     sheets,
     sign_flip,
+    two_way,
 )
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import paired
@@ -50,7 +51,7 @@ def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
     found = block_mean(differences, unit=1.0)
     assert (found.pairs, found.blocks, found.value) == (5, 3, pytest.approx(0.2))
-    assert block_mean(np.full((3, 2), np.nan)).p_value is None
+    assert block_mean(np.full((3, 2), np.nan), unit=1.0).p_value is None
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     values, (first, second) = sheets([one, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
     assert values == (0.0, 0.3)
@@ -63,14 +64,15 @@ def test_blocks_that_all_differ_alike_have_an_interval_if_the_most_that_a_trial_
     never = block_mean(np.zeros((30, 7)), unit=1.0)
     assert (never.p_value, never.high) == (1.0, -never.low)
     assert 0.03 < never.high < 0.2
-    assert block_mean(np.full((10, 7), -1.0)).low is None
     assert not block_mean(np.full((10, 7), -1.0), unit=19.0).clear
     assert block_mean(np.full((10, 7), -16.0), unit=19.0).clear
 
 
 def test_clusters_of_two_kinds_of_one_trial_each_are_blocks():
     values = np.array([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
-    found, alone = crossed_mean(values, np.arange(8), np.arange(8)), block_mean(values[:, None])
+    mean, luck = values.mean(), np.arange(8)
+    found = two_way(mean, values - mean, luck, luck, pairs=8, unit=0.0, most=9.0)
+    alone = block_mean(values[:, None])
     assert (found.low, found.high) == pytest.approx((alone.low, alone.high))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lockprobe.foundation.formatting import (
@@ -87,8 +88,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield Estimate(quantity=name, unit=unit, **of, **of_blocks(one.means[name, None]) | tests)
         for part, share in zip(("the other", ""), one.shares, strict=True):
             yield Estimate(quantity=_SHARE, of=part, **of, n=one.means[SUCCESS, None].pairs, value=share)
-        doses = [*one.at(SUCCESS)]
-        cells = {dose: of_cell[agent, names[agent, modality][dose]] | _versus(one) for dose in one.doses}
+        doses, own = [*one.at(SUCCESS)], names[agent, modality]
+        cells = {dose: of_cell[agent, own[dose]] | _versus(one) for dose in doses}
         note = "; ".join([_SAME] * one.copies + [_WORST] * one.bounded)
         for dose in doses:
             p = at_dose[i, doses[0] if one.copies else dose]
@@ -99,8 +100,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             many = changed[one.family] * len(moved)
             yield Estimate(of=_ANY, **of, p_value=changes[i], corrected_for=many, test=_test(one, CHANGE))
             for dose, mean in moved.items():
-                control = names[agent, modality][one.doses[0]]
-                yield _change(one, dose, cells[dose], control, mean.p_value, len(moved))
+                yield _change(one, dose, cells[dose], own[one.doses[0]], mean.p_value, len(moved))
     yield from _under_conditions(numbers)
 
 
@@ -219,10 +219,10 @@ def _pairs(found: Results) -> list[_Pair]:
         players = (agent, modality), (versus, versus_modality)
         one, other = (Subject.of(who[0], own.shown if (own := found.player(*who)) else "") for who in players)
         names = [place for quantity, place in rows if quantity == SUCCESS and place]
-        rates = sorted((p, name) for name in names if (p := known[name]) is not None)
-        once = any(_SAME in rows[SUCCESS, name].note for _, name in rates)
-        at = {name: p for p, name in rates[: 1 if once else None]}
-        pairs.append(_Pair(one, other, rows, at, [name for name in names if known[name] is None]))
+        rates = sorted(((name, p) for name in names if (p := known.get(name)) is not None), key=itemgetter(1))
+        once = any(_SAME in rows[SUCCESS, name].note for name, _ in rates)
+        others = [name for name in names if known.get(name) is None]
+        pairs.append(_Pair(one, other, rows, dict(rates[: 1 if once else None]), others))
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 

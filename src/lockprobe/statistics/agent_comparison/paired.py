@@ -14,8 +14,9 @@ people are exchanged.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,18 +42,17 @@ TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sheet:
+class Sheet(NamedTuple):
     """One agent's trials, shape (blocks of luck, doses); NaN where no trial has ended.
 
-    ``person`` has no rows for an agent that is no people. ``order`` has the rows as blocks were planned, if what is
-    said must hold at every look; else it is empty.
+    ``person`` has no rows for an agent that is no people. ``planned`` says that the blocks are in the order of the
+    plan, and that what is said must hold at every look; else they are by repetition and trial.
     """
 
     solved: Array
     steps: Array
-    person: NDArray[np.str_] = field(default_factory=lambda: np.empty((0, 0), dtype=np.str_))
-    order: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    person: NDArray[np.str_]
+    planned: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,29 +75,25 @@ class BlockMean:
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
-def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
+def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     """The doses, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (doses)."""
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
-    lucks = sorted({luck for group in groups for luck in _lucks(group)})
-    row = {luck: i for i, luck in enumerate(lucks)}
+    own = [list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True)) for group in groups]
+    lucks = sorted({luck for group in own for luck in group})
     # by the largest plan of an agent
-    planned = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
-    made, order = [], np.empty(0, dtype=np.int64)
-    if planned is not None and lucks:
-        order = np.argsort(planned.rank(*zip(*lucks, strict=True)))
-    for group in groups:
-        place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.dose)
+    order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
+    if order is not None:
+        lucks.sort(key=lambda luck: int(order.rank(*luck)))
+    row, made = {luck: i for i, luck in enumerate(lucks)}, []
+    for group, played in zip(groups, own, strict=True):
+        place = np.array([row[luck] for luck in played], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
         solved[place], steps[place] = group.solved, group.length
         person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)
         if group.crossed:
             person[place] = group.player
-        made.append(Sheet(solved=solved, steps=steps, person=person, order=order))
+        made.append(Sheet(solved, steps, person, planned=order is not None))
     return tuple(values.tolist()), made
-
-
-def _lucks(group: Outcomes) -> list[tuple[int, int]]:
-    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
 def people_of(*laid: Sheet) -> Labels | None:
@@ -133,8 +129,10 @@ def block_mean(
     value = float(sums.sum()) / pairs
     found = BlockMean(value=value, p_value=sign_flip(sums), pairs=pairs, blocks=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
-    widest, small = float(sizes.max()), n / max(1, n - 1)
-    found = _student(found, spread, widest, n, unit=unit, most=unit, rare=rare, level=level, small=small)
+    if unit is None and spread < TIE:
+        return found
+    widest, small, most = float(sizes.max()), n / max(1, n - 1), unit or math.inf
+    found = _student(found, spread, widest, n, unit=unit or 0.0, rare=rare, level=level, most=most, small=small)
     if found.low is None or found.high is None or unit != 1.0 or pairs != n:
         return found
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
@@ -150,10 +148,10 @@ def _student(
     widest: float,
     clusters: int,
     *,
-    unit: float | None,
-    most: float | None,
+    unit: float,
     rare: RareBlock | None,
     level: float,
+    most: float | None = None,
     small: float = 1.0,
 ) -> BlockMean:
     """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
@@ -164,27 +162,24 @@ def _student(
         widest: Pairs of the largest cluster.
         clusters: How many count as independent.
         unit: The largest difference of a single trial.
-        most: The largest mean.
         rare: Of steps, how far a rare cluster may lie from the mean.
         level: Of the interval.
+        most: The largest mean; by default ``unit``.
         small: Factor of the widening in small samples.
     """
-    if clusters < 2 or (spread < TIE and unit is None):
+    if clusters < 2:
         return found
-    if unit is not None and rare is None:
-        spread += small * unit**2 * (widest**2 if spread < TIE else widest)
-    value, se, share = found.value, math.sqrt(spread) / found.pairs, widest / found.pairs
+    value, share, most = found.value, widest / found.pairs, most or unit
     if rare is None:
+        se = math.sqrt(spread + small * unit**2 * (widest**2 if spread < TIE else widest)) / found.pairs
         half = student_quantile((1 + level) / 2, clusters - 1) * se
-        low, high = value - half, value + half
+        low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
     else:
+        se = math.sqrt(spread) / found.pairs
         low, high = rare.interval(value, se, clusters, share=share, level=level)
-    ends = math.inf if most is None else most
-    found = replace(found, low=max(-ends, low), high=min(ends, high))
-    if found.p_value is not None or clusters < FEWEST:
-        return found
-    p_value = rare.p_value(value, se, clusters, share=share) if rare else student_tails(value / se, clusters - 1)
-    return replace(found, p_value=float(p_value))
+        p_value = rare.p_value(value, se, clusters, share=share)
+    tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
+    return replace(found, low=max(-most, low), high=min(most, high), p_value=tested)
 
 
 def two_way(
@@ -194,33 +189,25 @@ def two_way(
     person: Labels,
     *,
     pairs: int,
-    unit: float | None,
-    most: float | None,
+    unit: float,
     rare: RareBlock | None = None,
     level: float = LEVEL,
+    most: float | None = None,
 ) -> BlockMean:
     """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
 
-    Args:
-        value: The mean.
-        residuals: What each trial adds to the sum of its pairs, less its expectation, shape (trials,).
-        luck: Its block of luck, of the same shape.
-        person: Its person, of the same shape.
-        pairs: How many.
-        unit: The largest difference of a single trial.
-        most: The largest mean.
-        rare: Of steps, how far a rare cluster may lie from the mean.
-        level: Of the interval.
+    The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). Other
+    arguments are those of :func:`block_mean`, the level of the interval, and the largest mean.
     """
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
     found = BlockMean(value=value, pairs=pairs, blocks=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
-    return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, level=level)
+    return _student(found, spread, widest, fewest, unit=unit, rare=rare, level=level, most=most)
 
 
 def crossed_mean(
-    values: Array, luck: Labels, person: Labels, *, unit: float | None = None, rare: RareBlock | None = None
+    values: Array, luck: Labels, person: Labels, *, unit: float, rare: RareBlock | None = None
 ) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
@@ -228,10 +215,8 @@ def crossed_mean(
     larger: a conclusion must hold with every trial and with every person counted alike
     (:func:`lockprobe.statistics.clustered.crossed_proportion`).
     """
-    if not len(values):
-        return BlockMean(value=math.nan, pairs=0, blocks=0)
     pooled, alike = (
-        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
+        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, rare=rare)
         for weight in (np.ones(len(values)), alike_weights(person))
         for mean in [float((weight * values).mean())]
     )
@@ -255,11 +240,11 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     """
     place = np.unique(person, return_inverse=True)[1].reshape(-1)
     sizes = np.bincount(place)
-    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
+    rows = np.full((len(sizes), int(sizes.max())), math.nan)
     for i in range(len(sizes)):
         rows[i, : sizes[i]] = values[place == i]
     found = block_mean(rows, unit=unit, rare=rare)
-    if not len(sizes) or np.ptp(sizes) == 0:
+    if np.ptp(sizes) == 0:
         return found
     means = np.nanmean(rows, axis=1)
     alike = block_mean(means[:, None], unit=unit, rare=rare)

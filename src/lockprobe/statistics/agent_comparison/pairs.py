@@ -84,7 +84,7 @@ class AgentPair:
     @property
     def every_look(self) -> bool:
         """Whether intervals and P values hold at every look; people come as they please, so theirs hold at one."""
-        return len(self.laid[0][0].order) > 0 and not self.people
+        return self.laid[0][0].planned and not self.people
 
     @property
     def copies(self) -> bool:
@@ -159,7 +159,7 @@ class AgentPair:
             for quantity, of, unit, wider in ((SUCCESS, solved, 1.0, None), (STEPS, steps, budget, rare)):
                 apart = of[:, here]
                 if self.every_look:
-                    mean = mean_at_every_look(apart[one.order], bound=unit)
+                    mean = mean_at_every_look(apart, bound=unit)
                 elif quantity == SUCCESS and dose is not None:
                     mean = paired_success(one.solved[:, here][both], two.solved[:, here][both], who)
                 elif who is None:
@@ -247,7 +247,7 @@ def changes_of(
                 found[doses[i + 1]] = mean
         found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
         if found:  # the blocks of the mean share people
-            found[None] = replace(block_mean(changes), low=None, high=None, p_value=None)
+            found[None] = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
         return found
     blocks = changes[~np.isnan(changes).all(axis=1)][:, met]
     if len(blocks) < 2:
