@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
-from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare import (
     compare_studies,
@@ -62,20 +61,13 @@ def test_success_is_counted_from_the_records_of_the_conditions_that_two_studies_
     assert {(one.condition, *one.side[:2]): one.success for one in found.samples} == {
         key: proportion(sum(solved), len(solved)) for key, solved in counted.items()
     }
-    assert sides(found)[:2] == [("truth", "one/study")] * 2
     told = {(row["condition"], row["study"], row["agent"]): row for row in found.plain()["success"]}
     assert {key: (row["solved"], row["trials"]) for key, row in told.items()} == {
         key: (sum(solved), len(solved)) for key, solved in counted.items()
     }
-
-
-def test_every_two_sides_are_compared_and_luck_is_shared_by_seed(found):
-    for one in found.differences:
+    for one in found.differences:  # luck is shared by seed
         studies = {one.first.study, one.second.study}
         assert one.paired == ("half" not in studies or len(studies) == 1)
-    first, second = (Side(name, "random") for name in NAMES[:2])
-    same = next(one for one in found.differences if (one.first, one.second) == (first, second))
-    assert (same.value, same.p_value) == (0.0, 1.0)  # one seed, and an agent that plays by the seed
 
 
 def test_studies_are_named_by_the_end_of_their_path_and_partial_ones_are_said_to_be(found):
@@ -87,22 +79,11 @@ def test_studies_are_named_by_the_end_of_their_path_and_partial_ones_are_said_to
     ]
 
 
-def test_an_agent_is_chosen_and_one_that_nobody_has_is_refused(labs):
+def test_agents_are_chosen(labs):
     chosen = compare_studies(labs[:2], ["random"])
     assert {one.side.agent for one in chosen.samples} == {"random"}
-    assert {one.kind for one in chosen.differences} == {"between"}  # without others, baselines are what it is about
-    with pytest.raises(UnknownName, match="no agent of these studies is called 'rando'"):
-        compare_studies(labs, ["rando"])
-
-
-def test_what_cannot_be_compared_is_refused(labs, tmp_path):
-    with pytest.raises(BadFile, match="given twice"):
-        compare_studies([labs[0], labs[0] / ".." / "study"])
-    with pytest.raises(BadFile, match=r"no study\.json here"):
-        compare_studies([labs[0], tmp_path])
-    longer = write_study(tmp_path / "longer", replace(A, max_steps=5), [])
-    with pytest.raises(BadFile, match=r"longer: it cannot be compared with .*: the budget of steps .* is 5, not 20"):
-        compare_studies([labs[0], longer])
+    # without others, baselines are what it is about; of one seed, an agent that plays by the seed plays the same
+    assert {(one.kind, one.value, one.p_value) for one in chosen.differences} == {("between", 0.0, 1.0)}
 
 
 def test_two_prompts_of_one_study_are_compared_like_two_agents(tmp_path):
@@ -224,11 +205,6 @@ def test_two_studies_without_a_trial_are_said_to_have_none(tmp_path):
     page = write_comparison(compare_studies(labs), tmp_path / "compare.html").read_text("utf-8")
     assert "No two agents have a trial to compare." in page
     assert "<figure" not in page
-
-
-def test_a_page_that_cannot_be_written_is_a_mistake_in_one_line(found, tmp_path):
-    with pytest.raises(BadFile, match="cannot be written"):
-        write_comparison(found, tmp_path / "none" / "compare.html")
 
 
 @pytest.mark.parametrize(("name", "section"), [("_picture", "Figure differences"), ("study_table", "Table studies")])

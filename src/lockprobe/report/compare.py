@@ -141,18 +141,9 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         left = dict.fromkeys(shared.name for shared in conditions.values() if shared.name not in family)
         finished, planned = one.finished, planned_now(one.study, one.trials)
         studies.append(
-            {
-                "name": name,
-                "study": one.study.name,
-                "seed": one.study.seed,
-                "agents": [*one.study.labels],
-                "planned": planned,
-                "finished": finished,
-                "people_trials": one.finished_by_people,
-                "not_shared": [*left],
-                "looked_at": bool(one.every_look),
-                "partial": finished < planned,
-            }
+            {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
+            | {"planned": planned, "finished": finished, "people_trials": one.finished_by_people}
+            | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": finished < planned}
         )
         played: dict[tuple[str, Side], list[Trial]] = {}
         for trial in one.trials:
@@ -346,16 +337,10 @@ def difference_table(found: Sequence[StudyDifference]) -> TextTable:
         first, second = one.first_success, one.second_success
         rows.append(
             [
-                _subject(one.second).name,
-                _subject(one.first).name,
-                one.condition,
+                _subject(one.second).name, _subject(one.first).name, one.condition,
                 f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials",
-                percent(second.value),
-                percent(first.value),
-                bracketed(one.value, one.low, one.high),
-                p_cell(one.p_value),
-                p_cell(one.p_adjusted),
-                DETECTED[bool(one.verdict)],
+                percent(second.value), percent(first.value), bracketed(one.value, one.low, one.high),
+                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)],
             ]
-        )
+        )  # fmt: skip
     return rows

@@ -88,37 +88,6 @@ def test_few_people_are_not_tested_and_one_has_no_interval():
     assert (one.low, one.high, one.p_value) == (None, None, None)
 
 
-def test_it_keeps_its_level_where_exchange_within_luck_does_not():
-    """People differ much from each other. At 5 % more than 20 of 200 come once in 1000 tests."""
-    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
-    rng, rejected, by_exchange = np.random.default_rng(3), 0, 0
-    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
-    for _ in range(200):
-        people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
-        apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
-        rejected += crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0).p_value < 0.05
-        by_exchange += sign_flip(apart.sum(axis=1)) < 0.05
-    assert rejected <= 20
-    assert by_exchange > 20
-
-
-def test_able_people_who_stay_are_not_said_to_solve_more():
-    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
-    wrong = 0
-    for seed in range(100):
-        rng = np.random.default_rng([seed, 9])
-        chance, rows = norm.cdf(rng.standard_normal(60)), []
-        for i in range(60):
-            for _ in range(6):
-                rows.append((i, rng.random() < chance[i]))
-                if not rows[-1][1] and rng.random() < 0.5:
-                    break
-        who, solved = np.array(rows).T
-        found = crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
-        wrong += found.p_value < 0.05 and found.low > 0
-    assert wrong <= 9
-
-
 def test_at_one_dose_whole_people_are_exchanged():
     found = at_one_dose(np.ones(10), np.repeat(["a", "b", "c", "d", "e"], 2), unit=1.0)
     assert found.p_value == 2 * 0.5**5  # and not 2 * 0.5**10, as if ten people had played
@@ -139,14 +108,48 @@ def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
     assert not wide.clear
 
 
-def test_exchange_rarely_tells_equal_agents_apart_that_share_their_luck_over_doses():
-    """An agent's trials go alike at every dose. So few rejections come of a level of 5 % in 999 of 1000 cases."""
-    rejected = 0
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
-        rejected += block_mean(two - one, unit=1.0).p_value < 0.05
-    assert rejected <= 20
+def exchanged_over_doses(rng):
+    """An agent's trials go alike at every dose."""
+    one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
+    return block_mean(two - one, unit=1.0)
+
+
+def people_who_differ(rng, exchange=False):
+    """Thirty people differ much from each other, and each plays seven boxes."""
+    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
+    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
+    people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
+    apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
+    return (
+        block_mean(apart, unit=1.0) if exchange else crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0)
+    )
+
+
+def able_people_who_stay(rng):
+    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
+    chance, rows = norm.cdf(rng.standard_normal(60)), []
+    for i in range(60):
+        for _ in range(6):
+            rows.append((i, rng.random() < chance[i]))
+            if not rows[-1][1] and rng.random() < 0.5:
+                break
+    who, solved = np.array(rows).T
+    return crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
+
+
+def rejections(world, studies, **more):
+    found = [world(np.random.default_rng([seed, 9]), **more) for seed in range(studies)]
+    return sum(one.clear and one.p_value < 0.05 for one in found)
+
+
+@pytest.mark.parametrize("world", [exchanged_over_doses, people_who_differ, able_people_who_stay])
+def test_equal_agents_are_rarely_told_apart(world):
+    """So few rejections of 150 come of a level of 5 % in 999 of 1000 cases."""
+    assert rejections(world, 150) <= 17
+
+
+def test_exchange_within_luck_would_tell_people_apart_who_are_equal():
+    assert rejections(people_who_differ, 150, exchange=True) > 17
 
 
 @pytest.mark.parametrize(
