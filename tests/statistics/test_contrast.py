@@ -119,20 +119,20 @@ def played(conditions, agents=(AGENT,), n=6):
 
 
 def named(found):
-    return [(one.agent, one.control, [effect.condition for effect in one.effects], one.agents) for one in found]
+    return [(one.agent, one.control, one.condition, one.corrected_for) for one in found]
 
 
 def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_who_plays_alike_counts_in_none():
     agents = (AGENT, CAREFUL, BASELINE, BLIND)
     assert named(against_control(*played(["drop?p=0.5"], agents))) == [
-        (agent, "truth", ["drop?p=0.5"], many) for agent, many in zip(agents, (2, 2, 1, 1), strict=True)
+        (agent, "truth", "drop?p=0.5", many) for agent, many in zip(agents, (2, 2, 1, 1), strict=True)
     ]
 
 
 def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is_compared_with_nothing():
     cells, design = played(["history?last=50", "tremble?p=0.5", "tremble?p=0.5 + nudge"])
     cells[AGENT, "tremble?p=0.5 + nudge"] = Played([make_trial([0], trial=1, broken="model")])
-    assert named(against_control(cells, design)) == [(AGENT, "truth", ["tremble?p=0.5"], 1)]
+    assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(against_control(cells, design)) == []
 
@@ -160,7 +160,7 @@ def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corre
     cells, design = played(sticky, n=12)
     found = list(against_first(cells, design.factors, design))
     assert named(found) == [
-        (AGENT, "flip?p=0.2", ["flip?p=0.2&others=kept"], 2), (AGENT, "flip?p=0.4", ["flip?p=0.4&others=kept"], 2),
+        (AGENT, "flip?p=0.2", "flip?p=0.2&others=kept", 2), (AGENT, "flip?p=0.4", "flip?p=0.4&others=kept", 2),
     ]  # fmt: skip
     more, beside = played(["nudge", *sticky], n=12)
     assert list(against_first(more, beside.factors, beside)) == found

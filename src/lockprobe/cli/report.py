@@ -111,14 +111,14 @@ def _print_comparison(found: Comparison) -> None:
 
     print(printable(found.said))
     for one in found.studies:
-        if one.partial:
-            print(printable(f"Partial: {one.finished} of {one.planned} trials of {one.name} are finished."))
+        if one["partial"]:
+            print(printable(f"Partial: {one['finished']} of {one['planned']} trials of {one['name']} are finished."))
     for one in found.studies:
-        if one.not_shared:
-            print(printable(f"Only in {one.name}: {'; '.join(one.not_shared)}."))
+        if one["not_shared"]:
+            print(printable(f"Only in {one['name']}: {'; '.join(one['not_shared'])}."))
     for line in found.unlike:
         print(printable(f"Different settings: {line[:_LONGEST]}"))
-    for rows in (success_table(found), difference_table(found, found.leading)):
+    for rows in (success_table(found), difference_table(found.leading)):
         print()
         print_rows(rows)
     if left := len(found.differences) - len(found.leading):

@@ -6,19 +6,19 @@ The page is one file without scripts. Agents and conditions are matched by what 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import NONE, bracketed, change, p_cell, p_value, percent
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import DETECTED, TextTable, share_cell
-from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.report.opened import open_study
 from lockprobe.report.plain_json import plain_json
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.subject import Subject
@@ -26,10 +26,7 @@ from lockprobe.report.rendering import rendered
 from lockprobe.report.section import Caption
 from lockprobe.report.svg import image
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
-from lockprobe.statistics.broken_trials import begun
-from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
@@ -49,49 +46,23 @@ _CAPTION = Caption(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ComparedStudy:
-    """One study of a comparison.
-
-    Attributes:
-        name: The end of its directory's path by which it is told from the others; ``study`` is that in its settings.
-        not_shared: Its conditions that no other study has; they are in no number.
-        looked_at: Whether it is unfinished, was extended, or stops when it is decided.
-    """
-
-    name: str
-    study: str
-    seed: int
-    agents: tuple[str, ...]
-    planned: int
-    finished: int
-    people_trials: int
-    not_shared: tuple[str, ...]
-    looked_at: bool = False
-
-    @property
-    def partial(self) -> bool:
-        """Whether trials are still owed."""
-        return self.finished < self.planned
-
-
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
     """Studies side by side.
 
     Attributes:
         box: Name of the box.
-        studies: In the order asked for.
-        success: Side, shared condition that it has played, and share solved; the interval holds whatever became of
-            broken trials.
+        studies: In the order asked for, as JSON holds them. The name is the end of a directory's path by which it is
+            told from the others; conditions that no other study has (``not_shared``) are in no number.
+        samples: Every side under every shared condition that it has played.
         differences: Every two sides under every condition that both have, those between studies first.
         unlike: What differs between agents of one spec in several studies, a line each.
         rules: What broke the rules of the box, in a sentence; empty if nothing did.
     """
 
     box: str
-    studies: tuple[ComparedStudy, ...]
-    success: tuple[tuple[Side, str, Proportion], ...]
+    studies: tuple[dict[str, Any], ...]
+    samples: tuple[Sample, ...]
     differences: tuple[StudyDifference, ...]
     unlike: tuple[str, ...]
     rules: str = ""
@@ -99,26 +70,20 @@ class Comparison:
     @property
     def said(self) -> str:
         """The conclusion in a sentence."""
-        return " ".join(filter(None, (conclusion(self.differences, self.subjects), self.rules)))
+        return " ".join(filter(None, (conclusion(self.differences), self.rules)))
 
     @property
     def leading(self) -> tuple[StudyDifference, ...]:
         """The differences that the conclusion is about: those of the first kind that there is."""
         return tuple(one for one in self.differences if one.kind == self.differences[0].kind)
 
-    @cached_property
-    def subjects(self) -> dict[Side, Subject]:
-        """What sentences call each side."""
-        return {side: _subject(side, self.studies[side.study].name) for side, _, _ in self.success}
-
     def plain(self) -> dict[str, Any]:
         """The comparison as JSON holds it."""
 
         def named(role: str, side: Side, found: Proportion) -> dict[str, Any]:
-            of = {"study": self.studies[side.study].name, "agent": side.agent, "prompt": side.prompt}
             share = {"solved": found.count, "trials": found.n, "success": plain_json(found.value)}
             share |= {"success_low": found.low, "success_high": found.high}
-            return {f"{role}{name}": value for name, value in (of | share).items()}
+            return {f"{role}{name}": value for name, value in (side._asdict() | share).items()}
 
         apart = ("first", "second", "first_success", "second_success")
         return {
@@ -126,10 +91,11 @@ class Comparison:
             "lockprobe": version("lockprobe"),
             "box": self.box,
             "said": self.said,
-            "studies": [plain_json(one) | {"partial": one.partial} for one in self.studies],
+            "studies": [*self.studies],
             "success": [
-                named("", side, found) | {"condition": condition, "broken": found.broken}
-                for side, condition, found in self.success
+                named("", one.side, found) | {"condition": one.condition, "broken": found.broken}
+                for one in self.samples
+                for found in [one.success]
             ],
             "differences": [
                 named("first_", one.first, one.first_success)
@@ -138,7 +104,7 @@ class Comparison:
                 | {"verdict": one.verdict}
                 for one in self.differences
             ],
-            "unlike": list(self.unlike),
+            "unlike": [*self.unlike],
         }
 
 
@@ -164,94 +130,71 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     for agent in agents:
         if agent not in known:
             raise UnknownName("agent of these studies", agent, known)
-    own = [{one.name: one for one in shared_names(study.study).values()} for study in opened]
-    every = {name: one for names in own for name, one in names.items()}
-    shared = families(one for name, one in every.items() if sum(name in names for names in own) > 1)
-    studies = tuple(
-        ComparedStudy(
-            name=name,
-            study=one.study.name,
-            seed=one.study.seed,
-            agents=one.study.labels,
-            planned=planned_now(one.study, one.trials),
-            finished=one.finished,
-            people_trials=one.finished_by_people,
-            not_shared=tuple(left for left in names if left not in shared),
-            looked_at=bool(one.every_look),
+    own = [shared_names(one.study) for one in opened]
+    times = Counter(name for conditions in own for name in {shared.name for shared in conditions.values()})
+    every = {shared.name: shared for conditions in own for shared in conditions.values() if times[shared.name] > 1}
+    family = families(every.values())
+    ends = [["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)] for path in resolved]
+    studies, samples = [], []
+    for one, conditions, paths in zip(opened, own, ends, strict=True):
+        name = next(end for end in paths if sum(end in other for other in ends) == 1)
+        left = dict.fromkeys(shared.name for shared in conditions.values() if shared.name not in family)
+        finished, planned = one.finished, planned_now(one.study, one.trials)
+        studies.append(
+            {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
+            | {"planned": planned, "finished": finished, "people_trials": one.finished_by_people}
+            | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": finished < planned}
         )
-        for name, one, names in zip(_names(resolved), opened, own, strict=True)
-    )
-    samples, box = _samples(opened, shared, set(agents or known)), opened[0].study.box
+        played: dict[tuple[str, Side], list[Trial]] = {}
+        for trial in one.trials:
+            condition = one.study.condition_of(trial)
+            shared = conditions[condition] if condition else None
+            if shared and shared.name in family and trial.group in (agents or known):
+                played.setdefault((shared.name, Side(name, trial.group, shared.prompt)), []).append(trial)
+        samples += [
+            Sample(
+                side=side,
+                condition=condition,
+                family=family[condition],
+                luck=one.study.seed,
+                baseline=is_baseline(trials[0].spec),
+                trials=trials,
+            )
+            for (condition, side), trials in played.items()
+        ]
+    samples.sort(key=lambda one: [*family].index(one.condition))
+    box = opened[0].study.box
     return Comparison(
         box=box.name,
-        studies=studies,
-        success=tuple((one.side, one.condition, _success(one)) for one in samples),
+        studies=tuple(studies),
+        samples=tuple(samples),
         differences=study_differences(samples),
-        unlike=tuple(_unlike(samples, studies)),
+        unlike=tuple(_unlike(samples)),
         rules=broken_said((trial for one in samples for trial in one.trials), box),
     )
 
 
-def _names(directories: Sequence[Path]) -> list[str]:
-    """Of each path the shortest end that tells it from the others."""
-    ends = [["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)] for path in directories]
-    return [next(end for end in own if sum(end in other for other in ends) == 1) for own in ends]
-
-
-def _samples(opened: Sequence[OpenedStudy], shared: Mapping[str, str], agents: set[str]) -> list[Sample]:
-    """The trials of every side under every shared condition, by condition; none without trials."""
-    order = list(shared)
-    found: dict[tuple[str, Side], list[Trial]] = {}
-    for number, one in enumerate(opened):
-        names = shared_names(one.study)
-        for trial in one.trials:
-            condition = one.study.condition_of(trial)
-            own = names[condition] if condition else None
-            if own and own.name in shared and trial.group in agents:
-                side = Side(number, trial.group, own.prompt)
-                found.setdefault((own.name, side), []).append(trial)
-    return [
-        Sample(
-            side=side,
-            condition=name,
-            family=shared[name],
-            luck=opened[side.study].study.seed,
-            baseline=is_baseline(trials[0].spec),
-            trials=trials,
-        )
-        for (name, side), trials in sorted(found.items(), key=lambda one: (order.index(one[0][0]), one[0][1].study))
-    ]
-
-
-def _subject(side: Side, study: str) -> Subject:
-    who, prompt = Subject.of(side.agent), f" with {side.prompt}" if side.prompt else ""
-    return Subject(name=f"{who.name}{prompt} in {study}", plural=who.plural)
-
-
-def _success(one: Sample) -> Proportion:
-    every, solved = begun(outcomes(one.trials), broken_off(one.trials))
-    return share_of(solved, every.player, every.luck, every.box)
-
-
-def _unlike(samples: Sequence[Sample], studies: Sequence[ComparedStudy]) -> list[str]:
+def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
     """Facts about agents of one spec that differ between studies."""
-    facts: dict[str, dict[int, Mapping[str, Any]]] = {}
-    called: dict[str, str] = {}
+    first: dict[str, dict[str, Trial]] = {}
     for one in samples:
-        if not (first := one.trials[0]).player:
-            called.setdefault(first.spec, one.side.agent)
-            facts.setdefault(first.spec, {}).setdefault(one.side.study, first.facts)
-    said = []
-    for spec, by_study in facts.items():
-        for fact in dict.fromkeys(name for own in by_study.values() for name in own):
-            values = {studies[number].name: own.get(fact) for number, own in by_study.items()}
-            if len({repr(value) for value in values.values()}) > 1:
-                each = ", ".join(f"{value} in {name}" for name, value in values.items())
-                said.append(f"{called[spec]}: {fact} is {each}")
-    return said
+        if not (trial := one.trials[0]).player:
+            first.setdefault(trial.spec, {}).setdefault(one.side.study, trial)
+    for by_study in first.values():
+        for fact in dict.fromkeys(name for trial in by_study.values() for name in trial.facts):
+            values = {study: trial.facts.get(fact) for study, trial in by_study.items()}
+            if len(set(map(repr, values.values()))) > 1:
+                each = ", ".join(f"{value} in {study}" for study, value in values.items())
+                yield f"{next(iter(by_study.values())).group}: {fact} is {each}"
 
 
-def conclusion(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) -> str:
+def _subject(side: Side) -> Subject:
+    """What sentences call a side."""
+    who, prompt = Subject.of(side.agent), f" with {side.prompt}" if side.prompt else ""
+    return Subject(name=f"{who.name}{prompt} in {side.study}", plural=who.plural)
+
+
+def conclusion(found: Sequence[StudyDifference]) -> str:
     """How many differences between studies were detected, and the clearest of them.
 
     The sentence is about all families of conditions, so it is corrected for their number too (Bonferroni).
@@ -262,7 +205,7 @@ def conclusion(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) 
     sizes = Counter(one.family for one in asked)
     shown = [one for one in asked if one.verdict and len(sizes) * one.p_adjusted < ALPHA]
     one = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
-    first, second, shares = names[one.first], names[one.second], (one.first_success, one.second_success)
+    first, second, shares = _subject(one.first), _subject(one.second), (one.first_success, one.second_success)
     sample = f"{shares[0].n} pairs of trials with common random numbers"
     sample = sample if one.paired else f"{shares[1].n} and {shares[0].n} trials, independent samples"
     many, beside = sizes[one.family], f" of its family and for {len(sizes)} families of conditions" * (len(sizes) > 1)
@@ -297,10 +240,28 @@ def write_comparison(
     Raises:
         BadFile: If it cannot be written.
     """
+    leading, rest = comparison.leading, comparison.differences[len(comparison.leading) :]
+    tables: dict[str, Callable[[], TextTable]] = {
+        "studies": lambda: study_table(comparison),
+        "success": lambda: success_table(comparison),
+        "differences": lambda: difference_table(leading),
+        "rest": lambda: difference_table(rest),
+    }
     with leaving_out() as failed:
-        page = _page(comparison, ())
-        if failed:
-            page = _page(comparison, failed)
+        picture = section("Figure differences", lambda: _picture(comparison), dict[str, bytes])
+        made = {
+            name: section(f"Table {name}", make, lambda: [["This table could not be made."]])
+            for name, make in tables.items()
+        }
+    page = rendered(
+        "compare",
+        content=comparison,
+        lockprobe=version("lockprobe"),
+        images={"differences": image(picture["svg"])} if picture else {},
+        caption=_CAPTION,
+        tables=made,
+        sections_left_out=failed,
+    )
     for one in failed:
         left_out(one)
     try:
@@ -310,88 +271,65 @@ def write_comparison(
     return out
 
 
-def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
-    first = comparison.leading
-    picture = section("Figure differences", lambda: _picture(comparison), dict[str, bytes])
-    tables: dict[str, Callable[[], TextTable]] = {
-        "studies": lambda: study_table(comparison),
-        "success": lambda: success_table(comparison),
-        "differences": lambda: difference_table(comparison, first),
-        "rest": lambda: difference_table(comparison, comparison.differences[len(first) :]),
-    }
-    return rendered(
-        "compare",
-        content=comparison,
-        lockprobe=version("lockprobe"),
-        images={"differences": image(picture["svg"])} if picture else {},
-        caption=_CAPTION,
-        tables={
-            name: section(f"Table {name}", make, lambda: [["This table could not be made."]])
-            for name, make in tables.items()
-        },
-        sections_left_out=missing,
-    )
-
-
 def _picture(comparison: Comparison) -> dict[str, bytes]:
-    from lockprobe.report import figures
-
-    return figures.files(draw(comparison))
-
-
-def draw(comparison: Comparison) -> Any:
     """The differences that the conclusion is about, the pairs one below the other as far as there is room.
 
-    Blue circles are pairs of trials, orange squares are independent samples. None without any.
+    Blue circles are pairs of trials, orange squares are independent samples. Empty without any.
     """
+    from lockprobe.report import figures
     from lockprobe.report.figures.differences import Panel, difference, panels_sheet
     from lockprobe.report.figures.frame import safe_name
     from lockprobe.report.figures.palette import ACCENT, SUBJECTS
 
-    pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
-    for one in comparison.leading:
-        pairs.setdefault((one.first, one.second), []).append(one)
     made: list[Panel] = []
-    for (first, second), found in pairs.items():
-        if made and sum(len(one.rows) for one in made) + len(found) > _SHOWN:
+    shown = 0
+    for (first, second), found in grouped(comparison.leading, lambda one: (one.first, one.second)).items():
+        if made and shown + len(found) > _SHOWN:
             break
-        looks = {True: (SUBJECTS[0], "o"), False: (ACCENT, "s")}
+        shown += len(found)
         rows = [
-            difference(safe_name(one.condition, 46), one, detected=bool(one.verdict), colour=colour, marker=marker)
+            difference(
+                safe_name(one.condition, 46),
+                one,
+                detected=bool(one.verdict),
+                colour=SUBJECTS[0] if one.paired else ACCENT,
+                marker="o" if one.paired else "s",
+            )
             for one in found
-            for colour, marker in [looks[one.paired]]
         ]
-        whom, versus = (safe_name(comparison.subjects[side].name, 46) for side in (second, first))
+        whom, versus = (safe_name(_subject(side).name, 46) for side in (second, first))
         made.append(Panel.of(rows, whom, f"\N{MINUS SIGN} {versus}", label=""))
-    left = len(comparison.leading) - sum(len(one.rows) for one in made)
+    left = len(comparison.leading) - shown
     made[-1:] = [replace(one, label="difference, points") for one in made[-1:]]
-    return panels_sheet(made, 1, f"{left} more differences are in the tables" if left else "")
+    return figures.files(panels_sheet(made, 1, f"{left} more differences are in the tables" if left else ""))
 
 
 def study_table(comparison: Comparison) -> TextTable:
     """The studies: their seeds and their finished trials."""
-    people = any(one.people_trials for one in comparison.studies)
+    people = any(one["people_trials"] for one in comparison.studies)
     head = ["study", "name", "seed", "trials finished", *["of these, people's"] * people]
     rows = [[*head, "conditions in no other study"]]
     for one in comparison.studies:
-        finished = f"{one.finished} of {one.planned}" + " (partial)" * one.partial
-        by_people = [str(one.people_trials)] * people
-        rows.append([one.name, one.study, str(one.seed), finished, *by_people, ", ".join(one.not_shared) or NONE])
+        finished = f"{one['finished']} of {one['planned']}" + " (partial)" * one["partial"]
+        by_people = [str(one["people_trials"])] * people
+        left = ", ".join(one["not_shared"]) or NONE
+        rows.append([one["name"], one["study"], str(one["seed"]), finished, *by_people, left])
     return rows
 
 
 def success_table(comparison: Comparison) -> TextTable:
     """Success by condition, study and agent; broken trials where there are any."""
-    broken = any(share.broken for _, _, share in comparison.success)
+    shares = [(one, one.success) for one in comparison.samples]
+    broken = any(share.broken for _, share in shares)
     rows = [["condition", "study", "agent", "solved", "success", *["broken"] * broken]]
-    for side, condition, share in comparison.success:
-        agent = side.agent + (f" with {side.prompt}" if side.prompt else "")
+    for one, share in shares:
+        agent = one.side.agent + (f" with {one.side.prompt}" if one.side.prompt else "")
         counted = [f"{share.count}/{share.n}", share_cell(share), *[str(share.broken)] * broken]
-        rows.append([condition, comparison.studies[side.study].name, agent, *counted])
+        rows.append([one.condition, one.side.study, agent, *counted])
     return rows
 
 
-def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -> TextTable:
+def difference_table(found: Sequence[StudyDifference]) -> TextTable:
     """The differences, the first agent minus the second."""
     rows = [["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]]
     rows[0] += ["P", "corrected P", "conclusion"]
@@ -399,15 +337,10 @@ def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -
         first, second = one.first_success, one.second_success
         rows.append(
             [
-                *(comparison.subjects[side].name for side in (one.second, one.first)),
-                one.condition,
+                _subject(one.second).name, _subject(one.first).name, one.condition,
                 f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials",
-                percent(second.value),
-                percent(first.value),
-                bracketed(one.value, one.low, one.high),
-                p_cell(one.p_value),
-                p_cell(one.p_adjusted),
-                DETECTED[bool(one.verdict)],
+                percent(second.value), percent(first.value), bracketed(one.value, one.low, one.high),
+                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)],
             ]
-        )
+        )  # fmt: skip
     return rows

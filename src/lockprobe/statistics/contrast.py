@@ -26,7 +26,6 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, heeded_at_most
-from lockprobe.statistics.proportions import ALPHA
 from lockprobe.trial.record import Trial
 
 CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
@@ -53,38 +52,24 @@ Cells = Mapping[tuple[str, str], _Cell]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """Success under a condition minus success under the control."""
-
-    condition: str
-    difference: DifferenceAt
-
-    @property
-    def detectable(self) -> bool:
-        """Whether it is detected after correction for its family."""
-        return self.difference.p_value < ALPHA
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effects:
-    """The conditions of one agent that are compared with one control, as one family.
+    """Success of an agent under a condition minus success under the control, in the trials that they share.
 
     Attributes:
         agent: Its name, or its spec if it has none.
-        modality: How the box was shown.
-        control: The condition that the others are compared with.
-        effects: The others, in the order of the study, if they share a trial with it.
-        agents: For how many agents, and further groups of conditions, they are corrected beside their number.
-        axis: The dose or the option whose levels they are; empty for other conditions.
-        family: What is judged together.
+        modality: How the box was shown under the control.
+        corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
+        family: What these are.
+        axis: The dose or the option whose levels the two conditions are; empty for other conditions.
     """
 
     agent: str
     modality: str
     control: str
-    effects: tuple[Effect, ...]
-    agents: int = 1
+    condition: str
+    difference: DifferenceAt
+    corrected_for: int
+    family: str
     axis: str = ""
-    family: str = CONDITIONS
 
 
 def contrast(
@@ -140,16 +125,14 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
     return {name: cell for name, cell in cells.items() if name not in idle}
 
 
-def against_control(cells: Cells, design: Design) -> Iterator[Effects]:
+def against_control(cells: Cells, design: Design) -> Iterator[Effect]:
     """Each modality's other conditions against its control, and the controls of all modalities against the first."""
     cells = acting(cells, design)
     sizes = _family_sizes(cells, design)
     for agent, of, family, names in _families(cells, design):
         many = max(1, sizes[family, of.control, is_baseline(design.spec_of(agent))])
         if (agent, of.control) in cells:
-            found = _against_first(cells, agent, names, "conditions", agents=many, family=family)
-            if found.effects:
-                yield found
+            yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
 
 
 def _families(cells: Cells, design: Design) -> Iterator[tuple[str, Comparison, str, list[str]]]:
@@ -177,7 +160,7 @@ def _can_differ(cells: Cells, agent: str, names: Sequence[str]) -> bool:
     return heeded_at_most([trial for cell in found for trial in cell.trials]) is None
 
 
-def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> Iterator[Effects]:
+def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> Iterator[Effect]:
     """Every level of a factor against the first one; all groups of conditions that differ in it are one family."""
     cells = acting(cells, design)
     for factor in factors:
@@ -190,28 +173,22 @@ def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> It
             names = [label for label in group if (agent, label) in cells]
             use = factor.name, *cells[agent, names[0]].trials[0].specs
             many, of = sizes[baseline[agent]] * len(factor.groups), LEVELS + factor.name
-            found = _against_first(cells, agent, names, *use, agents=many, family=of, axis=factor.name)
-            if found.effects:
-                yield found
+            yield from _against_first(cells, agent, names, *use, agents=many, family=of, axis=factor.name)
 
 
 def _against_first(
     cells: Cells, agent: str, names: Sequence[str], *use: str, agents: int, family: str, axis: str = ""
-) -> Effects:
+) -> Iterator[Effect]:
     """Conditions of one agent against the first; ``use`` names the stream of the permutations, which people need."""
     own = [cells[agent, name] for name in names]
     first = own[0].trials[0]
     rng = generator(first.seed, "analysis", first.spec, first.modality, *use)
     tested = each_difference([one.ended for one in own], rng, broken=[one.broke for one in own], agents=agents)
-    return Effects(
-        agent=agent,
-        modality=first.modality,
-        control=names[0],
-        effects=tuple(Effect(condition=names[place], difference=one) for place, one in tested),
-        agents=agents,
-        axis=axis,
-        family=family,
-    )
+    for place, difference in tested:
+        yield Effect(
+            agent=agent, modality=first.modality, control=names[0], condition=names[place], difference=difference,
+            corrected_for=len(tested) * agents, family=family, axis=axis,
+        )  # fmt: skip
 
 
 def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossing | Grid, BlockMean, int]]:

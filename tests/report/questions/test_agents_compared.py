@@ -2,8 +2,10 @@
 
 from itertools import product
 
+import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
+from statsmodels.stats.multitest import multipletests
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of, tables_of
@@ -11,7 +13,10 @@ from lockprobe.report.questions import agents_compared
 from lockprobe.report.questions.agents_compared import draw
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
+from lockprobe.report.section import Text, nested
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, compared
+from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -42,98 +47,89 @@ def table(found):
 
 
 def said(found):
-    """What is said of the first pair over all flip rates."""
-    return agents_compared.said(found, agents_compared._pairs(found)[0])
+    """The answer, and what is said of pairs."""
+    (part,) = SECTION.show(found)
+    return [part.answer, *(block.text for block in nested(part.blocks) if isinstance(block, Text))]
 
 
 def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_changes(tmp_path):
     solved = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
     found = of_trials(tmp_path, *(trial for agent, n in solved.items() for trial in some(agent, *n)))
-    pairs = [(row.agent, row.versus, row.family) for row in found.where("success_in_pairs", of="") if row.versus]
-    assert pairs == [
-        ("llm:acme/one", "llm:acme/two", "agents"),
-        ("llm:acme/one", "random", "agents and baselines"),
-        ("llm:acme/two", "random", "agents and baselines"),
-    ]
     rows = table(found)
     assert [row["under"] for row in rows] == ["all flip rates", "flip rate 0", "flip rate 0.4"] * 3
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
-    (change,) = found.where("success_interaction", of="")
-    assert (change.value, change.control) == (pytest.approx(-0.8), "truth")
-    assert found.one("success_interaction", of="any flip rate").p_value < 0.05
-    assert "rises less, or falls more, than that of llm:acme/two (\N{MINUS SIGN}80 points" in said(found)
-    (part,) = SECTION.show(found)
-    assert part.answer == (
+    answer, first, *_ = said(found)
+    assert answer == (
         "Differences detected between 3 pairs of agents: 2 in success, 2 in steps, 1 in what false reports do."
     )
+    assert "rises less, or falls more, than that of llm:acme/two (\N{MINUS SIGN}80 points" in first
 
 
-def test_two_agents_of_identical_play_play_alike_and_nothing_is_tested(tmp_path):
-    found = of_trials(tmp_path, *some("llm:a", 3, 6), *some("llm:b", 3, 6), *some("random", 10, 10))
-    own = [row for row in found.rows if (row.agent, row.versus) == ("llm:a", "llm:b")]
-    differences = [row for row in own if row.quantity in ("success_difference", "steps_difference")]
-    assert len(differences) == 6
-    assert {(row.value, row.p_value) for row in differences} == {(0.0, None)}
-    assert all("play alike" in row.note for row in differences)
-    assert not [row for row in own if row.quantity == "success_interaction"]
-    assert said(found) == "llm:a and llm:b play alike: they act the same in all 20 trials, so nothing is tested."
-    assert {row["conclusion"] for row in table(found)[:3]} == {"play alike"}
-    assert found.one("success_difference", agent="llm:a", versus="random", axis="flip rate").p_value < 0.05
+def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
+    """Over all flip rates for the pairs, at one for pairs and rates, in success; two that each play alike count once."""
+    solved = {"llm:a": (20, 14), "llm:b": (11, 16), "llm:c": (2, 9), "llm:d": (2, 9), "random": (1, 1)}
+    trials = [trial for agent, n in solved.items() for trial in some(agent, *n, of=20)]
+    trials += some("human-inspired", 6, 6, of=20, slow=(1,) * 20)
+    found, pairs = of_trials(tmp_path, *trials), compared(on_axis(trials))
+
+    def holm(tests):
+        tested = [p for p in tests if p is not None]
+        return [None if p is None else c for p, c in zip(tests, multipletests(tested, method="holm")[1], strict=True)]
+
+    for family, baseline in (("agents", False), ("agents and baselines", True)):
+        own = [one for one in pairs if one.baseline is baseline]
+        at = [(one, p) for one in own for p in [*one.at(SUCCESS)][: 1 if one.copies else None]]
+        expected = [holm([one.means[name, None].p_value for one in own]) for name in (SUCCESS, STEPS)]
+        expected.append(holm([one.means[SUCCESS, p].p_value for one, p in at]))
+        asked = [({"axis": "flip rate"}, one, name, None) for name in (SUCCESS, STEPS) for one in own]
+        asked += [({"condition": "flip?p=0.4" if p else "truth"}, one, SUCCESS, p) for one, p in at]
+        for (columns, one, name, p), p_value in zip(asked, np.concatenate(expected), strict=True):
+            row = found.one(name, agent=one.second.agent, versus=one.first.agent, family=family, **columns)
+            alike = one.plays_alike if p is None else p in one.alike
+            assert row.p_value == (None if alike else pytest.approx(p_value))
+            assert row.corrected_for == (
+                1 if alike and p is None else len(at) if columns.get("condition") else len(own)
+            )
+    changes = holm([one.change_p for one in pairs if not one.baseline])
+    rows = [found.get(CHANGE, agent=one.second.agent, versus=one.first.agent, of="any flip rate") for one in pairs]
+    assert [row.p_value for row in rows[:5]] == pytest.approx(changes[:5])
+    assert rows[5:] == [None] * 9  # the last two agents play alike, and baselines have no change
+    assert "llm:c and llm:d play alike: they act the same in all 40 trials, so nothing is tested." in said(found)
+    alike = [row["conclusion"] for row in table(found) if (row["agent"], row["compared with"]) == ("llm:c", "llm:d")]
+    assert alike == ["play alike"] * 3
 
 
-@pytest.mark.parametrize(
-    ("fast", "solved", "begins", "ends"),
-    [
-        (SOLUTION, 10, "llm:a is 5.5 steps sooner than random (", "; both solve all of 20 trials (100 % and 100 %)."),
-        (FAILED, 0, "How soon llm:a and random solve the box could not be told", "both solve none of 20 trials"),
-    ],
-)
-def test_where_success_is_at_its_ceiling_or_floor_how_soon_is_compared(tmp_path, fast, solved, begins, ends):
-    late = (*([0] * 6), *SOLUTION)
-    other = [
-        make_trial(late[i % 2 :] if solved else (1,) * 20, agent="random", p=p, trial=i + 1)
-        for p, i in product(P, range(10))
-    ]
-    text = said(of_trials(tmp_path, *some("llm:a", solved, solved, fast=fast), *other))
+LATE = [make_trial((*([0] * 6), *SOLUTION)[i % 2 :], p=p, trial=i + 1) for p, i in product(P, range(10))]
+PEOPLE = [
+    make_trial(SOLUTION if i < 9 else FAILED, agent=f"participant:{i:04}", p=p, trial=i + 1)
+    for p, i in product(P, range(10))
+]
+CLUMSY, STUCK = {"fast": (0, 1, 0, *SOLUTION)}, {"slow": (1,) * 20}
+HOW_SOON = "How soon llm:a and random solve the box could not be told apart ("
+SAID = [
+    (some("llm:a", 10, 10), LATE, "llm:a is 5.5 steps sooner than random (", "both solve all of 20 trials"),
+    (some("llm:a", 0, 0), some("random", 0, 0, **STUCK), HOW_SOON, "both solve none of 20 trials"),
+    # of 8 or 40 trials a baseline fails one: success is not told apart, and how soon is compared
+    (some("llm:a", 8, 8, of=8), some("random", 8, 7, of=8, **CLUMSY), HOW_SOON, "both solve nearly all of 16"),
+    (some("llm:a", 40, 40, of=40), some("random", 40, 39, of=40, **CLUMSY), "llm:a is 3.2 steps sooner", "nearly all"),
+    (some("llm:a", 10, 9), some("random", 2, 1), "llm:a solves the box more often than random: 95 % against", "(+80 "),
+    (some("llm:a", 5, 4), some("random", 4, 4), "The success of llm:a and random could not", "45 % against 40 %"),
+    (PEOPLE, some("random", 1, 1, **STUCK), "People solve the box more often than random: ", "90 % against 10 %"),
+]
+
+
+@pytest.mark.parametrize(("one", "other", "begins", "holds"), SAID)
+def test_what_is_said_of_two_agents(tmp_path, one, other, begins, holds):
+    """Where success is at its ceiling or its floor, how soon the box is solved is compared."""
+    (text,) = said(of_trials(tmp_path, *one, *other))
     assert text.startswith(begins)
-    assert ends in text
-    assert "No difference" not in text
-    assert "against" not in text
+    assert holds in text
 
 
-@pytest.mark.parametrize("of", [8, 40])
-def test_all_of_an_agents_trials_solved_are_never_told_beside_no_difference_from_a_baseline(tmp_path, of):
-    """Of 8 or 40 trials a baseline fails one: success is not told apart, and how soon is compared."""
-    found = of_trials(
-        tmp_path,
-        *some("llm:a", of, of, of=of),
-        *some("random", of, of - 1, of=of, fast=(0, 1, 0, *SOLUTION)),
-    )
-    assert not found.one("success_difference", versus="random", axis="flip rate").detected
-    text = said(found)
-    assert ("steps sooner than random" in text) is (of == 40)
-    assert text.startswith(
-        ("llm:a is 3.2 steps sooner", "How soon llm:a and random solve the box could not be told apart")
-    )
-    assert "o difference" not in text
-
-
-def test_an_agent_that_solves_more_is_said_to(tmp_path):
-    text = said(of_trials(tmp_path, *some("llm:a", 10, 9), *some("random", 2, 1)))
-    assert text.startswith("llm:a solves the box more often than random: 95 % against 15 % of 20 trials (+80 points, ")
-
-
-def test_a_sentence_that_names_people_is_in_the_plural(tmp_path):
-    people = [
-        make_trial(SOLUTION if i < 9 else FAILED, agent=f"participant:{i:04}", p=p, trial=i + 1)
-        for p in P
-        for i in range(10)
-    ]
-    text = said(of_trials(tmp_path, *people, *some("random", 1, 1, slow=(1,) * 20)))
-    assert text.startswith("People solve the box more often than random: ")
-
-
-def test_one_agent_has_nobody_beside_it(tmp_path):
+def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):
+    begun = of_trials(tmp_path / "begun", *some("llm:a", 9, p=P[:1]), *some("llm:b", 9, 8))
+    rows = [row for row in begun.where(SUCCESS) if row.versus]
+    assert [(row.agent, row.condition, row.n) for row in rows] == [("llm:a", "", 10), ("llm:a", "truth", 10)]
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in page_of(found)
     assert table(found) == []
@@ -176,7 +172,7 @@ def test_rows_under_conditions_are_counted_in_the_records(beside_flips):
 
 def test_what_was_detected_under_conditions_is_said(beside_flips):
     _, found = beside_flips
-    texts = [agents_compared.said(found, pair) for pair in agents_compared._pairs(found)]
+    texts = said(found)
     under = [
         row for row in found.rows if row.versus and row.condition in CONDITIONS and row.quantity != "steps_difference"
     ]
@@ -221,11 +217,6 @@ def test_every_pair_is_in_the_figure_or_the_figure_says_how_many_are_not(beside_
     assert len(table(many)) == 36 * 3
 
 
-def mark_of(axes):
-    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
-    return mark.get_xdata()[0], mark.get_markerfacecolor() == mark.get_color()
-
-
 def test_the_change_that_is_drawn_and_said_is_the_one_that_the_test_speaks_of(tmp_path):
     """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
     apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
@@ -236,18 +227,11 @@ def test_the_change_that_is_drawn_and_said_is_the_one_that_the_test_speaks_of(tm
         for i, signs in enumerate(apart)
         for p, ahead in zip(rates, signs, strict=True)
     ]
-    found = of_trials(tmp_path, *made, p=rates)
+    found = of_trials(tmp_path, *made, *some("random", 9, 9, 9, of=40, p=rates), p=rates)
     *_, axes = (axes for axes in draw(found).axes if axes.get_visible())
-    assert mark_of(axes) == (pytest.approx(9 / 40), True)
+    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
+    assert mark.get_xdata()[0] == pytest.approx(9 / 40)
+    assert mark.get_markerfacecolor() == mark.get_color()
     assert any(text.get_text().startswith("to 0.2: +22 [") for text in axes.texts)
-    assert "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b" in said(
-        found
-    )
-
-
-def test_agents_that_the_test_alone_tells_apart_stay_hollow(tmp_path):
-    """One fails in six blocks at the lowest p of seven: the test is below 0.05, the interval holds 0."""
-    rates = [p / 10 for p in range(7)]
-    found = of_trials(tmp_path, *some("llm:a", *[10] * 7, p=rates), *some("llm:b", 4, *[10] * 6, p=rates), p=rates)
-    assert found.one("success_difference", axis="flip rate", versus="llm:b").p_value < 0.05
-    assert mark_of(draw(found).axes[0])[1] is False
+    more = "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b"
+    assert any(more in text for text in said(found))

@@ -5,6 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 from builders import make_trial
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.stats import norm
 
 from lockprobe.statistics.agent_comparison.paired import (
@@ -14,19 +16,17 @@ from lockprobe.statistics.agent_comparison.paired import (
     crossed_mean,
     sheets,
     sign_flip,
+    two_way,
 )
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import paired
 from lockprobe.statistics.rare_long_trials import rare_block
 
 
-@pytest.mark.parametrize("sums", [[1, 2, 3], [4, -4, 2, 0], [7, 7, 7, 7, -1, 2], [3, 1, -1, 5, 2, 2, 6, -7], [0] * 9])
+@given(st.lists(st.integers(-7, 7), min_size=1, max_size=9))
 def test_the_exact_test_counts_all_signs(sums):
-    away = abs(sum(sums))
-    every = [
-        abs(sum(s * size for s, size in zip(signs, sums, strict=True))) for signs in product((1, -1), repeat=len(sums))
-    ]
-    assert sign_flip(np.array(sums, dtype=float)) == pytest.approx(np.mean(np.array(every) >= away))
+    flipped = [abs(np.dot(signs, sums)) for signs in product((1, -1), repeat=len(sums))]
+    assert sign_flip(np.array(sums, dtype=float)) == pytest.approx(np.mean(np.array(flipped) >= abs(sum(sums))))
 
 
 def test_very_many_blocks_are_taken_as_normal_which_is_close_to_exact():
@@ -36,28 +36,22 @@ def test_very_many_blocks_are_taken_as_normal_which_is_close_to_exact():
     assert sign_flip(sums) == pytest.approx(np.mean(drawn >= abs(sums.sum())), abs=0.05)
 
 
-def test_one_pair_in_every_block_is_mcnemars_test():
+def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
     rng = np.random.default_rng(2)
     first, second = rng.random(40) < 0.4, rng.random(40) < 0.7
-    found, mcnemar = block_mean((second * 1.0 - first)[:, None], unit=1.0), paired(first, second)
-    assert (found.value, found.p_value) == pytest.approx((mcnemar.value, mcnemar.p_value))
-    assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
-
-
-def test_trials_that_share_their_luck_count_once():
-    """Seven copies of one column are no more than one of it."""
-    column = np.repeat([1.0, 0.0, -1.0], [12, 10, 4])[:, None]
+    column, mcnemar = (second * 1.0 - first)[:, None], paired(first, second)
     once, often = block_mean(column, unit=1.0), block_mean(np.tile(column, 7), unit=1.0)
-    assert (often.value, often.p_value) == pytest.approx((once.value, once.p_value))
-    assert often.high - often.low == pytest.approx(once.high - once.low, abs=0.02)
-    assert (often.pairs, often.blocks) == (182, 26)
+    for found in (once, often):
+        assert (found.value, found.p_value, found.blocks) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
+        assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
+    assert (often.pairs, once.pairs) == (280, 40)
 
 
 def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
     found = block_mean(differences, unit=1.0)
     assert (found.pairs, found.blocks, found.value) == (5, 3, pytest.approx(0.2))
-    assert block_mean(np.full((3, 2), np.nan)).p_value is None
+    assert block_mean(np.full((3, 2), np.nan), unit=1.0).p_value is None
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     values, (first, second) = sheets([one, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
     assert values == (0.0, 0.3)
@@ -70,14 +64,15 @@ def test_blocks_that_all_differ_alike_have_an_interval_if_the_most_that_a_trial_
     never = block_mean(np.zeros((30, 7)), unit=1.0)
     assert (never.p_value, never.high) == (1.0, -never.low)
     assert 0.03 < never.high < 0.2
-    assert block_mean(np.full((10, 7), -1.0)).low is None
     assert not block_mean(np.full((10, 7), -1.0), unit=19.0).clear
     assert block_mean(np.full((10, 7), -16.0), unit=19.0).clear
 
 
 def test_clusters_of_two_kinds_of_one_trial_each_are_blocks():
     values = np.array([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
-    found, alone = crossed_mean(values, np.arange(8), np.arange(8)), block_mean(values[:, None])
+    mean, luck = values.mean(), np.arange(8)
+    found = two_way(mean, values - mean, luck, luck, pairs=8, unit=0.0, most=9.0)
+    alone = block_mean(values[:, None])
     assert (found.low, found.high) == pytest.approx((alone.low, alone.high))
 
 
@@ -91,37 +86,6 @@ def test_few_people_are_not_tested_and_one_has_no_interval():
     assert 0 < enough.p_value < 0.05
     one = same(FEWEST, np.zeros(FEWEST))
     assert (one.low, one.high, one.p_value) == (None, None, None)
-
-
-def test_it_keeps_its_level_where_exchange_within_luck_does_not():
-    """People differ much from each other. At 5 % more than 20 of 200 come once in 1000 tests."""
-    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
-    rng, rejected, by_exchange = np.random.default_rng(3), 0, 0
-    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
-    for _ in range(200):
-        people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
-        apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
-        rejected += crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0).p_value < 0.05
-        by_exchange += sign_flip(apart.sum(axis=1)) < 0.05
-    assert rejected <= 20
-    assert by_exchange > 20
-
-
-def test_able_people_who_stay_are_not_said_to_solve_more():
-    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
-    wrong = 0
-    for seed in range(100):
-        rng = np.random.default_rng([seed, 9])
-        chance, rows = norm.cdf(rng.standard_normal(60)), []
-        for i in range(60):
-            for _ in range(6):
-                rows.append((i, rng.random() < chance[i]))
-                if not rows[-1][1] and rng.random() < 0.5:
-                    break
-        who, solved = np.array(rows).T
-        found = crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
-        wrong += found.p_value < 0.05 and found.low > 0
-    assert wrong <= 9
 
 
 def test_at_one_dose_whole_people_are_exchanged():
@@ -144,14 +108,48 @@ def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
     assert not wide.clear
 
 
-def test_exchange_rarely_tells_equal_agents_apart_that_share_their_luck_over_doses():
-    """An agent's trials go alike at every dose. So few rejections come of a level of 5 % in 999 of 1000 cases."""
-    rejected = 0
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
-        rejected += block_mean(two - one, unit=1.0).p_value < 0.05
-    assert rejected <= 20
+def exchanged_over_doses(rng):
+    """An agent's trials go alike at every dose."""
+    one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
+    return block_mean(two - one, unit=1.0)
+
+
+def people_who_differ(rng, exchange=False):
+    """Thirty people differ much from each other, and each plays seven boxes."""
+    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
+    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
+    people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
+    apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
+    return (
+        block_mean(apart, unit=1.0) if exchange else crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0)
+    )
+
+
+def able_people_who_stay(rng):
+    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
+    chance, rows = norm.cdf(rng.standard_normal(60)), []
+    for i in range(60):
+        for _ in range(6):
+            rows.append((i, rng.random() < chance[i]))
+            if not rows[-1][1] and rng.random() < 0.5:
+                break
+    who, solved = np.array(rows).T
+    return crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
+
+
+def rejections(world, studies, **more):
+    found = [world(np.random.default_rng([seed, 9]), **more) for seed in range(studies)]
+    return sum(one.clear and one.p_value < 0.05 for one in found)
+
+
+@pytest.mark.parametrize("world", [exchanged_over_doses, people_who_differ, able_people_who_stay])
+def test_equal_agents_are_rarely_told_apart(world):
+    """So few rejections of 150 come of a level of 5 % in 999 of 1000 cases."""
+    assert rejections(world, 150) <= 17
+
+
+def test_exchange_within_luck_would_tell_people_apart_who_are_equal():
+    assert rejections(people_who_differ, 150, exchange=True) > 17
 
 
 @pytest.mark.parametrize(

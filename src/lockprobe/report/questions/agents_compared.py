@@ -6,10 +6,11 @@ floor, what is told is how soon. Two agents that act the same in every trial pla
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lockprobe.foundation.formatting import (
     NONE,
@@ -28,10 +29,9 @@ from lockprobe.report.format import DETECTED, EVERY, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
-from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.agent_comparison.pairs import AgentComparison, Apart, compared, comparisons, untested
+from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.contrast import acting
@@ -45,16 +45,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 _NAME = "agents_compared"
-_SUCCESS, _STEPS, _CHANGE, _SHARE = "success_difference", "steps_difference", "success_interaction", "success_in_pairs"
-_ANY = "any flip rate"
+_SHARE, _ANY = "success_in_pairs", "any flip rate"
 
-_FAMILIES = {"subjects": "agents", "reference": "agents and baselines"}
-"""Kind of pair -> the name of its family."""
+_FAMILIES = ("agents", "agents and baselines")
+"""The families of pairs of agents, and of agents and baselines."""
 
 _SAME = "the same at every flip rate"
 _ALIKE = "the two play alike: nothing to test"
 _WORST = "holds whatever became of broken trials"
-_BY_PERSON = "t, clustered by person and block"
 
 _EDGE = 0.1
 """So near to 0 or 1 the success of two agents is at its floor or its ceiling, where it does not tell them apart."""
@@ -65,79 +63,83 @@ _SHOWN = 30
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     of_cell = {(cell.agent, cell.condition): cell.of for cell in numbers.cells}
-    found = comparisons([one.trials for one in numbers.courses])
     names = {
         (one.agent, one.modality): {dose: trials[0].condition for dose, trials in one.by_dose.items()}
         for one in numbers.courses
     }
-    for one in found:
-        together = [other for other in found if other.family == one.family]
-        cells = {dose: of_cell[one.second[0], names[one.second][dose]] for dose in one.at}
-        yield from _over_rates(one, len(together))
-        of = _versus(one) | {"note": "; ".join([_SAME] * one.copies + [_WORST] * one.bounded)}
-        many = sum(1 if other.copies else len(other.at) for other in together)
-        for dose, apart in one.at.items():
-            yield from _at_one(one, apart, cells[dose] | of, many, alike=dose in one.alike)
-        if one.interaction:
-            control = names[one.second][one.interaction.lowest]
-            yield from _changes(one, sum(other.interaction is not None for other in together))
-            for dose, moved in one.interaction.at:
-                of = cells[dose] | _versus(one) | {"control": control}
-                yield _change(one, moved, of, moved.p_value, len(one.interaction.at))
+    found = compared([one.trials for one in numbers.courses])
+    families = [one.family for one in found]
+    success = holm_by_family(families, [one.means[SUCCESS, None].p_value for one in found])
+    steps = holm_by_family(families, [one.means[STEPS, None].p_value for one in found])
+    changes = holm_by_family(families, [one.change_p for one in found])
+    changed = Counter(one.family for one in found if one.at(CHANGE) and not one.plays_alike)
+    # two that each play identically at every dose count as one test, not one for each dose
+    places = [(i, dose) for i, one in enumerate(found) for dose in [*one.at(SUCCESS)][: 1 if one.copies else None]]
+    of_place = [families[i] for i, _ in places]
+    tested = holm_by_family(of_place, [found[i].means[SUCCESS, dose].p_value for i, dose in places])
+    at_dose = dict(zip(places, tested, strict=True))
+    for i, one in enumerate(found):
+        agent, modality = one.second.agent, one.second.modality
+        of = {"agent": agent, "modality": modality, "axis": FLIPS.name} | _versus(one)
+        many = families.count(one.family)
+        for name, unit, p in ((SUCCESS, "points", success[i]), (STEPS, "steps", steps[i])):
+            tests = {"p_value": p, "test": _test(one, name), "corrected_for": many, "note": _WORST * one.bounded}
+            tests = {"p_value": None, "note": _ALIKE} if one.plays_alike else tests
+            yield Estimate(quantity=name, unit=unit, **of, **of_blocks(one.means[name, None]) | tests)
+        for part, share in zip(("the other", ""), one.shares, strict=True):
+            yield Estimate(quantity=_SHARE, of=part, **of, n=one.means[SUCCESS, None].pairs, value=share)
+        doses, own = [*one.at(SUCCESS)], names[agent, modality]
+        cells = {dose: of_cell[agent, own[dose]] | _versus(one) for dose in doses}
+        note = "; ".join([_SAME] * one.copies + [_WORST] * one.bounded)
+        for dose in doses:
+            p = at_dose[i, doses[0] if one.copies else dose]
+            yield from _at_one(one, dose, cells[dose], p, of_place.count(one.family), note)
+        if (moved := one.at(CHANGE)) and not one.plays_alike:
+            of |= {"quantity": CHANGE, "unit": "points"}
+            yield Estimate(of="mean", **of, **of_blocks(one.means[CHANGE, None]))
+            many = changed[one.family] * len(moved)
+            yield Estimate(of=_ANY, **of, p_value=changes[i], corrected_for=many, test=_test(one, CHANGE))
+            for dose, mean in moved.items():
+                yield _change(one, dose, cells[dose], own[one.doses[0]], mean.p_value, len(moved))
     yield from _under_conditions(numbers)
 
 
-def _versus(one: AgentComparison) -> dict[str, Any]:
-    return {"versus": one.first[0], "versus_modality": one.first[1], "family": _FAMILIES[one.among]}
+def _versus(one: AgentPair) -> dict[str, Any]:
+    family = _FAMILIES[one.baseline]
+    return {"versus": one.first.agent, "versus_modality": one.first.modality, "family": family}
 
 
-def _mean(found: BlockMean) -> dict[str, Any]:
-    return {"value": found.value, "low": found.low, "high": found.high, "n": found.pairs, "clusters": found.blocks}
-
-
-def _over_rates(one: AgentComparison, pairs: int) -> Iterator[Estimate]:
-    agent, modality = one.second
-    of = {"agent": agent, "modality": modality, "axis": FLIPS.name} | _versus(one)
-    test = _BY_PERSON if one.people else E_PROCESS if one.every_look else "permutation within blocks"
-    tested: dict[str, Any] = {"test": test, "corrected_for": pairs, "note": _WORST * one.bounded}
-    tested = {"note": _ALIKE} if one.plays_alike else tested
-    for quantity, unit, found in ((_SUCCESS, "points", one.success), (_STEPS, "steps", one.steps)):
-        yield Estimate(quantity=quantity, unit=unit, p_value=found.p_value, **tested, **of, **_mean(found))
-    for part, share in zip(("the other", ""), one.shares, strict=True):
-        yield Estimate(quantity=_SHARE, of=part, **of, n=one.success.pairs, value=share)
+def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
+    """The test of a quantity over all doses, or at one; none at one where both play alike."""
+    if one.every_look:
+        return E_PROCESS
+    if dose in one.alike:
+        return ""
+    if one.people:
+        return "t, clustered by person and block" if dose is None else "permutation of people"
+    if quantity == CHANGE:
+        return "sign flips of blocks"
+    return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
 
 
 def _at_one(
-    one: AgentComparison, apart: Apart, of: Mapping[str, Any], many: int, *, alike: bool = False
+    one: AgentPair, dose: float, of: Mapping[str, Any], tested: float | None, many: int, note: str = ""
 ) -> Iterator[Estimate]:
-    """Two agents under one condition; the P value of success is corrected for so many."""
-    tests = ("permutation of people",) * 2 if one.people else ("McNemar", "permutation within blocks")
-    tests = (E_PROCESS,) * 2 if one.every_look else ("", "") if alike else tests
-    own = dict(of) | ({"note": "; ".join(filter(None, (of.get("note"), _ALIKE)))} if alike else {})
-    success = _mean(apart.success) | {"clusters": None, "p_value": apart.success.p_value, "corrected_for": many}
-    yield Estimate(quantity=_SUCCESS, unit="points", test=tests[0], **own, **success)
-    yield Estimate(
-        quantity=_STEPS, unit="steps", test=tests[1], p_value=apart.steps.p_value, **own, **_mean(apart.steps)
-    )
+    """Two agents under one condition; the P value of success is corrected for so many, that of steps is not."""
+    alike = dose in one.alike
+    for name, unit in ((SUCCESS, "points"), (STEPS, "steps")):
+        columns = of_blocks(one.means[name, dose]) | {"quantity": name, "unit": unit, "test": _test(one, name, dose)}
+        columns |= {"note": "; ".join(filter(None, (note, _ALIKE * alike)))}
+        columns |= {"p_value": tested, "corrected_for": many, "clusters": None} if name == SUCCESS else {}
+        yield Estimate(**of, **columns | ({"p_value": None} if alike else {}))
 
 
-def _changes(one: AgentComparison, pairs: int) -> Iterator[Estimate]:
-    """How much more false reports change the success of the one than of the other, over all flip rates."""
-    assert one.interaction is not None
-    of = _versus(one) | {"quantity": _CHANGE, "unit": "points", "axis": FLIPS.name}
-    of |= {"agent": one.second[0], "modality": one.second[1]}
-    yield Estimate(of="mean", **of, **_mean(one.interaction.mean))
-    p_value, many = one.interaction.p_adjusted, pairs * len(one.interaction.at)
-    yield Estimate(of=_ANY, **of, p_value=p_value, corrected_for=many, test=_test_of_change(one))
-
-
-def _change(one: AgentComparison, found: BlockMean, of: Mapping[str, Any], tested: float | None, many: int) -> Estimate:
-    columns = _mean(found) | {"p_value": tested, "corrected_for": many, "test": _test_of_change(one)}
-    return Estimate(quantity=_CHANGE, unit="points", **of, **columns)
-
-
-def _test_of_change(one: AgentComparison) -> str:
-    return _BY_PERSON if one.people else "sign flips of blocks"
+def _change(
+    one: AgentPair, dose: float, of: Mapping[str, Any], control: str, tested: float | None, many: int
+) -> Estimate:
+    """How much more a dose changes the success of the one than of the other."""
+    tests = {"p_value": tested, "corrected_for": many, "test": _test(one, CHANGE), "control": control}
+    return Estimate(quantity=CHANGE, unit="points", **of, **of_blocks(one.means[CHANGE, dose]) | tests)
 
 
 def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
@@ -149,7 +151,7 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
     design, orders = design_of(numbers.study), numbers.opened.orders
     every = {(cell.agent, cell.condition): cell for cell in numbers.cells}
     cells = acting(every, design)
-    found: list[tuple[str, str, str, AgentComparison]] = []
+    found: list[tuple[str, str, str, AgentPair]] = []
     for arm in design.arms:
         label, control = arm.label, design.control(arm.label)
         if label in design.axis:
@@ -163,66 +165,77 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
         own = [cell for (agent, name), cell in cells.items() if name in (label, control) and (agent, label) in cells]
         players = on_axis([trial for cell in own for trial in cell.trials], place, orders)
         pairs = compared(players, [str(spec) for spec in arm.specs])
-        found += [(label, control, axis, one) for one in pairs if 1.0 in one.at and not one.copies]
+        found += [(label, control, axis, one) for one in pairs if 1.0 in one.at(SUCCESS) and not one.copies]
     families = [(axis, *one.family) for _, _, axis, one in found]
-    tested = holm_by_family(families, [one.at[1.0].success.p_value for *_, one in found])
-    moved = [None if one.plays_alike else one.interaction for *_, one in found]
-    changed = holm_by_family(families, [None if one is None else one.p_value for one in moved])
+    success = holm_by_family(families, [one.means[SUCCESS, 1.0].p_value for *_, one in found])
+    changes = holm_by_family(families, [None if one.plays_alike else one.change_p for *_, one in found])
+    changed = Counter(family for family, p in zip(families, changes, strict=True) if p is not None)
     for i, (label, control, axis, one) in enumerate(found):
-        apart, alike = one.at[1.0], 1.0 in one.alike
-        apart = untested(apart) if alike else apart._replace(success=replace(apart.success, p_value=tested[i]))
-        family = f"{_FAMILIES[one.among]}, {axis or 'conditions'}"
-        of = every[one.second[0], label].of | _versus(one) | {"modality": one.second[1], "family": family}
-        yield from _at_one(one, apart, of, families.count(families[i]), alike=alike)
-        if (change_ := moved[i]) is not None:
-            many = sum(other is not None for other, name in zip(moved, families, strict=True) if name == families[i])
-            yield _change(one, change_.at[0].change, of | {"control": control}, changed[i], many)
+        family = f"{_FAMILIES[one.baseline]}, {axis or 'conditions'}"
+        of = every[one.second.agent, label].of | _versus(one) | {"modality": one.second.modality, "family": family}
+        yield from _at_one(one, 1.0, of, success[i], families.count(families[i]))
+        if changes[i] is not None:
+            yield _change(one, 1.0, of, control, changes[i], changed[families[i]])
 
 
-_Pair = dict[tuple[str, str], Estimate]
-"""The rows of two agents by quantity and by condition, or by part where they are over all flip rates."""
+class _Pair(NamedTuple):
+    """Two agents as a page shows them.
+
+    Attributes:
+        one, other: What sentences call them.
+        rows: Their rows by quantity and by condition, or by part where they are over all flip rates.
+        rates: The flip rates at which they are compared, by condition, ascending; one if both play the same at all.
+        others: The conditions beside these.
+    """
+
+    one: Subject
+    other: Subject
+    rows: Mapping[tuple[str, str], Estimate]
+    rates: Mapping[str, float]
+    others: Sequence[str]
+
+    @property
+    def noise_counts(self) -> bool:
+        """Whether false reports change the one more: what the test of any flip rate says."""
+        row = self.rows.get((CHANGE, _ANY))
+        return row is not None and row.p_value is not None and row.p_value < ALPHA
+
+    @property
+    def clearest(self) -> Estimate | None:
+        """How much more the success of the one changes, at the flip rate where that is clearest."""
+        rows = [row for name in self.rates if (row := self.rows.get((CHANGE, name)))]
+        return min(rows, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)), default=None)
 
 
 def _pairs(found: Results) -> list[_Pair]:
     """Every two agents that are compared, those that the study is about first."""
-    pairs: dict[tuple[str, ...], _Pair] = {}
-    for quantity in (_SUCCESS, _STEPS, _CHANGE, _SHARE):
+    by_pair: dict[tuple[str, ...], dict[tuple[str, str], Estimate]] = {}
+    for quantity in (SUCCESS, STEPS, CHANGE, _SHARE):
         for row in found.where(quantity):
-            if row.family.partition(",")[0] in _FAMILIES.values():
-                pairs.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
-    return sorted(pairs.values(), key=lambda one: next(iter(one.values())).family.startswith(_FAMILIES["reference"]))
+            if row.family.partition(",")[0] in _FAMILIES:
+                by_pair.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
+    known, pairs = {one.name: one.p for one in found.design.conditions}, []
+    for (agent, modality, versus, versus_modality), rows in by_pair.items():
+        players = (agent, modality), (versus, versus_modality)
+        one, other = (Subject.of(who[0], own.shown if (own := found.player(*who)) else "") for who in players)
+        names = [place for quantity, place in rows if quantity == SUCCESS and place]
+        rates = sorted(((name, p) for name in names if (p := known.get(name)) is not None), key=itemgetter(1))
+        once = any(_SAME in rows[SUCCESS, name].note for name, _ in rates)
+        others = [name for name in names if known.get(name) is None]
+        pairs.append(_Pair(one, other, rows, dict(rates[: 1 if once else None]), others))
+    return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
-def _places(found: Results, pair: _Pair, *, rates: bool = False) -> list[str]:
-    """The conditions under which two agents are compared: those that are no flip rates, or the flip rates."""
-    known = {one.name: one.p for one in found.design.conditions}
-    names = [place for quantity, place in pair if quantity == _SUCCESS and place]
-    own = [name for name in names if (known.get(name) is not None) == rates]
-    once = rates and any(_SAME in pair[_SUCCESS, name].note for name in own)
-    return sorted(own[:1] if once else own, key=lambda name: known[name] or 0.0) if rates else own
-
-
-def _subjects(found: Results, pair: _Pair) -> list[Subject]:
-    of = next(iter(pair.values())).pair
-    named = (of["agent"], of["modality"]), (of["versus"], of["versus_modality"])
-    return [Subject.of(agent, one.shown if (one := found.player(agent, shown)) else "") for agent, shown in named]
-
-
-def said(found: Results, pair: _Pair) -> str:
+def _said(pair: _Pair) -> str:
     """Two agents in a sentence, and one more of what false reports and other conditions do."""
-    one, other = _subjects(found, pair)
-    parts = [
-        _over_rates_said(pair, one, other),
-        _change_said(found, pair, one, other),
-        _others_said(found, pair, one, other),
-    ]
-    return " ".join(filter(None, parts))
+    return " ".join(filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair))))
 
 
-def _over_rates_said(pair: _Pair, one: Subject, other: Subject) -> str:
-    if (success := pair.get((_SUCCESS, ""))) is None:
+def _over_rates_said(pair: _Pair) -> str:
+    one, other, rows = pair.one, pair.other, pair.rows
+    if (success := rows.get((SUCCESS, ""))) is None:
         return ""
-    steps, own, its = pair[_STEPS, ""], pair[_SHARE, ""].value, pair[_SHARE, "the other"].value
+    steps, own, its = rows[STEPS, ""], rows[_SHARE, ""].value, rows[_SHARE, "the other"].value
     n, two = success.n or 0, f"{one.name} and {other.name}"
     if _ALIKE in success.note:
         return f"{one.first} and {other.name} play alike: they act the same in all {n} trials, so nothing is tested."
@@ -231,129 +244,70 @@ def _over_rates_said(pair: _Pair, one: Subject, other: Subject) -> str:
     if success.detected:
         solves, often = one.form("solves", "solve"), "more" if (success.value or 0.0) > 0 else "less"
         return f"{one.first} {solves} the box {often} often than {other.name}: {against}."
+    ends = range_said(steps.low, steps.high, "{:+.1f}", 1).removeprefix(", ")
+    sure = f"{ends}{'; ' * bool(ends)}{p_value(steps.p_value)}"
     none = max(own or 0.0, its or 0.0) <= _EDGE
     solved = f"the success of {two} could not be told apart: {against}"
     if none or min(own or 0.0, its or 0.0) >= 1 - _EDGE:
         nearly = ("almost none" if none else "nearly all") if {own, its} - {0.0, 1.0} else "none" if none else "all"
         solved = f"both solve {nearly} of {n} trials ({percent(own)} and {percent(its)})"
         if not steps.detected:
-            size = f"{minus(f'{steps.value or 0.0:+.1f}')} steps{_in_steps(steps, ', ')}"
+            size = f"{minus(f'{steps.value or 0.0:+.1f}')} steps{', ' * bool(ends)}{sure}"
             return f"How soon {two} solve the box could not be told apart ({size}); {solved}."
     if not steps.detected:
         return f"{capital(solved)}."
     apart = f"{abs(steps.value or 0.0):.1f} steps {'sooner' if (steps.value or 0.0) < 0 else 'later'}"
-    sooner = f"{one.first} {one.form('is', 'are')} {apart} than {other.name} ({_in_steps(steps)})"
+    sooner = f"{one.first} {one.form('is', 'are')} {apart} than {other.name} ({sure})"
     return f"{sooner}; {solved.replace(two, 'both', 1)}."
 
 
-def _in_steps(row: Estimate, before: str = "") -> str:
-    said = range_said(row.low, row.high, "{:+.1f}", 1).removeprefix(", ")
-    return f"{before * bool(said)}{said}{'; ' * bool(said)}{p_value(row.p_value)}"
-
-
-def _clearest(found: Results, pair: _Pair) -> Estimate | None:
-    """How much more the success of the one changes, at the flip rate where that is clearest."""
-    names = _places(found, pair, rates=True)
-    rows = [row for name in names if (row := pair.get((_CHANGE, name)))]
-    return min(rows, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)), default=None)
-
-
-def _change_said(found: Results, pair: _Pair, one: Subject, other: Subject) -> str:
-    if (row := _clearest(found, pair)) is None:
+def _change_said(pair: _Pair) -> str:
+    if (row := pair.clearest) is None:
         return ""
-    rates = {condition.name: condition.p for condition in found.design.conditions}
-    where = f"from a flip rate of {rates[row.control]:g} to {rates[row.condition]:g}"
-    size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(pair[_CHANGE, _ANY].p_value)}"
-    if not _noise_counts(pair):
+    where = f"from a flip rate of {pair.rates[row.control]:g} to {pair.rates[row.condition]:g}"
+    size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(pair.rows[CHANGE, _ANY].p_value)}"
+    if not pair.noise_counts:
         return f"Whether false reports change one of them more could not be told ({where}: {size})."
     more = "rises more, or falls less," if (row.value or 0.0) > 0 else "rises less, or falls more,"
     return (
-        f"False reports affect the two differently: {where} the success of {one.name} {more} than that of {other.name} "
-        f"({size})."
+        f"False reports affect the two differently: {where} the success of {pair.one.name} {more} than that of "
+        f"{pair.other.name} ({size})."
     )
 
 
-def _noise_counts(pair: _Pair) -> bool:
-    tested = pair[_CHANGE, _ANY].p_value
-    return tested is not None and tested < ALPHA
-
-
-def _others_said(found: Results, pair: _Pair, one: Subject, other: Subject) -> str:
+def _others_said(pair: _Pair) -> str:
     """What was detected under conditions that are no flip rates; what was not is counted."""
-    names = _places(found, pair)
-    if not names:
+    if not pair.others:
         return ""
-    solves = one.form("solves", "solve")
-    parts = [
-        f"{solves} {'more' if (row.value or 0.0) > 0 else 'fewer'} trials under {name} ({points_cell(row)} points)"
-        for name in names
-        for row in [pair[_SUCCESS, name]]
-        if row.detected
-    ]
-    parts += [
-        f"{'gains more, or loses less,' if (row.value or 0.0) > 0 else 'gains less, or loses more,'} by {name} "
-        f"({points_cell(row)} points)"
-        for name in names
-        for row in filter(None, [pair.get((_CHANGE, name))])
-        if row.detected
-    ]
+    solves, parts = pair.one.form("solves", "solve"), []
+    ways = (
+        (SUCCESS, f"{solves} more trials under", f"{solves} fewer trials under"),
+        (CHANGE, "gains more, or loses less, by", "gains less, or loses more, by"),
+    )
+    for (quantity, more, less), name in product(ways, pair.others):
+        if (row := pair.rows.get((quantity, name))) and row.detected:
+            parts.append(f"{more if (row.value or 0.0) > 0 else less} {name} ({points_cell(row)} points)")
     if parts:
-        return f"Under other conditions, {one.name} beside {other.name} {first_three(parts, '; ')}."
-    which = names[0] if len(names) == 1 else f"any of {len(names)} other conditions"
-    return f"No difference between {one.name} and {other.name} was detected under {which}."
-
-
-def _answer(found: Results, pairs: Sequence[_Pair]) -> str:
-    if len(pairs) == 1:
-        return _over_rates_said(pairs[0], *_subjects(found, pairs[0])) or said(found, pairs[0])
-    counts = []
-    for quantity, what in ((_SUCCESS, "in success"), (_STEPS, "in steps"), (_CHANGE, "in what false reports do")):
-        rows = [(pair, pair[quantity, ""]) for pair in pairs if (quantity, "") in pair]
-        detected = [row.detected for _, row in rows]
-        if quantity == _CHANGE:
-            detected = [_noise_counts(pair) for pair in pairs if (_CHANGE, _ANY) in pair]
-        if detected:
-            counts.append(f"{sum(detected)} {what}")
-    under = [pair[_SUCCESS, name].detected for pair in pairs for name in _places(found, pair)]
-    if under:
-        counts.append(f"{sum(under)} of {len(under)} under other conditions")
-    return f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
+        return f"Under other conditions, {pair.one.name} beside {pair.other.name} {first_three(parts, '; ')}."
+    which = pair.others[0] if len(pair.others) == 1 else f"any of {len(pair.others)} other conditions"
+    return f"No difference between {pair.one.name} and {pair.other.name} was detected under {which}."
 
 
 def _table(found: Results) -> TextTable:
-    head = [
-        "agent",
-        "compared with",
-        "under",
-        "trials",
-        "success of both",
-        "success, points",
-        "P",
-        "steps",
-        "P of steps",
-    ]
-    head += ["effect, points", "P of effect", "conclusion"]
-    table = [head]
-    rates = {one.name: one.p for one in found.design.conditions}
+    table = [["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]]
+    table[0] += ["P of steps", "effect, points", "P of effect", "conclusion"]
     for pair in _pairs(found):
-        names = [one.name for one in _subjects(found, pair)]
-        at_rates = _places(found, pair, rates=True) if found.several_p else []
-        for place in [""] * ((_SUCCESS, "") in pair) + at_rates + _places(found, pair):
-            success, steps = pair[_SUCCESS, place], pair[_STEPS, place]
-            moved = pair.get((_CHANGE, place or "mean"))
-            tested = moved if place else pair.get((_CHANGE, _ANY))
-            rate = rates.get(place)
-            under = (
-                over_rates(found).removeprefix("over ")
-                if not place
-                else place
-                if rate is None
-                else f"flip rate {rate:g}"
-            )
-            shares = NONE if place else " and ".join(percent(pair[_SHARE, of].value) for of in ("", "the other"))
+        whole = [""] * ((SUCCESS, "") in pair.rows)
+        for place in [*whole, *(pair.rates if found.several_p else ()), *pair.others]:
+            success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
+            moved = pair.rows.get((CHANGE, place or "mean"))
+            tested = moved if place else pair.rows.get((CHANGE, _ANY))
+            under = f"flip rate {pair.rates[place]:g}" if place in pair.rates else place
+            under = under or over_rates(found).removeprefix("over ")
+            shares = NONE if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
             table.append(
                 [
-                    *names, EVERY if _SAME in success.note else under, str(success.n), shares,
+                    pair.one.name, pair.other.name, EVERY if _SAME in success.note else under, str(success.n), shares,
                     points_cell(success), p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value),
                     points_cell(moved), p_cell(tested.p_value if tested else None),
                     "play alike" if _ALIKE in success.note else DETECTED[success.detected],
@@ -368,40 +322,32 @@ _TABLE = Table("comparisons", _table, numeric_from=3)
 def draw(found: Results) -> Drawing | None:
     """Every two agents: success, steps, and how much more false reports or a condition change the first."""
     from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.forest import ForestRow
     from lockprobe.report.figures.frame import safe_name
 
-    pairs = _pairs(found)
-    rates = {one.name: one.p for one in found.design.conditions}
-    columns: dict[tuple[str, str], list[ForestRow]] = {}
-    for pair in pairs:
-        names = [safe_name(one.name, 30) for one in _subjects(found, pair)]
-        apart = f"{names[0]}\n\N{MINUS SIGN} {names[1]}"
-
-        def add(quantity: str, place: str, row: Estimate | None, name: str = apart, where: str = "") -> None:
-            if row is not None:
-                detected = _noise_counts(pair) if where else row.detected  # noqa: B023
-                made = difference(name, row, detected=detected, unit=row.unit, where=where)
-                columns.setdefault((quantity, place), []).append(made)
-
-        for quantity in (_SUCCESS, _STEPS):
-            add(quantity, "", pair.get((quantity, "")))
-        if row := _clearest(found, pair):
-            add(_CHANGE, "", row, where=f"to {rates[row.condition]:g}: ")
-        for place, quantity in product(_places(found, pair), (_SUCCESS, _STEPS, _CHANGE)):
-            add(quantity, "under", pair.get((quantity, place)), f"{apart}\n{safe_name(place, 38)}")
     whole = "over all flip rates" if found.several_p else ""
     titles = {
-        (_SUCCESS, ""): f"success {whole}", (_STEPS, ""): f"steps {whole}",
-        (_SUCCESS, "under"): "success under other conditions", (_STEPS, "under"): "steps under other conditions",
-        (_CHANGE, ""): "most that false reports change",
-        (_CHANGE, "under"): "what other conditions change",
+        (SUCCESS, ""): f"success {whole}", (STEPS, ""): f"steps {whole}",
+        (SUCCESS, "under"): "success under other conditions", (STEPS, "under"): "steps under other conditions",
+        (CHANGE, ""): "most that false reports change",
+        (CHANGE, "under"): "what other conditions change",
     }  # fmt: skip
-    made = []
-    for key, title in titles.items():
-        if rows := columns.get(key):
+    pairs, made = _pairs(found), []
+    for (quantity, under), title in titles.items():
+        rows = []
+        for pair in pairs:
+            apart = f"{safe_name(pair.one.name, 30)}\n\N{MINUS SIGN} {safe_name(pair.other.name, 30)}"
+            for place in pair.others if under else [""]:
+                most = quantity == CHANGE and not under
+                row = pair.clearest if most else pair.rows.get((quantity, place))
+                if row is None:
+                    continue
+                name = f"{apart}\n{safe_name(place, 38)}" if under else apart
+                where = f"to {pair.rates[row.condition]:g}: " if most else ""
+                detected = pair.noise_counts if most else row.detected
+                rows.append(difference(name, row, detected=detected, unit=row.unit, where=where))
+        if rows:
             more = f"the first {_SHOWN} of {len(rows)}; all are in the table" if len(rows) > _SHOWN else ""
-            steps = key[0] == _STEPS
+            steps = quantity == STEPS
             label = f"difference, {'steps' if steps else 'points'}"
             made.append(Panel.of(rows[:_SHOWN], title, more, label=label, steps=steps))
     return panels_sheet(made, min(2, len(made)) or 1)
@@ -427,16 +373,26 @@ _FIGURE = Figure(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if pairs := _pairs(found):
-        yield Part("Agents compared", _answer(found, pairs), list(_blocks(found, pairs)))
-
-
-def _blocks(found: Results, pairs: Sequence[_Pair]) -> Iterator[Block]:
-    sentences = [Text(said(found, pair)) for pair in pairs]
-    yield from sentences[:3] if len(pairs) > 1 else ()
-    yield _FIGURE
-    if sentences[3:]:
-        yield Detail(f"{len(sentences) - 3} more pairs in words", sentences[3:])
+    if not (pairs := _pairs(found)):
+        return
+    sentences = [_said(pair) for pair in pairs]
+    if len(pairs) == 1:
+        answer = _over_rates_said(pairs[0]) or sentences[0]
+    else:
+        moved = [pair for pair in pairs if (CHANGE, _ANY) in pair.rows]
+        under = [pair.rows[SUCCESS, name].detected for pair in pairs for name in pair.others]
+        counts = [
+            f"{sum(pair.rows[quantity, ''].detected for pair in pairs if (quantity, '') in pair.rows)} in {what}"
+            for quantity, what in ((SUCCESS, "success"), (STEPS, "steps"))
+            if any((quantity, "") in pair.rows for pair in pairs)
+        ]
+        counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
+        counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
+        answer = f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
+    blocks: list[Block] = [Text(said) for said in (sentences[:3] if len(pairs) > 1 else ())]
+    blocks.append(_FIGURE)
+    if more := sentences[3:]:
+        blocks.append(Detail(f"{len(more)} more pairs in words", [Text(said) for said in more]))
     people = (
         " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
         "are permuted."
@@ -453,7 +409,8 @@ def _blocks(found: Results, pairs: Sequence[_Pair]) -> Iterator[Block]:
         + people
         * (PEOPLE in found.study["agents"]),
     )
-    yield Detail("Pairs of agents, in numbers", [_TABLE, note_at(found, note)])
+    blocks.append(Detail("Pairs of agents, in numbers", [_TABLE, note_at(found, note)]))
+    yield Part("Agents compared", answer, blocks)
 
 
 SECTIONS = (Section(name=_NAME, title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)

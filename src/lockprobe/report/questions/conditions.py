@@ -24,7 +24,7 @@ from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers, sha
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.contrast import CONTROLS, Cells, Effects, against_control
+from lockprobe.statistics.contrast import CONTROLS, Cells, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.outcomes import points
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
@@ -75,21 +75,20 @@ def cells_of(numbers: StudyNumbers) -> Cells:
     return {(cell.agent, cell.condition): cell for cell in numbers.cells}
 
 
-def compared_rows(found: Iterable[Effects], numbers: StudyNumbers) -> Iterator[Estimate]:
+def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Estimate]:
     """Success under conditions minus success under another one, and both shares."""
-    for of in found:
-        for one in of.effects:
-            gap, condition = one.difference, numbers.conditions[one.condition]
-            pair: dict[str, Any] = {"agent": of.agent, "modality": condition.modality, "axis": of.axis}
-            pair |= {"condition": one.condition, "control": of.control, "doses": dict(condition.doses)}
-            paired = "McNemar, and interval" if gap.pairs else "permutation within blocks, and interval"
-            yield Estimate(
-                quantity="success_difference", **pair, unit="points", n=gap.first.n, value=gap.value, low=gap.low,
-                high=gap.high, p_value=gap.p_value, family=of.family, corrected_for=len(of.effects) * of.agents,
-                test=E_PROCESS if gap.course else paired,
-            )  # fmt: skip
-            yield from share_rows("success_in_pairs", gap.second, **pair)
-            yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
+    for one in found:
+        gap, condition = one.difference, numbers.conditions[one.condition]
+        pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
+        pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
+        paired = "McNemar, and interval" if gap.pairs else "permutation within blocks, and interval"
+        yield Estimate(
+            quantity="success_difference", **pair, unit="points", n=gap.first.n, value=gap.value, low=gap.low,
+            high=gap.high, p_value=gap.p_value, family=one.family, corrected_for=one.corrected_for,
+            test=E_PROCESS if gap.course else paired,
+        )  # fmt: skip
+        yield from share_rows("success_in_pairs", gap.second, **pair)
+        yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
 
 
 def _effects(numbers: StudyNumbers) -> Iterator[Row]:

@@ -56,11 +56,10 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
         for place, found in differences if not one.blind else ():
             if found.course:
                 yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
-    for effects in () if numbers.study.of_flips else against_control(cells_of(numbers), design_of(numbers.study)):
-        for effect in effects.effects:
-            if course := effect.difference.course:
-                of = {"agent": effects.agent, "modality": effects.modality, "of": effect.condition}
-                yield from _course(of, course)
+    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), design_of(numbers.study)):
+        if course := effect.difference.course:
+            of = {"agent": effect.agent, "modality": effect.modality, "of": effect.condition}
+            yield from _course(of, course)
 
 
 def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:

@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import paired_success, people_of, sheets
-from lockprobe.statistics.broken_trials import bounded, opposed
-from lockprobe.statistics.clustered import clustered_difference
+from lockprobe.statistics.agent_comparison.paired import BlockMean, paired_success, people_of, sheets
+from lockprobe.statistics.broken_trials import begun, bounded, opposed
+from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference, share_of
 from lockprobe.statistics.inference.holm import holm_by_family
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
-from lockprobe.statistics.proportions import ALPHA, Proportion, between, difference, proportion
+from lockprobe.statistics.outcomes import Outcomes, broken_off, joined, outcomes, solved_in_pairs
+from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, between, difference, proportion
 from lockprobe.trial.record import Trial
 
 Kind = Literal["between", "between-baselines", "within", "within-baselines"]
@@ -31,9 +30,9 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """One side of a comparison: an agent of one study (by its number, from 0), with the file of its prompt, if any."""
+    """One side of a comparison: an agent of one study, with the file of its prompt, if any."""
 
-    study: int
+    study: str
     agent: str
     prompt: str = ""
 
@@ -55,6 +54,12 @@ class Sample:
     baseline: bool
     trials: Sequence[Trial]
     family: str = ""
+
+    @property
+    def success(self) -> Proportion:
+        """The share solved, with an interval that holds whatever became of broken trials."""
+        every, solved = begun(outcomes(self.trials), broken_off(self.trials))
+        return share_of(solved, every.player, every.luck)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,9 +88,9 @@ class StudyDifference:
     first_success: Proportion
     second_success: Proportion
     value: float
-    low: float
-    high: float
-    p_value: float
+    low: float | None
+    high: float | None
+    p_value: float | None
     p_adjusted: float = 1.0
     broken: int
 
@@ -95,7 +100,8 @@ class StudyDifference:
 
         The corrected test must reject, and the interval must exclude 0.
         """
-        return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
+        clear = self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
+        return int(np.sign(self.value)) if self.p_adjusted < ALPHA and clear else 0
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
@@ -120,85 +126,47 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
     return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Estimate:
-    first: Proportion
-    second: Proportion
-    value: float
-    low: float
-    high: float
-    p_value: float
-
-
 def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
-    ended = [outcomes(one.trials) for one in (first, second)]
-    broken = [broken_off(one.trials) for one in (first, second)]
-    same_luck = first.luck == second.luck
-    shared = same_luck and not all(one.crossed for one in ended)  # no two people play as a pair
-    estimate = partial(_estimate, shared=shared, same_luck=same_luck)
-    found = estimate(ended)
-    if found is None:
-        return None
-    if any(map(len, broken)):
-        low, high = opposed(estimate, ended, broken, (False, True))
-        assert low is not None
-        assert high is not None
-        found = replace(
-            bounded(found, low, high),
-            first=between(found.first, high.first, low.first),
-            second=between(found.second, low.second, high.second),
-        )
-    return StudyDifference(
-        condition=first.condition,
-        family=first.family,
-        kind=kind,
-        first=first.side,
-        second=second.side,
-        paired=shared,
-        first_success=found.first,
-        second_success=found.second,
-        value=found.value,
-        low=found.low,
-        high=found.high,
-        p_value=found.p_value,
-        broken=sum(map(len, broken)),
-    )
-
-
-def _estimate(groups: Sequence[Outcomes], *, shared: bool, same_luck: bool) -> _Estimate | None:
     """The difference, in pairs of trials that both finished if luck is shared; None without a trial to compare."""
-    first, second = groups
-    if not (len(first) and len(second)):
+    ended, broken = ([of(one.trials) for one in (first, second)] for of in (outcomes, broken_off))
+    same_luck, broke = first.luck == second.luck, sum(map(len, broken))
+    paired = same_luck and not all(one.crossed for one in ended)  # no two people play as a pair
+    if not all(map(len, ended)) or (paired and not len(solved_in_pairs(*ended))):
         return None
-    shares = _share(first.solved), _share(second.solved)
-    if shared:
-        _, (one, two) = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
-        both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
-        if not both.any():
-            return None
-        person, before, after = people_of((one, two)), one.solved[both, 0], two.solved[both, 0]
-        apart = paired_success(before, after, None if person is None else person[both, 0])
-        shares = _share(before > 0), _share(after > 0)
-        assert apart.low is not None
-        assert apart.high is not None
-        assert apart.p_value is not None
-        return _Estimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
-    if not (first.crossed or second.crossed):
-        plain = difference(*shares)
-        return None if plain is None else _Estimate(*shares, plain.value, plain.low, plain.high, plain.p_value)
-    names = [[f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)] for one in groups]
-    people = [
-        f"{side}/{player or name}"  # an agent's trial is a cluster of its own
-        for side, (one, own) in enumerate(zip(groups, names, strict=True))
-        for player, name in zip(one.player.tolist() if one.crossed else [""] * len(one), own, strict=True)
-    ]
-    lucks = [f"{0 if same_luck else side}/{name}" for side, own in enumerate(names) for name in own]
-    later = np.repeat([False, True], [len(first), len(second)])
-    found = clustered_difference(
-        np.concatenate([first.solved, second.solved]), later, np.array(people), np.array(lucks)
+
+    def of(groups: Sequence[Outcomes]) -> StudyDifference:
+        solved: list[NDArray[Any]] = [one.solved for one in groups]
+        if paired:
+            _, laid = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
+            both, person = ~np.isnan(laid[0].solved - laid[1].solved), people_of(*laid)
+            solved = [one.solved[both] for one in laid]
+        before, after = (proportion(int(own.sum()), len(own)) for own in solved)
+        apart: BlockMean | Difference | ClusteredDifference | None
+        if paired:
+            apart = paired_success(solved[0], solved[1], None if person is None else person[both])
+        elif any(group.crossed for group in groups):
+            together = joined(groups)
+            later = together.dose == 1
+            luck = together.luck + later * (0 if same_luck else len(together))
+            alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
+            people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
+            apart = clustered_difference(together.solved, later, people, luck)
+        else:
+            apart = difference(before, after)
+        assert apart is not None
+        p_value = apart.interval_p if isinstance(apart, ClusteredDifference) else apart.p_value
+        return StudyDifference(
+            condition=first.condition, family=first.family, kind=kind, first=first.side, second=second.side,
+            paired=paired, first_success=before, second_success=after, value=apart.value, low=apart.low,
+            high=apart.high, p_value=p_value, broken=broke,
+        )  # fmt: skip
+
+    found = of(ended)
+    if not broke:
+        return found
+    low, high = opposed(of, ended, broken, (False, True))
+    return replace(
+        bounded(found, low, high),
+        first_success=between(found.first_success, high.first_success, low.first_success),
+        second_success=between(found.second_success, low.second_success, high.second_success),
     )
-    return _Estimate(*shares, found.value, found.low, found.high, found.interval_p)
-
-
-def _share(solved: NDArray[np.bool_]) -> Proportion:
-    return proportion(int(solved.sum()), len(solved))

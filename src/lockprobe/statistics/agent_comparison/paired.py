@@ -14,8 +14,9 @@ people are exchanged.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,22 +38,21 @@ FEWEST = 7
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
-_TIE = 1e-9
+TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sheet:
+class Sheet(NamedTuple):
     """One agent's trials, shape (blocks of luck, doses); NaN where no trial has ended.
 
-    ``person`` has no rows for an agent that is no people. ``order`` has the rows as blocks were planned, if what is
-    said must hold at every look; else it is empty.
+    ``person`` has no rows for an agent that is no people. ``planned`` says that the blocks are in the order of the
+    plan, and that what is said must hold at every look; else they are by repetition and trial.
     """
 
     solved: Array
     steps: Array
-    person: NDArray[np.str_] = field(default_factory=lambda: np.empty((0, 0), dtype=np.str_))
-    order: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    person: NDArray[np.str_]
+    planned: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,9 +63,9 @@ class BlockMean:
     """
 
     value: float
-    low: float | None
-    high: float | None
-    p_value: float | None
+    low: float | None = None
+    high: float | None = None
+    p_value: float | None = None
     pairs: int
     blocks: int
 
@@ -75,33 +75,29 @@ class BlockMean:
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
-def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
+def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     """The doses, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (doses)."""
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
-    lucks = sorted({luck for group in groups for luck in _lucks(group)})
-    row = {luck: i for i, luck in enumerate(lucks)}
+    own = [list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True)) for group in groups]
+    lucks = sorted({luck for group in own for luck in group})
     # by the largest plan of an agent
-    planned = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
-    made, order = [], np.empty(0, dtype=np.int64)
-    if planned is not None and lucks:
-        order = np.argsort(planned.rank(*zip(*lucks, strict=True)))
-    for group in groups:
-        place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.dose)
+    order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
+    if order is not None:
+        lucks.sort(key=lambda luck: int(order.rank(*luck)))
+    row, made = {luck: i for i, luck in enumerate(lucks)}, []
+    for group, played in zip(groups, own, strict=True):
+        place = np.array([row[luck] for luck in played], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
         solved[place], steps[place] = group.solved, group.length
         person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)
         if group.crossed:
             person[place] = group.player
-        made.append(Sheet(solved=solved, steps=steps, person=person, order=order))
+        made.append(Sheet(solved, steps, person, planned=order is not None))
     return tuple(values.tolist()), made
 
 
-def _lucks(group: Outcomes) -> list[tuple[int, int]]:
-    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
-
-
-def people_of(laid: tuple[Sheet, Sheet]) -> Labels | None:
-    """The person of each trial, shape (blocks, doses); None if neither of the two agents is people."""
+def people_of(*laid: Sheet) -> Labels | None:
+    """The person of each trial, shape (blocks, doses); None if no agent is people."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
@@ -129,11 +125,14 @@ def block_mean(
     sums = np.where(present, differences, 0.0).sum(axis=1)[kept]
     n, pairs, level = len(sizes), int(sizes.sum()), 1 - ALPHA / choices
     if not n:
-        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+        return BlockMean(value=math.nan, pairs=0, blocks=0)
     value = float(sums.sum()) / pairs
-    found = BlockMean(value=value, low=None, high=None, p_value=sign_flip(sums), pairs=pairs, blocks=n)
+    found = BlockMean(value=value, p_value=sign_flip(sums), pairs=pairs, blocks=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
-    found = _with_interval(found, spread, float(sizes.max()), n, unit, unit, rare, level, small=n / max(1, n - 1))
+    if unit is None and spread < TIE:
+        return found
+    widest, small, most = float(sizes.max()), n / max(1, n - 1), unit or math.inf
+    found = _student(found, spread, widest, n, unit=unit or 0.0, rare=rare, level=level, most=most, small=small)
     if found.low is None or found.high is None or unit != 1.0 or pairs != n:
         return found
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
@@ -143,20 +142,19 @@ def block_mean(
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
-def _with_interval(
+def _student(
     found: BlockMean,
     spread: float,
     widest: float,
     clusters: int,
-    unit: float | None,
-    most: float | None,
+    *,
+    unit: float,
     rare: RareBlock | None,
     level: float,
-    *,
+    most: float | None = None,
     small: float = 1.0,
-    tested: bool = False,
 ) -> BlockMean:
-    """The mean with Student's interval, and with Student's P value if it is tested and there are clusters enough.
+    """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
 
     Args:
         found: The mean.
@@ -164,81 +162,65 @@ def _with_interval(
         widest: Pairs of the largest cluster.
         clusters: How many count as independent.
         unit: The largest difference of a single trial.
-        most: The largest mean.
         rare: Of steps, how far a rare cluster may lie from the mean.
         level: Of the interval.
+        most: The largest mean; by default ``unit``.
         small: Factor of the widening in small samples.
-        tested: Whether it has a P value.
     """
-    if clusters < 2 or (spread < _TIE and unit is None):
+    if clusters < 2:
         return found
-    if unit is not None and rare is None:
-        spread += small * unit**2 * (widest**2 if spread < _TIE else widest)
-    value, se, share = found.value, math.sqrt(spread) / found.pairs, widest / found.pairs
+    value, share, most = found.value, widest / found.pairs, most or unit
     if rare is None:
+        se = math.sqrt(spread + small * unit**2 * (widest**2 if spread < TIE else widest)) / found.pairs
         half = student_quantile((1 + level) / 2, clusters - 1) * se
-        low, high = value - half, value + half
+        low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
     else:
+        se = math.sqrt(spread) / found.pairs
         low, high = rare.interval(value, se, clusters, share=share, level=level)
-    ends = math.inf if most is None else most
-    found = replace(found, low=max(-ends, low), high=min(ends, high))
-    if not tested or clusters < FEWEST:
-        return found
-    p_value = rare.p_value(value, se, clusters, share=share) if rare else student_tails(value / se, clusters - 1)
-    return replace(found, p_value=float(p_value))
+        p_value = rare.p_value(value, se, clusters, share=share)
+    tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
+    return replace(found, low=max(-most, low), high=min(most, high), p_value=tested)
 
 
-def crossed_mean(
-    values: Array, luck: Labels, person: Labels, *, unit: float | None = None, rare: RareBlock | None = None
-) -> BlockMean:
-    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
-
-    The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
-    that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
-    person counted alike (:func:`lockprobe.statistics.clustered.crossed_proportion`).
-    """
-    n = len(values)
-    if not n:
-        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    made = [
-        _two_way(mean, weight * (values - mean), luck, person, pairs=n, unit=unit, most=unit, rare=rare)
-        for weight in (np.ones(n), alike_weights(person))
-        for mean in [float((weight * values).mean())]
-    ]
-    return _held_by_both(*made)
-
-
-def crossed_change(low: Array, high: Array, person: tuple[Labels, Labels], *, choices: int = 1) -> BlockMean:
-    """How much the difference of two agents, by block of luck, changes from the lowest dose to a higher one."""
-    return _two_way(
-        float(high.mean() - low.mean()),
-        np.concatenate([low.mean() - low, high - high.mean()]),
-        np.tile(np.arange(len(low)), 2),
-        np.concatenate(person),
-        pairs=len(low),
-        unit=1.0,
-        most=2.0,
-        level=1 - ALPHA / choices,
-    )
-
-
-def _two_way(
+def two_way(
     value: float,
     residuals: Array,
     luck: Labels,
     person: Labels,
     *,
     pairs: int,
-    unit: float | None,
-    most: float | None,
+    unit: float,
     rare: RareBlock | None = None,
     level: float = LEVEL,
+    most: float | None = None,
 ) -> BlockMean:
+    """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
+
+    The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). Other
+    arguments are those of :func:`block_mean`, the level of the interval, and the largest mean.
+    """
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
-    found = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=len(sizes[0]))
+    found = BlockMean(value=value, pairs=pairs, blocks=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
-    return _with_interval(found, spread, widest, fewest, unit, most, rare, level, tested=True)
+    return _student(found, spread, widest, fewest, unit=unit, rare=rare, level=level, most=most)
+
+
+def crossed_mean(
+    values: Array, luck: Labels, person: Labels, *, unit: float, rare: RareBlock | None = None
+) -> BlockMean:
+    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
+
+    If people have unequally many trials, the interval also holds that of the mean over people, and the P value is the
+    larger: a conclusion must hold with every trial and with every person counted alike
+    (:func:`lockprobe.statistics.clustered.crossed_proportion`).
+    """
+    pooled, alike = (
+        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, rare=rare)
+        for weight in (np.ones(len(values)), alike_weights(person))
+        for mean in [float((weight * values).mean())]
+    )
+    return _held_by_both(pooled, alike)
 
 
 def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
@@ -258,11 +240,11 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     """
     place = np.unique(person, return_inverse=True)[1].reshape(-1)
     sizes = np.bincount(place)
-    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
+    rows = np.full((len(sizes), int(sizes.max())), math.nan)
     for i in range(len(sizes)):
         rows[i, : sizes[i]] = values[place == i]
     found = block_mean(rows, unit=unit, rare=rare)
-    if not len(sizes) or np.ptp(sizes) == 0:
+    if np.ptp(sizes) == 0:
         return found
     means = np.nanmean(rows, axis=1)
     alike = block_mean(means[:, None], unit=unit, rare=rare)

@@ -131,8 +131,6 @@ def by_block(
     failed, opened = (sheets([replace(one, dose=np.zeros(len(one))) for one in groups])[1] for groups in every)
     solved, broke = {}, {}
     for arm, one, other in zip(played, failed, opened, strict=True):
-        rows = one.order if len(one.order) else slice(None)
-        broke[arm] = one.solved[rows, 0] < other.solved[rows, 0]
-        solved[arm] = np.where(broke[arm], np.nan, one.solved[rows, 0])
-    every_one = [one for both in played.values() for one in both if len(one)]
-    return solved, broke, boxes_of_all(every_one)
+        broke[arm] = one.solved[:, 0] < other.solved[:, 0]
+        solved[arm] = np.where(broke[arm], np.nan, one.solved[:, 0])
+    return solved, broke, boxes_of_all([one for both in played.values() for one in both if len(one)])
