@@ -158,7 +158,7 @@ def mean_over_boxes(found: _Found, sums: Array, box: NDArray[np.str_], *, choice
         box: Its box, of the same shape.
         choices: How many means are judged together.
     """
-    means = _means(sums, box)
+    means = _means(sums, box) if len(box) else np.empty(0)
     if len(means) < FEWEST or found.low is None or found.high is None:
         return found
     low, high, p_value = _student(means, 1 - (1 - LEVEL) / choices)

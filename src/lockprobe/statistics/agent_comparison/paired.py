@@ -21,9 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.boxes import difference_over_boxes, pairs_by_box
 from lockprobe.statistics.clustered import alike_weights, two_way_variance
 from lockprobe.statistics.distributions import student_quantile, student_tails
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.outcomes import Outcomes, boxes_of_all
 from lockprobe.statistics.paired_proportions import FEW, score_interval
 from lockprobe.statistics.proportions import ALPHA, LEVEL, paired
 from lockprobe.statistics.rare_long_trials import RareBlock
@@ -38,6 +39,8 @@ FEWEST = 7
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
+ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
+
 TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
 
@@ -46,13 +49,15 @@ class Sheet(NamedTuple):
     """One agent's trials, shape (blocks of luck, doses); NaN where no trial has ended.
 
     ``person`` has no rows for an agent that is no people. ``planned`` says that the blocks are in the order of the
-    plan, and that what is said must hold at every look; else they are by repetition and trial.
+    plan, and that what is said must hold at every look; else they are by repetition and trial. ``box`` has the box of
+    each block, and no rows if all are of one.
     """
 
     solved: Array
     steps: Array
     person: NDArray[np.str_]
     planned: bool
+    box: NDArray[np.str_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +90,7 @@ def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     if order is not None:
         lucks.sort(key=lambda luck: int(order.rank(*luck)))
     row, made = {luck: i for i, luck in enumerate(lucks)}, []
+    box = boxes_of_all(groups)
     for group, played in zip(groups, own, strict=True):
         place = np.array([row[luck] for luck in played], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
@@ -92,7 +98,7 @@ def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
         person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)
         if group.crossed:
             person[place] = group.player
-        made.append(Sheet(solved, steps, person, planned=order is not None))
+        made.append(Sheet(solved, steps, person, planned=order is not None, box=box))
     return tuple(values.tolist()), made
 
 
@@ -251,18 +257,22 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
 
 
-def paired_success(first: Array, second: Array, person: Labels | None) -> BlockMean:
+def paired_success(first: Array, second: Array, person: Labels | None, box: NDArray[np.str_] = ONE_BOX) -> BlockMean:
     """The difference in success of two agents at one dose, with McNemar's test and Agresti and Min's interval.
 
     If one of several people has several boxes, agents are exchanged within whole people, and the interval is over them.
+    Of several boxes each counts alike (:mod:`lockprobe.statistics.boxes`).
     """
     found = paired(first > 0, second > 0)
-    low, high, p_value = found.low, found.high, found.p_value
+    value, low, high, p_value = found.value, found.low, found.high, found.p_value
+    if len(box):
+        counted = difference_over_boxes(pairs_by_box(np.column_stack([first, second]) > 0, box))
+        value, low, high, p_value = counted.value, counted.low, counted.high, max(p_value, counted.interval_p)
     if person is not None and len(np.unique(person)) < len(person):
         over = at_one_dose(second - first, person, unit=1.0)
         low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
         p_value = 1.0 if over.p_value is None else over.p_value
-    return BlockMean(value=found.value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
+    return BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
 
 
 def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 1) -> BlockMean:

@@ -23,6 +23,7 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import (
+    ONE_BOX,
     TIE,
     Array,
     BlockMean,
@@ -37,6 +38,7 @@ from lockprobe.statistics.agent_comparison.paired import (
     sheets,
     two_way,
 )
+from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import is_baseline
@@ -156,14 +158,16 @@ class AgentPair:
             shortest = float(min(first.min(), second.min()))
             rare = rare_block(float(first.mean()), float(second.mean()), budget, shortest)
             who = None if person is None else person[:, here][both]
+            rows = np.flatnonzero(both.any(axis=1))[: len(one.box)]  # none where all are of one box
             for quantity, of, unit, wider in ((SUCCESS, solved, 1.0, None), (STEPS, steps, budget, rare)):
                 apart = of[:, here]
                 if self.every_look:
                     mean = mean_at_every_look(apart, bound=unit)
                 elif quantity == SUCCESS and dose is not None:
-                    mean = paired_success(one.solved[:, here][both], two.solved[:, here][both], who)
+                    mean = paired_success(one.solved[:, here][both], two.solved[:, here][both], who, one.box[rows])
                 elif who is None:
                     mean = block_mean(apart, unit=unit, rare=wider)
+                    mean = mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), one.box[rows])
                 elif dose is None:
                     mean = crossed_mean(apart[both], np.nonzero(both)[0], who, unit=unit, rare=wider)
                 else:
@@ -174,7 +178,7 @@ class AgentPair:
             turned = self.laid[-end][1].solved - self.laid[-end][0].solved
             streams = self.first.spec, self.first.modality, self.second.spec, self.second.modality
             rng = generator(self.first.seed, "analysis", *streams, "comparison", *self.of)
-            changes = changes_of(self.doses, np.column_stack([turned[:, :1], solved[:, 1:]]), person, rng)
+            changes = changes_of(self.doses, np.column_stack([turned[:, :1], solved[:, 1:]]), person, rng, one.box)
             found |= {(CHANGE, dose): mean for dose, mean in changes.items()}
         return found
 
@@ -218,7 +222,12 @@ def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[Agen
 
 
 def changes_of(
-    doses: Sequence[float], apart: Array, person: Labels | None, rng: np.random.Generator, flips: int = FLIPS
+    doses: Sequence[float],
+    apart: Array,
+    person: Labels | None,
+    rng: np.random.Generator,
+    box: Labels = ONE_BOX,
+    flips: int = FLIPS,
 ) -> dict[float | None, BlockMean]:
     """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
 
@@ -231,6 +240,7 @@ def changes_of(
         person: The person of each trial, if one of the two is people: they meet no luck twice, so the two trials of a
             change belong to different people, and Student's t is corrected by Bonferroni.
         rng: The stream of the flips.
+        box: The box of each block; no rows if all are of one.
         flips: Number of flips.
     """
     changes = apart[:, 1:] - apart[:, :1]
@@ -249,9 +259,16 @@ def changes_of(
         if found:  # the blocks of the mean share people
             found[None] = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
         return found
-    blocks = changes[~np.isnan(changes).all(axis=1)][:, met]
+    played = ~np.isnan(changes).all(axis=1)
+    blocks = changes[played][:, met]
     if len(blocks) < 2:
         return found
+
+    def over(mean: BlockMean, values: Array) -> BlockMean:
+        here = ~np.isnan(values).all(axis=1)
+        own = box[played][here] if len(box) else box
+        return mean_over_boxes(mean, np.nanmean(values[here], axis=1), own, choices=len(met))
+
     table = np.nan_to_num(blocks)
     scale = np.sqrt(np.sum(table**2, axis=0))
     scale = np.where(scale > 0, scale, np.inf)
@@ -260,6 +277,6 @@ def changes_of(
     for place, value in enumerate(np.abs(table.sum(axis=0)) / scale):
         p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
         mean = block_mean(blocks[:, [place]], unit=2.0, choices=len(met))
-        found[doses[met[place] + 1]] = replace(mean, p_value=p_value)
-    found[None] = replace(block_mean(blocks, unit=2.0), p_value=None)
+        found[doses[met[place] + 1]] = over(replace(mean, p_value=p_value), blocks[:, [place]])
+    found[None] = replace(over(block_mean(blocks, unit=2.0), blocks), p_value=None)
     return found
