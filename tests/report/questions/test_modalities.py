@@ -46,7 +46,7 @@ def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits,
 
 def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):
     found, _, (head, *table) = parts_of(tmp_path, SOON, SOON, LATE)
-    rows = found.where("hazard_ratio_of_modalities", of="Holm")
+    rows = found.where("hazard_ratio", of="modalities")
     assert [row.corrected_for for row in rows] == [3] * 3
     assert [(line[2], line[3]) for line in table] == [(f"{row.value:.2f}", p_cell(row.p_value)) for row in rows]
     assert [line[:2] for line in table[1:]] == [

@@ -36,6 +36,10 @@ def values(found, quantity, **columns):
     return {row.of: row.value for row in found.where(quantity, **columns)}
 
 
+def each(found):
+    return [found.one("boxes", **THEIRS, of=f"{end} of a person").value for end in ("fewest", "most")]
+
+
 def table(found, name):
     head, *rows = tables_of(found)[name]
     return [dict(zip(head, row, strict=True)) for row in rows]
@@ -48,15 +52,15 @@ def found(tmp_path_factory):
 
 def test_places_of_people_are_a_part_of_the_plan(found):
     assert (found.progress.planned, found.progress.finished) == (60, 40 + PLAYED)
-    assert values(found, "boxes", **THEIRS) == {"planned": 20, "finished": PLAYED}
+    assert values(found, "boxes", **THEIRS).items() >= {"planned": 20, "finished": PLAYED}.items()
 
 
 def test_people_are_counted_by_person_and_by_first_boxes(found):
     assert found.one("people", **THEIRS).value == 7
-    assert values(found, "boxes_each", **THEIRS) == {"fewest": 2, "most": 2}
+    assert each(found) == [2, 2]
     assert [found.one("success", **THEIRS, of=f"position={i}").n for i in (1, 2)] == [7, 7]
-    assert [row.condition for row in found.where("people")] == ["", "truth", "flip?p=0.4", ""]
-    assert found.one("trials_shown", of="view=panel").value == PLAYED
+    assert [row.condition for row in found.where("people", of="")] == ["", "truth", "flip?p=0.4", ""]
+    assert found.one("trials", of="view=panel").value == PLAYED
     assert found.one("success", **THEIRS, of="every person alike").value == found.one("success", **THEIRS, of=BY).value
 
 
@@ -71,13 +75,13 @@ def test_who_left_early_counts_as_every_person_does(tmp_path):
         for i, (who, at, solved) in enumerate(opened)
     ]
     found = with_people(tmp_path, small_study(("participant",), (0.0,), 1, 5), trials)
-    assert values(found, "boxes_each", **THEIRS) == {"fewest": 1, "most": 2}
+    assert each(found) == [1, 2]
     every = found.one("success", **THEIRS, of=BY)
     assert (every.count, every.n, every.clusters) == (3, 5, 3)
     assert found.one("success", **THEIRS, of="every person alike").value == pytest.approx((1 + 0.5 + 0) / 3)
     positions = [found.one("success", **THEIRS, of=f"position={i}") for i in (1, 2)]
     assert [(one.count, one.n) for one in positions] == [(1, 3), (2, 2)]
-    assert values(found, "trials_shown") == {"view=panel": 5, "feedback=no": 2, "feedback=yes": 3}
+    assert values(found, "trials", condition="") == {"view=panel": 5, "feedback=no": 2, "feedback=yes": 3}
     assert "with every person counted alike it is 50 %." in page_of(found)
     assert "Of their first boxes they opened 1 of 3 (" in page_of(found)
 
@@ -127,9 +131,8 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
     take_part(path, study, "bbbb02", [(0.0, 1, 1), (0.4, 1, 2)], left_after=1, check=False)
     put(path / "people" / "withdrawn.json", {"withdrawn": 1})
     found = found_in(path)
-    assert values(found, "participants") == {
-        "consented": 3, "withdrawn": 1, "screened": 0, "left_open": 1, "finished": 1, "analysed": 2,
-    }  # fmt: skip
+    ends = {"consented": 3, "withdrawn": 1, "screened": 0, "left_open": 1, "finished": 1, "analysed": 2}
+    assert values(found, "people", modality="").items() >= ends.items()
     assert values(found, "boxes", condition="truth") == {"given": 2, "left_open": 0}
     assert values(found, "boxes", condition="flip?p=0.4") == {"given": 2, "left_open": 1}
     page = page_of(found)
@@ -138,7 +141,7 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
         "1 finished all their boxes. 2 are in the analysis." in page
     )
     assert "Unfinished boxes: 0 of 2 under truth, 1 of 2 under flip?p=0.4." in page
-    checks = found.one("attention_checks")
+    checks = found.one("people", of="attention checks")
     assert f"Attention checks: {checks.count} of {checks.n} answered correctly." in page
 
 

@@ -180,7 +180,7 @@ def _same_share(here: Proportion, paper: Proportion) -> Judged:
 
 def _same_step(cell: Cell, paper: int) -> Judged:
     """The step by which 80 % of the trials are solved against the paper's."""
-    row = cell.get("steps_to_80")
+    row = cell.get("steps_to_solve", "80 %")
     step, early, late = (row.value, row.low, row.high) if row else (None, None, None)
     inside = (early or math.inf) <= paper <= (late or math.inf)
     said, *ends = ("not reached" if one is None else f"{one:g}" for one in (step, early, late))
@@ -225,12 +225,12 @@ def _in_points(found: Difference) -> str:
 
 def _misread(cell: Cell) -> Judged | None:
     """Misreadings occur as often as in the paper."""
-    rate, spread, total = map(cell.get, ("misinterpretation_rate", "misinterpretation_rate_sd", "misinterpretations"))
+    rate, spread, total = (cell.get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
     if rate is None or rate.value is None or spread is None or spread.value is None or total is None:
         return None
     if not total.value:
         return _never_misread(cell)
-    paper, affected = published.TABLE1[spec_name(cell.modality)], cell.get("trials_with_misinterpretation")
+    paper, affected = published.TABLE1[spec_name(cell.modality)], cell.get("misinterpretations", "trials with any")
     p = welch_test((paper.mean, paper.sd, paper.trials), (rate.value, spread.value, rate.n or 0))
     here = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
     here += f", in {affected.count} of {affected.n} trials" if affected else ""
@@ -239,7 +239,7 @@ def _misread(cell: Cell) -> Judged | None:
 
 def _hallucinated(cell: Cell) -> Judged | None:
     """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
-    row = cell.get("said_moved_of_misread")
+    row = cell.get("misread", "said moved")
     if row is None or row.low is None or row.high is None:
         return _never_misread(cell)
     here = f"{row.count} of {row.n} misreadings claim moved after a report of blocked, "
@@ -253,7 +253,7 @@ def _never_misread(cell: Cell) -> Judged | None:
     paper, misread, rate = (
         published.TABLE1[spec_name(cell.modality)],
         cell.get("misread"),
-        cell.get("misinterpretation_rate"),
+        cell.get("misinterpretations", "rate"),
     )
     found = difference(proportion(paper.affected, paper.trials), proportion(0, rate.n or 0)) if rate else None
     if misread is None or rate is None or found is None:
@@ -327,7 +327,7 @@ def _lines(row: Estimate) -> int:
 
 def _shape(course: Course) -> Judged | None:
     """Success rises and falls again, as the sentence goes on; a fall and a rise are the opposite."""
-    row = course.get("success_two_lines")
+    row = course.get("two_lines", "success")
     if row is None or row.p_value is None:
         return None
     return Judged(f"the lines meet at {row.value:.2f}", borne_out(_lines(row)), "two lines", row.p_value)
@@ -345,7 +345,7 @@ def _fewer(course: Course) -> int:
 def _loops(course: Course, first: Cell) -> Judged:
     """As many trials loop at 0 as in the paper, and more than elsewhere."""
     here, _, test, p, _ = _same_share(_share(first, "loop_rate"), published.LOOPS_AT_0)
-    low, high = (first.value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+    low, high = (first.value("loop_rate", of) for of in ("uniform", "no-repeat"))
     here += "" if low is None or high is None else f"; by chance {range_of(low, high)}"
     sign = 0 if course.blind else _fewer(course)
     why = "loops of a blind agent cannot depend on reports" if course.blind else f"{_LOOPS[sign]} detected"
@@ -367,7 +367,7 @@ def _drop(course: Course, first: Cell, top: Cell) -> Judged:
 
 def _loops_again(course: Course) -> Judged | None:
     """First loops come later and then sooner again; a first line that rises, or a second that falls, contradicts it."""
-    row, *lines = (course.get("first_loop_two_lines", of) for of in ("", "first line", "second line"))
+    row, *lines = (course.get("two_lines", f"first loops{of}") for of in ("", ", first line", ", second line"))
     known = [(line.value, line.p_value) for line in lines if line is not None and line.value is not None]
     if row is None or len(known) < 2:
         return None
@@ -385,7 +385,7 @@ def _loops_again(course: Course) -> Judged | None:
 
 def _later(course: Course) -> Judged | None:
     """An agent loops later at higher flip rates, at equal steps."""
-    row = course.get("hazard_ratio_of_first_loop")
+    row = course.get("hazard_ratio", "first loops")
     if row is None or row.p_value is None:
         return None
     ratio_of = "hazard ratio of a first loop, higher flip rates over the lowest"
@@ -396,7 +396,7 @@ def _later(course: Course) -> Judged | None:
 
 def _correlation(course: Course) -> Judged | None:
     """R is negative, and as large as in the paper."""
-    row = course.get("loop_success_correlation")
+    row = course.get("loop_success", "correlation")
     if row is None or row.value is None or row.low is None or row.n is None or row.n < 4 or abs(row.value) == 1:
         return None
     errors = (1 / math.sqrt(n - 3) for n in (row.n, published.CORRELATION_POINTS))
@@ -452,7 +452,7 @@ class _Shown(NamedTuple):
     @property
     def pairs(self) -> Mapping[tuple[str, str], Estimate]:
         """Every two modalities, the one of lower fidelity first: the hazard ratio of solving, second over first."""
-        rows = self.found.where("hazard_ratio_of_modalities", agent=self.agent, of="Holm")
+        rows = self.found.where("hazard_ratio", agent=self.agent, of="modalities")
         return {(row.versus_modality, row.modality): row for row in rows if row.value is not None}
 
     def sooner(self, first: str, second: str) -> tuple[int, float | None]:

@@ -67,7 +67,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     steps = int(cell.ended.length.sum())
     yield cell.estimate("steps", steps, unit="steps")
     for spec, changed in (steps_changed(cell.trials) or {}).items():
-        yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=steps)
+        yield cell.estimate("steps", changed, of=" by ".join(filter(None, ("changed", spec))), unit="steps", n=steps)
 
 
 def cells_of(numbers: StudyNumbers) -> Cells:
@@ -223,7 +223,7 @@ def _against(cell: Cell) -> str:
 
 
 def _changed(cell: Cell) -> str:
-    row = cell.get("changed_steps")
+    row = cell.get("steps", "changed")
     return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
 
 

@@ -81,19 +81,21 @@ def _flow(flow: Flow, analysed: int) -> Iterator[Estimate]:
     """Who came to the end, the boxes that they were given, questions on the instructions, and attention checks."""
     counts = {**asdict(flow), "analysed": analysed}
     for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
-        yield _people(quantity="participants", of=of, value=counts[of], unit="people")
+        yield _people(quantity="people", of=of, value=counts[of], unit="people")
     for one in flow.boxes:
         for of, boxes in (("given", one.given), ("left_open", one.left_open)):
             yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
     if flow.checks:
-        yield _people(quantity="attention_checks", value=flow.right / flow.checks, count=flow.right, n=flow.checks)
+        yield _people(
+            quantity="people", of="attention checks", value=flow.right / flow.checks, count=flow.right, n=flow.checks
+        )
 
 
 def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
     """All people together, under all conditions; by the position of the box, and what they were shown."""
     yield _people(quantity="people", value=len(sizes), unit="people")
-    for of, boxes in (("fewest", min(sizes.values())), ("most", max(sizes.values()))):
-        yield _people(quantity="boxes_each", of=of, value=boxes, unit="boxes")
+    for of, boxes in (("fewest of a person", min(sizes.values())), ("most of a person", max(sizes.values()))):
+        yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
     yield from share_rows("success", success_of_people(begun), agent=PEOPLE, of=_BY_PERSON)
     alike = float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own])))
     yield _people(quantity="success", of="every person alike", value=alike, n=len(sizes))
@@ -107,7 +109,7 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
         values = [trial.facts[name] for trial in own if name in trial.facts]
         said = Counter(("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values)
         for value, trials in said.items():
-            yield _people(quantity="trials_shown", of=f"{name}={value}", value=trials, unit="trials")
+            yield _people(quantity="trials", of=f"{name}={value}", value=trials, unit="trials")
 
 
 def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
@@ -118,14 +120,16 @@ def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
     of = {**place, "of": _BY_PERSON, "unit": "steps", "n": len(own)}
     median, low, high, mean = steps_of_people(own, place["modality"], place.get("condition", ""))
     note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
-    yield _people(quantity="median_steps_all", **of, value=median, low=low, high=high, note=note)
+    yield _people(
+        quantity="steps_to_solve", **of | {"of": f"half, {_BY_PERSON}"}, value=median, low=low, high=high, note=note
+    )
     yield _people(quantity="mean_steps_all", **of, value=mean)
 
 
 def _flow_said(found: Results) -> Iterator[str]:
     """Who came to the end and who did not, and how questions and checks were answered."""
-    people = {row.of: int(row.value or 0) for row in found.where("participants")}
-    if not people:
+    people = {row.of: int(row.value or 0) for row in found.where("people", condition="", modality="")}
+    if "consented" not in people:
         return
     ends = ", ".join(f"{people[of]} {said}" for of, said in _FLOW.items() if people[of])
     yield f"{_counted(people['consented'])} agreed to take part: {ends}. {people['analysed']} are in the analysis."
@@ -135,14 +139,14 @@ def _flow_said(found: Results) -> Iterator[str]:
     if people["left_open"] and given:
         each = (f"{left[one].value:g} of {row.value:g} under {one}" for one, row in given.items())
         yield f"Unfinished boxes: {', '.join(each)}."
-    for row in found.where("attention_checks"):
+    for row in found.where("people", of="attention checks"):
         yield f"Attention checks: {row.count} of {row.n} answered correctly."
 
 
 def _opened_said(found: Results) -> Iterator[str]:
     """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
     everyone, every = (found.one(of, agent=PEOPLE, modality="", condition="", of=part) for of, part in _EVERYONE)
-    fewest, most = (found.one("boxes_each", of=of).value for of in ("fewest", "most"))
+    fewest, most = (found.one("boxes", of=f"{of} of a person").value for of in ("fewest", "most"))
     each = f"{fewest:g} each" if fewest == most else f"{fewest:g} to {most:g} each"
     if fewest != most:
         alike = found.one("success", of="every person alike").value
@@ -153,7 +157,7 @@ def _opened_said(found: Results) -> Iterator[str]:
         opened = f"{first.count} of {first.n} ({_share(first)})"
         yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
     values: dict[str, list[str]] = {}
-    for row in found.where("trials_shown"):
+    for row in found.where("trials", agent=PEOPLE, condition=""):
         name, _, value = row.of.partition("=")
         values.setdefault(name, []).append(value)
     if seen := [f"{words} {', '.join(values[name])}" for name, words in _SAW.items() if words and name in values]:
@@ -189,7 +193,8 @@ def _table(found: Results) -> TextTable:
     table = [[_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
-        steps, mean = (found.one(of, **own, of=_BY_PERSON) for of in ("median_steps_all", "mean_steps_all"))
+        steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
+        mean = found.one("mean_steps_all", **own, of=_BY_PERSON)
         every = f"all, {row.modality}" if len(over) > 1 else "all"
         names = [_condition(found, row.condition) if row.condition else every, f"{found.one('people', **own).value:g}"]
         table.append([*names, *_shares(row), _steps(steps), f"{mean.value:.1f}"])
@@ -260,7 +265,7 @@ def draw(found: Results) -> Any:
     from lockprobe.report.figures import own_settings, sheet
     from lockprobe.report.figures.palette import styles
 
-    if not found.where("people", agent=PEOPLE):
+    if not found.where("people", agent=PEOPLE, of=""):
         return None
     courses = [
         Course(found=found, player=player, axis="", name="condition", cells=tuple(cells))

@@ -53,10 +53,12 @@ def _of_course(course: Course) -> Iterator[Row]:
     lines = rise_and_fall(course.ended, course.broke, course.trials.budget, agents=course.family)
     if lines.break_p is not None:
         shape: dict[str, Any] = {"p_value": lines.p_value, "test": "two lines", "note": lines.direction or ""}
-        yield Estimate(quantity="success_two_lines", **of, value=lines.break_p, unit="dose", **shape)
+        yield Estimate(quantity="two_lines", **of, of="success", value=lines.break_p, unit="dose", **shape)
     for name, line in (("first line", lines.first), ("second line", lines.second)):
         if line is not None:
-            yield Estimate(quantity="success_two_lines", **of, of=name, value=line.z, unit="z", p_value=line.p_value)
+            yield Estimate(
+                quantity="two_lines", **of, of=f"success, {name}", value=line.z, unit="z", p_value=line.p_value
+            )
 
 
 def _fit(course: Course, of: dict[str, Any]) -> Iterator[Row]:
@@ -65,10 +67,10 @@ def _fit(course: Course, of: dict[str, Any]) -> Iterator[Row]:
     if fit is None:
         return
     for criterion, order in fit.orders.items():
-        yield Estimate(quantity="success_fit_order", **of, of=criterion, value=order, n=n, unit="order")
+        yield Estimate(quantity="success_fit", **of, of=f"order by {criterion}", value=order, n=n, unit="order")
     yield Curve(quantity="success_fit", **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
     if fit.turning is not None:
-        yield Estimate(quantity="success_fit_turning", **of, of=fit.kind, value=fit.turning, unit="dose")
+        yield Estimate(quantity="success_fit", **of, of=fit.kind, value=fit.turning, unit="dose")
 
 
 def against_lowest(course: Course, dose: float) -> dict[str, Any]:
@@ -111,9 +113,9 @@ def _differences(course: Course) -> Iterator[Row]:
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))
         if one.pairs is not None:
-            for more, count in (("", one.pairs.only_second), (CONTROL, one.pairs.only_first)):
+            for more, count in (("only here", one.pairs.only_second), (f"{CONTROL} only", one.pairs.only_first)):
                 counted: dict[str, Any] = {"value": count, "count": count, "n": one.pairs.n, "unit": "trials"}
-                yield Estimate(quantity="solved_at_one_only", **part(more), **counted)
+                yield Estimate(quantity="success_in_pairs", **part(more), **counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
 
@@ -179,8 +181,7 @@ def _note(found: Results) -> Note:
         Markup(
             "<em>Not detected</em> does not show that there is no change. The orders of the paper's fit by its two "
             "criteria, where it turns, and the two-lines test of a rise and fall (each line must be significant) are "
-            "rows <code>success_fit_order</code>, <code>success_fit_turning</code> and <code>success_two_lines</code> "
-            "of <code>results.json</code>."
+            "rows <code>success_fit</code> and <code>two_lines</code> of <code>results.json</code>."
         ),
     )
 
@@ -225,7 +226,7 @@ def _panel(axes: Axes, course: Shown) -> None:
     primitives.by_dose(axes, course.played, "success", style)
     primitives.second_order_fit(axes, course.curve("success_fit"), style)
     frame.dose_axes(axes, course, "success rate")
-    chance = [course.found.get("success_chance", agent="", of=of) for of in ("uniform", "no-repeat")]
+    chance = [course.found.get("success", agent="", of=of) for of in ("uniform", "no-repeat")]
     frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
     if course.axis == FLIPS.name:
         primitives.published(axes, primitives.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
