@@ -106,7 +106,7 @@ def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
     found = designed([TRUTH, *map(read_condition, rates)])
     assert [one.axis.dose for one in found.series] == ["p"]
     assert [one.name for one in found.factors] == ["flip others"]
-    assert found.comparison(SHOWN).grids == ()
+    assert found.comparison(SHOWN).crossed == ()
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():
@@ -152,5 +152,5 @@ def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_st
 
 def test_a_dose_of_the_plant_crosses_with_a_flip_rate():
     planned = study("flips", agent="random", plant="twin", sweep="flip?p=0,0.4 + plant?pose_error=0,0.01,0.02")
-    (grid,) = design_of(planned).comparison(SHOWN).grids
-    assert (grid.row_doses, grid.column_doses, len(grid.conditions)) == ((0.0, 0.4), (0.0, 0.01, 0.02), 6)
+    (grid,) = (one for one in design_of(planned).comparison(SHOWN).crossed if one.axes)
+    assert (grid.doses, len(grid.conditions)) == (([0.0, 0.4], [0.0, 0.01, 0.02]), 6)

@@ -19,7 +19,7 @@ from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.statistics.conditions.axis import axis_key
-from lockprobe.statistics.conditions.dose_grid import Grid
+from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
 from lockprobe.studies.study_design import design_of
 
@@ -36,22 +36,25 @@ _FIRST, _SECOND = "first dose", "second dose"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
-    design, named, known = design_of(numbers.study), list[tuple[Grid, str]](), Counter[tuple[str, str]]()
-    for grid in (grid for modality in design.modalities for grid in design.comparison(modality).grids):
-        known[grid.name, grid.rows.rest] += 1
-        axis = axis_key(grid.name, rest=grid.rows.rest, number=known[grid.name, grid.rows.rest])
+    design, named, known = design_of(numbers.study), list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
+    every = [one for modality in design.modalities for one in design.comparison(modality).crossed]
+    for grid in (one for one in every if one.axes):
+        (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
+        name = f"{first}{_BETWEEN}{second}"
+        known[name, rest] += 1
+        axis = axis_key(name, rest=rest, number=known[name, rest])
         named.append((grid, axis))
-        facts = {_FIRST: grid.rows.name, _SECOND: grid.columns.name, "with": grid.rows.rest}
+        facts = {_FIRST: first, _SECOND: second, "with": rest}
         facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
         yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
     for agent, crossed, found, choices in interactions(cells_of(numbers), design):
-        if isinstance(crossed, Grid):
-            axis = next(axis for grid, axis in named if grid is crossed or grid == crossed)
+        if crossed.axes:
+            axis = next(axis for grid, axis in named if grid == crossed)
             of: dict[str, object] = {"modality": crossed.modality, "axis": axis}
         else:
-            both = numbers.conditions[crossed.both]
-            of = {"modality": both.modality, "condition": crossed.both, "control": crossed.neither}
-            of |= {"of": f"{crossed.first}{_BETWEEN}{crossed.second}", "doses": dict(both.doses)}
+            neither, second, first, both = crossed.conditions.values()
+            of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
+            of |= {"of": f"{first}{_BETWEEN}{second}", "doses": dict(numbers.conditions[both].doses)}
         yield Estimate.model_validate(
             {"quantity": "success_interaction", "agent": agent, **of, **of_blocks(found), "unit": "points"}
             | {"family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}

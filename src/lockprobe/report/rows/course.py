@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from lockprobe.report.rows.design import Player, Progress
+from lockprobe.report.rows.design import Player
 from lockprobe.report.rows.row import Curve, Estimate
 
-
-class _Rows(Protocol):
-    """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""
-
-    @property
-    def progress(self) -> Progress: ...
-
-    def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
-
-    def get(self, quantity: str, **columns: str) -> Estimate | None: ...
-
-    def curve(self, quantity: str, **columns: str) -> Curve | None: ...
-
-    def fact(self, about: str, name: str) -> str: ...
-
-    def courses(self) -> list[Course]: ...
+if TYPE_CHECKING:
+    from lockprobe.report.rows.results import Results
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +27,7 @@ class Cell:
         same_at_every_p: Whether the agent plays the same trials at every flip rate.
     """
 
-    found: _Rows
+    found: Results
     agent: str
     modality: str
     condition: str
@@ -99,7 +85,7 @@ class Course:
         of_agents: Whether its doses are an option of agents.
     """
 
-    found: _Rows
+    found: Results
     player: Player
     axis: str
     name: str

@@ -1,9 +1,9 @@
-"""The design of a study, from its conditions alone: controls, axes, crossings, and the families of its contrasts.
+"""The design of a study, from its conditions alone: controls, axes, what is crossed, and the families of its contrasts.
 
 Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
 and every dose with three levels or more of another intervention or another kind of flips. All other conditions of a
 modality against its control are one, and so are the controls of the other modalities against that of the first; the
-interactions of all crossings and grids are one. So what is said of one family does not depend on the conditions of
+interactions of all that is crossed are one. So what is said of one family does not depend on the conditions of
 another. Of another intervention a single dose is a condition like any other: with an axis of its own, ten conditions
 would be ten families.
 """
@@ -14,17 +14,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.conditions.dose_grid import Grid, grids
+from lockprobe.statistics.conditions.crossed import Crossed, crossed_of
 from lockprobe.statistics.conditions.factors import Factor, factors_of, no_feedback_factor
-from lockprobe.statistics.conditions.series import (
-    Crossing,
-    Series,
-    SeriesArm,
-    control_of,
-    crossings,
-    series_of,
-    series_of_agents,
-)
+from lockprobe.statistics.conditions.series import Series, SeriesArm, control_of, series_of, series_of_agents
 from lockprobe.statistics.why.arms import arms_of
 
 
@@ -38,8 +30,7 @@ class Comparison:
         axes: Doses of other interventions whose lowest level is the control, each a family of its own.
         others: Labels of all other conditions: another family.
         controls: In the first modality the labels of the controls of the others: a family too.
-        crossings: Two interventions alone, together and not at all.
-        grids: Crossed doses of two interventions.
+        crossed: Two interventions alone, together and not at all, then crossed doses.
     """
 
     control: str
@@ -47,8 +38,7 @@ class Comparison:
     axes: tuple[Series, ...]
     others: tuple[str, ...]
     controls: tuple[str, ...]
-    crossings: tuple[Crossing, ...]
-    grids: tuple[Grid, ...]
+    crossed: tuple[Crossed, ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -118,8 +108,7 @@ class Design:
             axes=axes,
             others=tuple(label for label in rest if label not in on_axes),
             controls=beside if modality == self.modalities[0] else (),
-            crossings=crossings(own),
-            grids=grids(own),
+            crossed=tuple(crossed_of(own)),
         )
 
     @property
@@ -136,7 +125,7 @@ class Design:
         dosed = [set(one.doses) for one in self.series if not one.agent]
         dosed += [set(arms[1].values()) for shown in map(self.shown, self.modalities) if (arms := arms_of(shown))]
         found = (
-            replace(one, groups=tuple(group for group in one.groups if not any(of >= {*group} for of in dosed)))
+            Factor(one.name, tuple(group for group in one.groups if not any(of >= {*group} for of in dosed)))
             for one in factors_of(self.arms, self.controls)
         )
         return tuple(one for one in found if one.groups)

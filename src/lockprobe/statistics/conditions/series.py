@@ -1,12 +1,10 @@
-"""Dose series and crossings among the conditions of a study, from their specs."""
+"""Dose series among the conditions of a study, from their specs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from math import isnan
-from typing import ClassVar
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
@@ -87,23 +85,6 @@ class Series:
     agent: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Crossing:
-    """The names of four conditions that cross two interventions."""
-
-    neither: str
-    first: str
-    second: str
-    both: str
-
-    factor: ClassVar[float] = 1.0
-
-    @property
-    def weights(self) -> dict[str, int]:
-        """The weight of each in the interaction: the effect of the second with the first, minus its effect alone."""
-        return {self.neither: 1, self.first: -1, self.second: -1, self.both: 1}
-
-
 def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
     """The control of a modality: the condition without interventions, or else the first."""
     shown = [arm for arm in arms if arm.modality == modality]
@@ -169,18 +150,3 @@ def _number(text: str) -> float | None:
     except ValueError:
         return None
     return number if can_be_fitted(number) else None
-
-
-def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
-    """Every 2 x 2 crossing: two interventions played alone, together and not at all, all else equal."""
-    known: dict[tuple[str, tuple[str, ...]], str] = {}
-    for arm in arms:
-        known.setdefault((arm.modality, arm.without()), arm.label)
-    found = []
-    for arm in arms:
-        for i, j in combinations(arm.acting, 2):
-            names = [known.get((arm.modality, arm.without(*away))) for away in ((i, j), (j,), (i,))]
-            if None not in names:
-                neither, first, second = (str(name) for name in names)
-                found.append(Crossing(neither=neither, first=first, second=second, both=arm.label))
-    return tuple(found)
