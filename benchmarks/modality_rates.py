@@ -67,7 +67,7 @@ def dealt(pools: Sequence[Sequence[Trial]], trials: int, shared: float, rng: np.
 def told_apart(effect: ModalityEffect) -> tuple[bool, bool]:
     """Whether the trend, and any pair, are significant."""
     pairs = any(pair.p_adjusted is not None and pair.p_adjusted < ALPHA for pair in effect.pairs)
-    return effect.detectable, pairs
+    return effect.p_value is not None and effect.p_value < ALPHA, pairs
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from lockprobe.interventions.conditions import read_condition, sweep
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.statistics.conditions.crossed import crossed_of, trend_weights
 from lockprobe.statistics.conditions.factors import factors_of, no_feedback_factor
-from lockprobe.statistics.conditions.series import control_of, series_of, series_of_agents
+from lockprobe.statistics.conditions.series import series_of, series_of_agents
 from lockprobe.studies.study_design import arms_of
 
 FLIP, STICKY, BOTH = "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4 + nudge"
@@ -56,12 +56,6 @@ def test_agents_that_differ_in_one_number_are_a_series_under_what_they_share(age
     assert [(one.agent, [*one.doses.values()]) for one in found] == ([(name, doses)] if name else [])
     for one in found:
         assert (cause(one.axis), at_dose(0, one.axis)) == ("higher values of t", "at a t of 0")
-
-
-def test_the_control_is_the_truth_or_else_the_first():
-    assert control_of(arms("nudge", "flip?p=0")).label == "flip?p=0"
-    assert control_of(arms("nudge", "warn")).label == "nudge"
-    assert control_of(arms("nudge"), "rgb") is None
 
 
 @pytest.mark.parametrize(

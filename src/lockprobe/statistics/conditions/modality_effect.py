@@ -24,7 +24,7 @@ from lockprobe.statistics.inference.excess import excess
 from lockprobe.statistics.inference.hazard import Hazard, solving, worst
 from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
-from lockprobe.statistics.proportions import ALPHA, Paired, paired
+from lockprobe.statistics.proportions import Paired, paired
 
 
 class ModalityPair(NamedTuple):
@@ -64,11 +64,6 @@ class ModalityEffect(NamedTuple):
     pairs: tuple[ModalityPair, ...]
     agents: int
 
-    @property
-    def detectable(self) -> bool:
-        """Whether the trend over fidelity is significant."""
-        return self.p_value is not None and self.p_value < ALPHA
-
 
 def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
     """The effect on every agent with ended trials in several modalities, at the lowest flip rate of all.
@@ -95,18 +90,26 @@ def _effect(shown: Sequence[AxisTrials], agents: int) -> ModalityEffect:
     if any(map(len, broken)):  # those that broke at the lowest fidelity against all others
         gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
         trend = worst(found, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
+
+    def final(groups: Sequence[Outcomes]) -> Paired:
+        return paired(*solved_in_pairs(*groups).T)
+
     both = list(combinations(range(len(shown)), 2))
     of = [([ended[i], ended[j]], [broken[i], broken[j]]) for i, j in both]
     hazards = [solving(*pair, budget) for pair in of]
     adjusted = map(corrected, holm([one.p_value for one in hazards]))
+    finals = [
+        bounded(final(own), *opposed(final, own, broke, (False, True))) if any(map(len, broke)) else final(own)
+        for own, broke in of
+    ]
     return ModalityEffect(
         agent=shown[0].agent,
         modalities=tuple(names),
         direction=found.direction,
         p_value=corrected(trend.p_value),
         pairs=tuple(
-            ModalityPair(names[i], names[j], hazard.ratio, p_value, _final(*pair))
-            for (i, j), hazard, p_value, pair in zip(both, hazards, adjusted, of, strict=True)
+            ModalityPair(names[i], names[j], hazard.ratio, p_value, last)
+            for (i, j), hazard, p_value, last in zip(both, hazards, adjusted, finals, strict=True)
         ),
         agents=agents,
     )
@@ -121,11 +124,3 @@ def _trend(ranks: Sequence[int | None], groups: Sequence[Outcomes]) -> Hazard:
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
     found = excess(score, every.length, every.solved, every.cluster)
     return Hazard(ratio=None, direction=found.direction, p_value=found.p_value)
-
-
-def _final(ended: Sequence[Outcomes], broken: Sequence[Outcomes]) -> Paired:
-    def final(groups: Sequence[Outcomes]) -> Paired:
-        return paired(*solved_in_pairs(*groups).T)
-
-    found = final(ended)
-    return bounded(found, *opposed(final, ended, broken, (False, True))) if any(map(len, broken)) else found
