@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -14,19 +14,10 @@ from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
-from lockprobe.statistics.branch import Fork, branch_effects
+from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
 _CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
-
-_OUTCOMES = {
-    "solved": (_SUCCESS, "points"),
-    "steps": ("steps", "steps"),
-    "leaves": ("leaves loop", "points"),
-    "repeats": ("repeats", "points"),
-    "choice": ("next choice", "total variation"),
-}
-"""Outcome -> what rows are of, and the unit of its change."""
 
 _PLACES = {
     "onset": "the report that completes its first loop",
@@ -58,24 +49,24 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield Finding(section="forks", kind="rules", text=rules)
 
 
-def fork_rows(effects: Mapping[Fork, tuple[float, Any, int]], study: Study) -> list[Estimate]:
+def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
     """The change by each arm at each place, and the outcome after a true report there."""
     rows = []
-    for fork, (after_truth, found, agents) in effects.items():
-        condition, (outcome, unit) = study.labelled(fork.condition), _OUTCOMES[fork.outcome]
-        later = _TRUE if fork.truthful else "later reports as in the condition"
+    for one in effects:
+        condition, unit = study.labelled(one.condition), OUTCOMES[one.outcome]
+        later = _TRUE if one.truthful else "later reports as in the condition"
         of: dict[str, Any] = {
-            "agent": fork.agent,
+            "agent": one.agent,
             "modality": condition.modality,
-            "condition": fork.condition,
-            "of": f"{outcome}, {fork.arm}, {fork.where}, {later}",
+            "condition": one.condition,
+            "of": f"{one.outcome}, {one.arm}, {one.where}, {later}",
             "doses": dict(condition.doses),
         }
-        tested = of_blocks(found) | {"corrected_for": agents, "test": "sign flips of trials"}
+        tested = of_blocks(one.change) | {"corrected_for": one.agents, "test": "sign flips of trials"}
         family = "agents; P values of success also all forks of one agent (Holm)"
         rows.append(Estimate(quantity=_CHANGE, **of, **tested, unit=unit, family=family))
-        level = "steps" if unit == "steps" else "share"
-        rows.append(Estimate(quantity=_AFTER_TRUTH, **of, unit=level, n=found.pairs, value=after_truth))
+        level, n = "steps" if unit == "steps" else "share", one.change.pairs
+        rows.append(Estimate(quantity=_AFTER_TRUTH, **of, unit=level, n=n, value=one.after_truth))
     return rows
 
 
@@ -94,7 +85,7 @@ def fork_table(rows: Sequence[Estimate]) -> TextTable:
     known = {(row.quantity, row.agent, row.condition, row.of): row for row in rows}
     found = _of_success(rows)
     several = any(row.of.endswith(_TRUE) for row in found)
-    others = [outcome for outcome, _ in _OUTCOMES.values() if outcome != _SUCCESS]
+    others = [outcome for outcome in OUTCOMES if outcome != _SUCCESS]
     head = ["agent", "condition", "forked at", "arm", *["later reports"] * several]
     table = [[*head, "solved after truth", "change, points", "P", *others, "trials"]]
     for row in found:
