@@ -20,7 +20,7 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Caption, Figure, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers, share_rows
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
@@ -42,32 +42,27 @@ _GAP, _AGAINST = "minus the control, points", "against the rules"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_cell(cell)
-
-
-def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
-    n, order = len(cell.ended), cell.order
-    yield cell.estimate("trials", n, unit="trials")
-    every, solved = begun(cell.ended, cell.broke)
-    if order is None or every.crossed:
-        share = share_of(solved, every.player, every.luck)
-    else:
-        share = share_at_every_look(solved[np.argsort(order.rank(every.repetition, every.trial))])
-    yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
-    if share.broken and share.n:
-        for end, bound in zip(BOUNDS, share.bounds, strict=True):
-            yield cell.estimate("success", bound, of=end, n=len(every))
-    for point in points(cell.ended):
-        of = f"rep={point.repetition}"
-        yield cell.estimate("success", point.success, n=point.n, of=of)
-    yield cell.estimate("broken", len(cell.broke), unit="trials")
-    boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
-    for boundary, count in sorted(boundaries.items()):
-        yield cell.estimate("broken", count, of=boundary, unit="trials")
-    steps = int(cell.ended.length.sum())
-    yield cell.estimate("steps", steps, unit="steps")
-    for spec, changed in (steps_changed(cell.trials) or {}).items():
-        yield cell.estimate("steps", changed, of=" by ".join(filter(None, ("changed", spec))), unit="steps", n=steps)
+        yield cell.estimate("trials", len(cell.ended), unit="trials")
+        every, solved = begun(cell.ended, cell.broke)
+        if cell.order is None or every.crossed:
+            share = share_of(solved, every.player, every.luck)
+        else:
+            share = share_at_every_look(solved[np.argsort(cell.order.rank(every.repetition, every.trial))])
+        yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
+        if share.broken and share.n:
+            for end, bound in zip(BOUNDS, share.bounds, strict=True):
+                yield cell.estimate("success", bound, of=end, n=len(every))
+        for point in points(cell.ended):
+            yield cell.estimate("success", point.success, n=point.n, of=f"rep={point.repetition}")
+        yield cell.estimate("broken", len(cell.broke), unit="trials")
+        boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
+        for boundary, count in sorted(boundaries.items()):
+            yield cell.estimate("broken", count, of=boundary, unit="trials")
+        steps = int(cell.ended.length.sum())
+        yield cell.estimate("steps", steps, unit="steps")
+        for spec, changed in (steps_changed(cell.trials) or {}).items():
+            of = f"changed by {spec}" if spec else "changed"
+            yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
 def cells_of(numbers: StudyNumbers) -> Cells:
@@ -191,8 +186,16 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Cell, Estimate | None, str], str]], ..
     ("redundant", _FLIPS, lambda cell, gap, acts: percent(cell.value("redundant_share"), 0)),
     ("misread", _BESIDE, lambda cell, gap, acts: percent(cell.value("misread"), 1)),
     ("false reports", _BESIDE, lambda cell, gap, acts: percent(cell.value("false_report", "steps"), 1)),
-    ("changed steps", _BESIDE, lambda cell, gap, acts: _changed(cell)),
-    (_AGAINST, _BOTH, lambda cell, gap, acts: _against(cell)),
+    (
+        "changed steps",
+        _BESIDE,
+        lambda cell, gap, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
+    ),
+    (
+        _AGAINST,
+        _BOTH,
+        lambda cell, gap, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE,
+    ),
     ("errors", _BOTH, lambda cell, gap, acts: f"{cell.value('broken'):g}"),
 )
 """Name of a column, in which studies it is, and its cell: of an agent under a condition, its difference, what acts."""
@@ -214,17 +217,6 @@ def _table(found: Results) -> TextTable:
     empty += ["interventions"] * (said <= {*made.get("condition", ())})  # unnamed conditions are called by these
     kept = {name: column for name, column in made.items() if name not in empty}
     return [[*kept], *([*row] for row in zip(*kept.values(), strict=True))]
-
-
-def _against(cell: Cell) -> str:
-    """How many attempts broke the rules of the box, if any did."""
-    row = cell.get("against_rules")
-    return f"{row.count} of {row.n}" if row and row.count else NONE
-
-
-def _changed(cell: Cell) -> str:
-    row = cell.get("steps", "changed")
-    return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
 
 
 def _measures(found: Results) -> TextTable:

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, count, percent, share
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Course, Estimate, Results, Row
@@ -23,9 +24,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.people import steps_of_people, success_of_people
 from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import Trial
-
-if TYPE_CHECKING:
-    from lockprobe.people.progress import Flow
 
 _BY_PERSON = "by person"
 """Marks numbers whose interval is clustered by person and block."""
@@ -61,34 +59,26 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         return
     from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
 
-    for of, boxes in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
-        yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
+    yield _people(quantity="boxes", of="planned", value=opened.study.invited, unit="boxes")
+    yield _people(quantity="boxes", of="finished", value=opened.finished_by_people, unit="boxes")
     sizes = Counter(trial.agent for trial in own)
     if flow := flow_of(opened.study, opened.diaries, opened.withdrawn):
-        yield from _flow(flow, len(sizes))
+        counts = {**asdict(flow), "analysed": len(sizes)}
+        for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
+            yield _people(quantity="people", of=of, value=counts[of], unit="people")
+        for one in flow.boxes:
+            yield _people(quantity="boxes", condition=one.condition, of="given", value=one.given, unit="boxes")
+            yield _people(quantity="boxes", condition=one.condition, of="left_open", value=one.left_open, unit="boxes")
+        if flow.checks:
+            of, value = "attention checks", flow.right / flow.checks
+            yield _people(quantity="people", of=of, value=value, count=flow.right, n=flow.checks)
     if own:
         yield from _all_people(begun, own, sizes)
-        modalities: dict[str, list[Trial]] = {}
-        for cell in numbers.cells:
-            if cell.agent == PEOPLE and any(trial.error is None for trial in cell.trials):
-                modalities.setdefault(cell.modality, []).extend(cell.trials)
-                yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
-        for modality, trials in modalities.items():
-            yield from _at(trials, modality=modality)
-
-
-def _flow(flow: Flow, analysed: int) -> Iterator[Estimate]:
-    """Who came to the end, the boxes that they were given, questions on the instructions, and attention checks."""
-    counts = {**asdict(flow), "analysed": analysed}
-    for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
-        yield _people(quantity="people", of=of, value=counts[of], unit="people")
-    for one in flow.boxes:
-        for of, boxes in (("given", one.given), ("left_open", one.left_open)):
-            yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
-    if flow.checks:
-        yield _people(
-            quantity="people", of="attention checks", value=flow.right / flow.checks, count=flow.right, n=flow.checks
-        )
+    cells = [cell for cell in numbers.cells if cell.agent == PEOPLE and len(cell.ended)]
+    for cell in cells:
+        yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
+    for modality, of_all in grouped(cells, lambda cell: cell.modality).items():
+        yield from _at([trial for cell in of_all for trial in cell.trials], modality=modality)
 
 
 def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
@@ -145,30 +135,28 @@ def _flow_said(found: Results) -> Iterator[str]:
 
 def _opened_said(found: Results) -> Iterator[str]:
     """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
-    everyone, every = (found.one(of, agent=PEOPLE, modality="", condition="", of=part) for of, part in _EVERYONE)
+    everyone = int(found.one("people", agent=PEOPLE, modality="", condition="").value or 0)
+    every = found.one("success", agent=PEOPLE, modality="", condition="", of=_BY_PERSON)
     fewest, most = (found.one("boxes", of=f"{of} of a person").value for of in ("fewest", "most"))
-    each = f"{fewest:g} each" if fewest == most else f"{fewest:g} to {most:g} each"
+    each = f"{fewest:g} each"
     if fewest != most:
-        alike = found.one("success", of="every person alike").value
-        each += f"; with every person counted alike it is {percent(alike)}"
-    yield f"{_counted(int(everyone.value or 0))} opened {every.count} of {every.n} boxes ({_share(every)}), {each}."
+        alike = percent(found.one("success", of="every person alike").value)
+        each = f"{fewest:g} to {most:g} each; with every person counted alike it is {alike}"
+    opened, of_all = share(every.value, every.low, every.high), f"{every.count} of {every.n} boxes"
+    yield f"{_counted(everyone)} opened {of_all} ({opened}), {each}."
     first = found.get("success", of="position=1")
     if first and most != 1:
-        opened = f"{first.count} of {first.n} ({_share(first)})"
+        opened = f"{first.count} of {first.n} ({share(first.value, first.low, first.high)})"
         yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
-    values: dict[str, list[str]] = {}
-    for row in found.where("trials", agent=PEOPLE, condition=""):
-        name, _, value = row.of.partition("=")
-        values.setdefault(name, []).append(value)
-    if seen := [f"{words} {', '.join(values[name])}" for name, words in _SAW.items() if words and name in values]:
+    shown = (row.of.partition("=")[::2] for row in found.where("trials", agent=PEOPLE, condition=""))
+    values = grouped(shown, lambda one: one[0])
+    seen = [
+        f"{words} {', '.join(value for _, value in values[name])}"
+        for name, words in _SAW.items()
+        if words and name in values
+    ]
+    if seen:
         yield f"Settings for people: {'; '.join(seen)}."
-
-
-_EVERYONE = (("people", ""), ("success", _BY_PERSON))
-
-
-def _share(row: Estimate) -> str:
-    return share(row.value, row.low, row.high)
 
 
 def _counted(people: int) -> str:

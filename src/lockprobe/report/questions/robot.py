@@ -15,7 +15,6 @@ from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.rules import Judged, against_rules
-from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
 _JUDGES = {
@@ -116,15 +115,14 @@ _BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = 
 
 def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Estimate]:
     """How the plant broke the rules, and success of the trials in which it did not."""
-    trials: Sequence[Trial] = cell.trials
-    player, luck = [trial.player for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    player, luck = zip(*((one.player, f"{one.repetition}/{one.trial}") for one in cell.trials), strict=True)
     for kind, (among, happened) in _BREAKS.items():
         of = [list(filter(among, trial)) for trial in judged]
         counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
         crossed = any(player)
         found = crossed_proportion(counts, sizes, player, luck) if crossed else clustered_proportion(counts, sizes)
         yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
-    kept = [trial for trial, of in zip(trials, judged, strict=True) if not any(one.against for one in of)]
+    kept = [trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of)]
     every, solved = begun(outcomes(kept), broken_off(kept))
     yield from cell.share("success", share_of(solved, every.player, every.luck), of="without a miss")
 
