@@ -90,22 +90,22 @@ def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(
     chain, missing = box("chain-4"), studies[0]
     own = [one for one in load(directories[0]) if (one.group, one.condition) == ("human-inspired", MISSES)]
     judged = [against_rules(trial, chain) for trial in own]
-    free, locked = ([[one for one in trial if one.free == at] for trial in judged] for at in (True, False))
     for kind, among, happened in (
-        ("missed", free, [sum(not one.moved for one in of) for of in free]),
-        ("forced", locked, [sum(one.moved for one in of) for of in locked]),
-        ("moved another", judged, [sum(one.other for one in of) for of in judged]),
+        ("missed", lambda one: one.free, lambda one: not one.moved),
+        ("forced", lambda one: not one.free, lambda one: one.moved),
+        ("moved another", lambda one: True, lambda one: one.other),
     ):
         row = missing.one("against_rules", agent="human-inspired", condition=MISSES, of=kind)
-        share = clustered_proportion(happened, list(map(len, among)))
+        of = [[happened(one) for one in trial if among(one)] for trial in judged]
+        share = clustered_proportion(list(map(sum, of)), list(map(len, of)))
         assert (row.count, row.n, row.low, row.high) == (share.count, share.n, share.low, share.high)
         assert row.count > 0
-    assert {row.count for row in missing.where("against_rules", of="missed") if row.condition == "truth"} == {0}
     for cell in missing.cells:
-        kept = cell.get("success", "without a miss")
-        assert kept is None or kept.n <= cell.trials
+        kept, every = cell.get("success", "without a miss"), cell.get("success")
         if cell.condition == "truth":
-            assert (kept.count, kept.n) == (cell.get("success").count, cell.get("success").n)
+            assert cell.get("against_rules", "missed").count == 0
+            assert (kept.count, kept.n) == (every.count, every.n)
+        assert kept is None or kept.n <= cell.trials
     assert "attempts at free joints missed" in page_of(missing)
 
 

@@ -22,16 +22,8 @@ OTHERS = [
         "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
     )
 ]  # fmt: skip
-HANDS = [
-    read_condition(f"plant?{options}", plant="twin")
-    for options in (
-        "pose_error=0.01",
-        "pose_error=0.02",
-        "friction=0.3",
-        "mechanism=ideal",
-        "tilt=30&friction=2",
-    )
-]
+_CHANGES = "pose_error=0.01", "pose_error=0.02", "friction=0.3", "mechanism=ideal", "tilt=30&friction=2"
+HANDS = [read_condition(f"plant?{options}", plant="twin") for options in _CHANGES]
 OTHERS += HANDS
 SHOWN = "symbolic?tell=state"
 
@@ -150,11 +142,7 @@ def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_st
     found = designed([TRUTH, *HANDS[:2], *stiffness]).comparison(SHOWN)
     assert {one.axis.name: dict(one.doses) for one in found.axes} == {
         "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
-        "plant friction below 1": {
-            "truth": 0,
-            "plant?friction=0.3": 0.7,
-            "plant?friction=0.2": 0.8,
-        },
+        "plant friction below 1": {"truth": 0, "plant?friction=0.3": 0.7, "plant?friction=0.2": 0.8},
     }
     assert (found.control, found.others) == ("truth", ("plant?friction=2",))
 

@@ -73,10 +73,8 @@ def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
 
 def test_a_trend_that_broken_trials_may_have_made_is_none():
     """Half of the trials of the lowest fidelity broke in the second step, and may have been solved then, or never."""
-    broken = [
-        make_trial([0], agent="viewer", modality="rgb", study="modalities", trial=i, broken="plant")
-        for i in range(1, 11, 2)
-    ]
+    how = {"agent": "viewer", "modality": "rgb", "study": "modalities", "broken": "plant"}
+    broken = [make_trial([0], trial=i, **how) for i in range(1, 11, 2)]
     whole, bounded = (
         effects(broken * broke + trials_of("rgb", MIDDLE)[broke :: 1 + broke], trials_of("symbolic", LATE))["viewer"]
         for broke in (False, True)
@@ -91,11 +89,8 @@ def test_where_nothing_is_a_trend_is_seldom_found():
     for _ in range(40):
         shared = rng.geometric(0.12, 10)
         waits = [np.where(rng.random(10) < 0.5, shared, rng.geometric(0.12, 10)) for _ in range(3)]
-        own = {
-            modality: [int(w) if w <= 16 else None for w in wait]
-            for modality, wait in zip(("rgb", "rgbd", "symbolic"), waits, strict=True)
-        }
-        found.append((effect_of(**own).p_value or 1) < 0.05)
+        rgb, rgbd, symbolic = ([int(w) if w <= 16 else None for w in wait] for wait in waits)
+        found.append((effect_of(rgb=rgb, rgbd=rgbd, symbolic=symbolic).p_value or 1) < 0.05)
     assert sum(found) <= 5  # 2.2 standard errors above 5 %, if it rejected that often
 
 
@@ -108,9 +103,8 @@ def test_modalities_are_named_and_ordered_as_in_the_paper():
 
 def test_several_agents_are_one_family_and_baselines_another():
     def found(*agents):
-        return effects(
-            *(trials_of(*one, agent=agent) for agent in agents for one in (("rgb", SOON), ("symbolic", MIDDLE)))
-        )
+        shown = (("rgb", SOON), ("symbolic", MIDDLE))
+        return effects(*(trials_of(*one, agent=agent) for agent in agents for one in shown))
 
     (alone,), three = found("viewer").values(), found("viewer", "observer", "random")
     assert {agent: one.agents for agent, one in three.items()} == {"viewer": 2, "observer": 2, "random": 1}
