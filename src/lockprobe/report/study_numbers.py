@@ -214,7 +214,7 @@ class StudyNumbers:
         A study of flip rates alone has none.
         """
         design = design_of(self.study)
-        acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+        acting = {arm.label: arm.without() for arm in design.arms}
         found: dict[str, set[str]] = {}
         for cell in self.cells if not self.study.of_flips else ():
             if cell.condition not in design.controls and idle_interventions(cell.trials, acting[cell.condition]):

@@ -122,12 +122,12 @@ def contrast(
 
 def idle_conditions(cells: Cells, design: Design) -> list[Idle]:
     """What changed nothing, in the order of the conditions; a control is to change nothing."""
-    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+    acting = {arm.label: arm.without() for arm in design.arms}
     return [
         one
         for (_, label), cell in cells.items()
         if label not in design.controls
-        for one in idle_interventions(cell.trials, acting.get(label, []))
+        for one in idle_interventions(cell.trials, acting.get(label, ()))
     ]
 
 

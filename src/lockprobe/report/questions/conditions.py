@@ -271,19 +271,11 @@ _PAIRED = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("All conditions", _answer(found), list(_blocks(found)))
-
-
-def _blocks(found: Results) -> Iterator[Block]:
     mixed, compared = found.beside_flips, _compared(found)
-    if compared:
-        yield _FIGURE
-    yield _CONDITIONS
-    if compared:
-        yield note_at(found, _PAIRED)
+    blocks: list[Block] = [_FIGURE, _CONDITIONS, note_at(found, _PAIRED)] if compared else [_CONDITIONS]
     agents = (cell.agent for cell in found.cells)
     of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
-    yield Note(
+    told = Note(
         "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
@@ -291,14 +283,14 @@ def _blocks(found: Results) -> Iterator[Block]:
         f"{success_and_loops_said(agents, of, every_look=every_look)} By chance: loop rate of random actions in trials "
         "of the same lengths, from uniform to without immediate repeats.",
     )
-    if _measures(found):
-        yield Heading("Measures of installed packages")
-        yield _MEASURES
-        yield Note(
-            "Means over trials with 95 % intervals.",
-            "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
-            "clustered by block or by person.",
-        )
+    means = Note(
+        "Means over trials with 95 % intervals.",
+        "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
+        "clustered by block or by person.",
+    )
+    blocks.append(told)
+    blocks += [Heading("Measures of installed packages"), _MEASURES, means] if found.measures else []
+    yield Part("All conditions", _answer(found), blocks)
 
 
 SECTIONS = (

@@ -120,7 +120,11 @@ def _draw(
         face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
         axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
         colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
-        text = "\n".join(_said(cell, lines)) if cell else "\N{MULTIPLICATION SIGN}"
+        text = "\N{MULTIPLICATION SIGN}"
+        if cell:
+            ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
+            said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
+            text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
         axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
     axes.set(xlabel=axis_label(facts[_SECOND]), ylabel=axis_label(facts[_FIRST]))
@@ -129,17 +133,11 @@ def _draw(
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
-    said = "interaction not estimated"
+    interaction = "interaction not estimated"
     if change is not None:
-        said = f"interaction {bracketed(change.value, change.low, change.high)} points"
-        said += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
-    title(axes, safe_name(Subject.of(agent).name, 38), said)
-
-
-def _said(cell: Estimate, lines: int) -> list[str]:
-    share = percent(cell.value)
-    ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
-    return [share, f"{cell.count}/{cell.n}", ends][:lines] if lines > 1 else [share.removesuffix(" %")]
+        interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
+        interaction += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+    title(axes, safe_name(Subject.of(agent).name, 38), interaction)
 
 
 def _caption(found: Results) -> Caption:
@@ -169,19 +167,17 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     grids = dict.fromkeys(fact.about for fact in found.facts if fact.name == _FIRST)
     played = {row.condition for row in found.where("success", of="")}
-    axes, rows = [one for one in grids if played & {*_places(found, one).values()}], _interactions(found)
-    if axes or rows:
-        answer = f"{said} were detected." if (said := detected_said(rows, "interactions")) else ""
-        yield Part("Interactions", answer, list(_blocks(axes, rows)))
-
-
-def _blocks(axes: Sequence[str], rows: Sequence[Estimate]) -> Iterator[Block]:
-    for number, axis in enumerate(axes, 1):
-        alt = "Success under every combination of two doses, one cell each"
-        yield Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
-    if rows:
-        yield _TABLE
-        yield _NOTE
+    alt = "Success under every combination of two doses, one cell each"
+    shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
+    blocks: list[Block] = [
+        Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
+        for number, axis in enumerate(shown, 1)
+    ]
+    rows = _interactions(found)
+    blocks += [_TABLE, _NOTE] if rows else []
+    if blocks:
+        said = detected_said(rows, "interactions")
+        yield Part("Interactions", f"{said} were detected." * bool(said), blocks)
 
 
 SECTIONS = (Section(name="crossings", title="Interactions", rows=_rows, show=_show, tables=(_TABLE,)),)
