@@ -66,8 +66,9 @@ def dealt(pools: Sequence[Sequence[Trial]], trials: int, shared: float, rng: np.
 
 def told_apart(effect: ModalityEffect) -> tuple[bool, bool]:
     """Whether the trend, and any pair, are significant."""
-    pairs = any(pair.p_adjusted is not None and pair.p_adjusted < ALPHA for pair in effect.pairs)
-    return effect.detectable, pairs
+    tested = [effect.trend.p_value, *(pair.hazard.p_value for pair in effect.pairs)]
+    trend, *pairs = (p_value is not None and p_value < ALPHA for p_value in tested)
+    return trend, any(pairs)
 
 
 def main() -> None:

@@ -46,10 +46,10 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert events[0]["event"] == "begin"
     effects = events[-1]["effects"]
-    places = {(one["condition"], one["of"]) for one in effects}
+    changes = {one["of"].partition(", ")[0]: one for one in effects if one["quantity"] == "fork_change"}
+    places = {(one["condition"], one["of"].partition(", ")[2]) for one in effects}
     assert places == {("flip?p=0.4", "lie, 5, later reports as in the condition")}
-    changes = {one["quantity"]: one for one in effects if one["quantity"].endswith("_change_by_fork")}
-    assert {name.removesuffix("_change_by_fork") for name in changes} >= {"success", "steps", "repeats", "next_choice"}
+    assert changes.keys() >= {"success", "steps", "repeats", "next choice"}
     assert all(one["clusters"] <= 4 for one in changes.values())
 
 

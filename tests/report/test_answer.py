@@ -79,7 +79,7 @@ def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance
     for count in range(trials + 1):
         row = SimpleNamespace(n=trials, count=count, low=None, high=None)
         found = SimpleNamespace(
-            get=lambda quantity, row=row, **of: SimpleNamespace(value=chance) if "chance" in quantity else row,
+            get=lambda quantity, row=row, **of: SimpleNamespace(value=chance) if of.get("of") == "no-repeat" else row,
             where=lambda quantity, **of: [],
             progress=SimpleNamespace(every_look=""),
         )

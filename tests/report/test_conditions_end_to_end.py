@@ -79,7 +79,7 @@ class OutcomeAlone:
 def never_acted(found, condition):
     """The cells in which a condition changed nothing, and what is said of those of these agents."""
     idle = [cell for cell in found.cells if cell.condition == condition and cell.get("success").note == "never acted"]
-    assert {cell.value("changed_steps", of) for cell in idle for of in ("", condition)} == {0}
+    assert {cell.value("steps", of) for cell in idle for of in ("changed", f"changed by {condition}")} == {0}
 
     def said(agents):
         steps = sum(cell.value("steps") for cell in idle if cell.agent in agents)

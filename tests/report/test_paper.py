@@ -164,7 +164,7 @@ def test_the_settings_of_a_language_model_are_said(found):
         "repairs": "4",
     }
     facts = [Fact(about="human-inspired", name=name, text=text) for name, text in model.items()]
-    again = Estimate(quantity="replies_asked_again", agent="human-inspired", value=0.25, count=29, n=116)
+    again = Estimate(quantity="replies", of="asked again", agent="human-inspired", value=0.25, count=29, n=116)
     said = methods_tex(found.changed(rows=(*found.rows, again), facts=(*found.facts, *facts)))
     assert (
         "human-inspired: model acme/m, answered by m-2026, on the host 127.0.0.1, temperature 0.7, top-p left to the "

@@ -76,7 +76,7 @@ def twice(reported):
     made = []
     for first in (20_000, 60_000):
         content = marked(found, first, marks := {})
-        gaps = [one.value("loop_rate") - one.value("loop_rate_chance", "uniform") for one in content.cells]
+        gaps = [one.value("loop_rate") - one.value("loop_rate", "uniform") for one in content.cells]
         made.append((content, {form for one in (*marks.values(), *map(abs, gaps)) for form in shown_as(one)}))
     return made
 

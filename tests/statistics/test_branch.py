@@ -25,14 +25,22 @@ def fork(parent, arm, *, solved, at=4, time=1, following=""):
     return replace(parent, key=str(name), fork=name, steps=tuple(steps), ending="solved" if solved else "budget")
 
 
-def only(effects, outcome="solved"):
-    """What the one effect is of, the outcome after a true report, and its change."""
-    ((of, (after, change, _)),) = [(of, found) for of, found in effects.items() if of.outcome == outcome]
-    return of, after, change
+def effects_of(forks, parents, *more, **asked):
+    return branch_effects(forks, {parent.key: parent for parent in parents}, *more, **asked)
+
+
+def both(parents, arm="lie", **how):
+    """Forks of each after a true report and after another, unsolved."""
+    return [fork(parent, name, solved=False, **how) for parent in parents for name in ("truth", arm)]
+
+
+def only(effects, outcome="success"):
+    (found,) = [one for one in effects if one.outcome == outcome]
+    return found
 
 
 def on_success(effects, by="arm"):
-    return {getattr(of, by): found for of, found in effects.items() if of.outcome == "solved"}
+    return {getattr(one, by): one for one in effects if one.outcome == "success"}
 
 
 def test_a_place_is_one_after_which_the_trial_goes_on():
@@ -62,9 +70,9 @@ def test_continuations_are_paired_and_a_trial_counts_once():
     for parent, ends in zip(parents, [((0, 1), (1, 1)), ((0, 1), (0, 1))], strict=True):
         for time, (told, lied) in enumerate(ends, 1):
             forks += [fork(parent, "truth", solved=told, time=time), fork(parent, "lie", solved=lied, time=time)]
-    of, after, change = only(branch_effects(forks, {parent.key: parent for parent in parents}))
-    assert (of.where, of.arm, change.pairs, change.blocks) == ("4", "lie", 4, 2)
-    assert (after, change.value) == (0.25, 0.75)
+    found = only(effects_of(forks, parents))
+    assert (found.where, found.arm, found.change.pairs, found.change.blocks) == ("4", "lie", 4, 2)
+    assert (found.after_truth, found.change.value) == (0.25, 0.75)
 
 
 def test_outcomes_of_the_next_action():
@@ -75,76 +83,65 @@ def test_outcomes_of_the_next_action():
         on, last = continuation(parent.actions[:at]), parent.steps[at - 1].joint
         other = next(joint for joint in parent.joints if joint not in (on, last))
         repeated.append(float(on == last))
-        forks.append(fork(parent, "truth", solved=False, at=at, following=on))
-        forks.append(fork(parent, "lie", solved=False, at=at, following=other))
-    effects = branch_effects(forks, {parent.key: parent for parent in parents}, ["onset"])
-    assert only(effects, "leaves")[2].value == 1
-    assert [only(effects, "repeats")[1], -only(effects, "repeats")[2].value] == [sum(repeated) / 2] * 2
-    assert only(effects, "steps")[2].value == 0
+        forks += [fork(parent, arm, solved=False, at=at, following=to) for arm, to in (("truth", on), ("lie", other))]
+    effects = effects_of(forks, parents, ["onset"])
+    assert only(effects, "leaves loop").change.value == 1
+    again = only(effects, "repeats")
+    assert [again.after_truth, -again.change.value] == [sum(repeated) / 2] * 2
+    assert only(effects, "steps").change.value == 0
 
 
 def test_chances_of_the_next_choice_are_compared_without_sampling():
     parents = [trial(1), trial(2)]
-    told = [fork(parent, "truth", solved=False) for parent in parents]
-    lied = [fork(parent, "lie", solved=False) for parent in parents]
     bare = [
         replace(one, steps=tuple(replace(s, decision=replace(s.decision, probabilities=None)) for s in one.steps))
-        for one in (*told, *lied)
+        for one in both(parents)
     ]
-    chances = {one.key: (0.7, 0.1, 0.1, 0.1) for one in told} | {one.key: (0.2, 0.6, 0.1, 0.1) for one in lied}
-    known = {parent.key: parent for parent in parents}
-    _, _, change = only(branch_effects(bare, known, chances=chances), "choice")
+    chances = {one.key: {"truth": (0.7, 0.1, 0.1, 0.1), "lie": (0.2, 0.6, 0.1, 0.1)}[one.fork.arm] for one in bare}
+    change = only(effects_of(bare, parents, chances=chances), "next choice").change
     assert change.value == pytest.approx(0.5)
     assert change.p_value is None
-    assert "choice" not in {one.outcome for one in branch_effects(bare, known)}
+    assert "next choice" not in {one.outcome for one in effects_of(bare, parents)}
 
 
 def test_places_that_were_not_asked_for_need_every_trial():
     """A trial forked elsewhere alone shows that step 4 is not finished, so that nothing is said of it."""
     parents = [trial(1), trial(2), trial(3)]
-    known = {parent.key: parent for parent in parents}
-    forks = [fork(parent, arm, solved=False) for parent in parents[:2] for arm in ("truth", "lie")]
-    assert {one.where for one in branch_effects(forks, known)} >= {"4"}
-    forks += [fork(parents[2], arm, solved=False, at=9) for arm in ("truth", "lie")]
-    assert branch_effects(forks, known) == {}
-    assert {one.where for one in branch_effects(forks, known, ["4"])} == {"4"}
+    forks = both(parents[:2])
+    assert {one.where for one in effects_of(forks, parents)} >= {"4"}
+    forks += both(parents[2:], at=9)
+    assert effects_of(forks, parents) == []
+    assert {one.where for one in effects_of(forks, parents, ["4"])} == {"4"}
 
 
 def test_p_values_of_success_are_corrected_for_all_of_an_agent():
     parents = [trial(number) for number in range(1, 7)]
-    known = {parent.key: parent for parent in parents}
     alone = [fork(parent, arm, solved=arm == "lie") for parent in parents for arm in ("truth", "lie")]
     more = [fork(parent, "remark", solved=False) for parent in parents]
-    once, found = (on_success(branch_effects(forks, known)) for forks in (alone, [*alone, *more]))
-    assert once["lie"][1].p_value == pytest.approx(2 / 2**6)
-    assert found["lie"][1].p_value == pytest.approx(2 * 2 / 2**6)
-    assert found["remark"][1].p_value == 1
+    once, found = (on_success(effects_of(forks, parents)) for forks in (alone, [*alone, *more]))
+    assert once["lie"].change.p_value == pytest.approx(2 / 2**6)
+    assert found["lie"].change.p_value == pytest.approx(2 * 2 / 2**6)
+    assert found["remark"].change.p_value == 1
 
 
 def test_errors_and_other_records_count_nowhere():
     parents = [trial(1), trial(2)]
-    forks = [fork(parent, arm, solved=False) for parent in parents for arm in ("truth", "lie")]
-    broken = [replace(one, ending="error") for one in forks]
-    known = {parent.key: parent for parent in parents}
-    assert branch_effects(broken, known) == branch_effects(parents, known) == branch_effects(forks, {}) == {}
+    broken = [replace(one, ending="error") for one in both(parents)]
+    assert effects_of(broken, parents) == effects_of(parents, parents) == effects_of(both(parents), []) == []
 
 
 def test_effects_on_several_agents_are_one_family_and_those_on_baselines_another():
     """P values are multiplied and intervals are those of the divided level, as of no other agent."""
 
-    def forked(agent):
-        parents = [trial(number, agent=agent) for number in range(1, 13)]
-        arms = (("truth", 0), ("lie", 11))
-        return parents, [fork(one, arm, solved=i < n) for arm, n in arms for i, one in enumerate(parents)]
-
     def found(*agents):
-        made = [forked(agent) for agent in agents]
-        parents = {one.key: one for several, _ in made for one in several}
-        return on_success(branch_effects([one for _, forks in made for one in forks], parents), "agent")
+        parents = [trial(number, agent=agent) for agent in agents for number in range(1, 13)]
+        arms = (("truth", 0), ("lie", 11))
+        forks = [fork(one, arm, solved=i % 12 < n) for arm, n in arms for i, one in enumerate(parents)]
+        return on_success(effects_of(forks, parents), "agent")
 
     first, second, baseline = "cognitive:insistent", "cognitive:careful", "random"
-    alone, both = found(first)[first], found(first, second, baseline)
-    assert [both[agent][2] for agent in (first, second, baseline)] == [2, 2, 1]
-    assert both[first][1].p_value == pytest.approx(2 * alone[1].p_value)
-    assert both[first][1].low < alone[1].low
+    alone, several = found(first)[first], found(first, second, baseline)
+    assert [several[agent].agents for agent in (first, second, baseline)] == [2, 2, 1]
+    assert several[first].change.p_value == pytest.approx(2 * alone.change.p_value)
+    assert several[first].change.low < alone.change.low
     assert found(first, baseline)[first] == alone

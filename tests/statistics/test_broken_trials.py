@@ -318,7 +318,7 @@ def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path)
         for i in range(1, 21)
     ]
     found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 20), trials)
-    assert found.one("few_broke_until", agent="llm:a").value == 18
+    assert found.one("last_step", of="few broke", agent="llm:a").value == 18
     late, early = (found.one("success_difference", agent="llm:a", of=of) for of in ("", BEFORE))
     assert (late.p_value, late.detected) == (1.0, False)
     assert (early.value, early.n, early.detected) == (0.6, 20, True)

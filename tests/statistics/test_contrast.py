@@ -9,7 +9,7 @@ from builders import make_trial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.statistics.conditions.dose_grid import trend_weights
+from lockprobe.statistics.conditions.crossed import trend_weights
 from lockprobe.statistics.contrast import against_control, against_first, contrast, interactions
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.studies.options.studyfile import study
@@ -146,9 +146,8 @@ def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_wh
     conditions = [" + ".join(own) for size in (1, 2) for own in combinations(parts, size)]
     found = list(interactions(*played(conditions)))
     assert [choices for *_, choices in found] == [3] * 3  # two crossings with a nudge, and a grid
-    assert [(one.both if hasattr(one, "both") else one.name) for _, one, *_ in found] == [
-        *conditions[3:5], "tremble p \N{MULTIPLICATION SIGN} drop p"
-    ]  # fmt: skip
+    assert [one.conditions[1, 1] for _, one, *_ in found if not one.axes] == conditions[3:5]
+    assert [axis.name for axis in found[-1][1].axes] == ["tremble p", "drop p"]
     whole = list(interactions(*played(["flip?p=0.4", "tremble?p=0.1", "flip?p=0.4 + tremble?p=0.1"])))
     assert [(one.weights, choices) for _, one, _, choices in whole] == [
         ({"truth": 1, "tremble?p=0.1": -1, "flip?p=0.4": -1, "flip?p=0.4 + tremble?p=0.1": 1}, 1)

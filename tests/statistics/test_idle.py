@@ -30,7 +30,7 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing_and_named(tmp
     (cell,) = (one for one in results.cells if one.condition == acts)
     assert never(results) == {("human-inspired", acts)}
     assert compared(results) == {("human-inspired", "flip?p=0.4")}
-    assert cell.value("changed_steps") == 0
+    assert cell.value("steps", "changed") == 0
     said = f"{acts} changed nothing (0 of {cell.value('steps'):g} steps), so nothing is concluded from it."
     assert said in " ".join(one.text for one in results.findings)
 

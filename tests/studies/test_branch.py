@@ -131,7 +131,7 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
     """Propagation with one report forced either way is the truth, at p = 0 and among other lies."""
     planned = study("flips", agent=agent, p=[p], trials=150, repetitions=1, modality="symbolic")
     parents, forks = played(tmp_path, planned, at=["4"], times=2)
-    (change,) = [change for of, (_, change, _) in branch_effects(forks, parents).items() if of.outcome == "solved"]
+    (change,) = [one.change for one in branch_effects(forks, parents) if one.outcome == "success"]
     lies = [f"flip?p={p}&until=3 + flip?p={rate}&at=4 + flip?p={p}&from=5" for rate in (0.0, 1.0)]
     told = [propagate(agent, condition=one, modality="symbolic").success for one in lies]
     exact = (told[1] - told[0]) / (1 - propagate(agent, p=p, modality="symbolic").solved[4])

@@ -104,13 +104,13 @@ def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, s
     With ``every`` it is of all agents and conditions, else of those that the study is about.
     """
     said = []
-    for agent, modality in dict.fromkeys((row.agent, row.modality) for row in found.where("few_broke_until")):
+    for agent, modality in dict.fromkeys((row.agent, row.modality) for row in found.where("last_step", of="few broke")):
         of = {"agent": agent, "modality": modality}
         cells = [
             cell for cell in found.cells if (cell.agent, cell.modality) == (agent, modality) and cell.value("broken")
         ]
         sentences = [f"{capital(_where(cell))}: {_bounds_said(cell)}" for cell in cells]
-        broke, ended = (found.get("median_end", **of, of=part) for part in ("broken", "ended"))
+        broke, ended = (found.get("last_step", **of, of=part) for part in ("broken", "ended"))
         if broke and ended and (broke.value or 0) > (ended.value or 0):
             sentences.append(
                 f"What is missing is long: half of the breaks came at step {broke.value:g} or later, other trials "
@@ -141,7 +141,7 @@ def _early(found: Results, of: Mapping[str, str]) -> list[str]:
     row = min(rows, key=lambda one: (2.0 if one.p_value is None else one.p_value, -abs(one.value or 0.0)), default=None)
     if row is None:
         return []
-    step, looks = found.one("few_broke_until", **of).value or 0, row.corrected_for
+    step, looks = found.one("last_step", **of, of="few broke").value or 0, row.corrected_for
     known = "" if row.detected else " This does not show that there is no effect."
     many = f", corrected for {looks} comparisons" if looks > 1 else ""
     cells = {cell.condition: cell for cell in found.cells if cell.agent == row.agent}

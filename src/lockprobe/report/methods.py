@@ -138,7 +138,7 @@ def _played_by(found: Results) -> dict[str, str]:
 
 def _agents(found: Results) -> Iterator[str]:
     called = _played_by(found)
-    many = next((row.value for row in found.where("people", agent=PEOPLE, condition="") if row.value), None)
+    many = next((row.value for row in found.where("people", agent=PEOPLE, condition="", of="") if row.value), None)
     by = [count(int(many), "participant") if many else "people"] * (PEOPLE in found.study.get("agents", ()))
     by += [f"{count(len(called), 'agent')} ({listed([*called.values()])})"] if called else []
     yield f"The box was played by {listed(by)}."
@@ -163,7 +163,7 @@ def _models(found: Results) -> Iterator[str]:
             known |= {"effort": "no reasoning effort"} if facts.get("effort") == "not taken" else {}
             said = [*known.values(), *["no seed sent"] * ("repairs" in facts)]
             yield f"{called}: {tex_text(', '.join(said))}."
-            for row in found.where("replies_asked_again", agent=agent):
+            for row in found.where("replies", agent=agent, of="asked again"):
                 yield f"{row.count} of its {row.n} replies could not be used and were asked for again."
 
 
@@ -172,9 +172,9 @@ def _participants(found: Results) -> Iterator[str]:
     facts, shown = found.facts_about(PEOPLE), {"True": "shown", "False": "not shown"}
     names = ("design", "view", "history", "feedback")
     said = [f"{name} {tex_text(shown.get(facts[name], facts[name]))}" for name in names if name in facts]
-    each = [int(row.value) for row in found.where("boxes_each", agent=PEOPLE, condition="") if row.value is not None]
-    if each:
-        low, high = min(each), max(each)
+    each = [found.get("boxes", agent=PEOPLE, condition="", of=f"{end} of a person") for end in ("fewest", "most")]
+    if boxes := [int(row.value) for row in each if row and row.value is not None]:
+        low, high = min(boxes), max(boxes)
         said.append(f"{count(high, 'box', 'boxes') if low == high else f'{low} to {high} boxes'} finished by each")
     if said:
         yield f"Participants: {', '.join(said)}."

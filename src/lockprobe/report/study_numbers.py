@@ -136,18 +136,20 @@ def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
     of, n = of_course(course), len(course.points)
     yield Curve(quantity=quantity, **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
     if fit.turning is not None:
-        yield Estimate(quantity=f"{quantity}_turning", **of, of=fit.kind, value=fit.turning, unit="dose")
+        yield Estimate(quantity=quantity, **of, of=fit.kind, value=fit.turning, unit="dose")
 
 
-def two_lines_rows(quantity: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
+def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
     """Where two lines meet and the shape that they show, and each of them."""
     of = of_course(course)
     if found.break_p is not None:
         shape: dict[str, Any] = {"p_value": found.p_value, "test": "two lines", "note": found.direction or ""}
-        yield Estimate(quantity=quantity, **of, value=found.break_p, unit="dose", **shape)
+        yield Estimate(quantity="two_lines", **of, of=what, value=found.break_p, unit="dose", **shape)
     for name, line in (("first line", found.first), ("second line", found.second)):
         if line is not None:
-            yield Estimate(quantity=quantity, **of, of=name, value=line.z, unit="z", p_value=line.p_value)
+            yield Estimate(
+                quantity="two_lines", **of, of=f"{what}, {name}", value=line.z, unit="z", p_value=line.p_value
+            )
 
 
 def of_blocks(found: BlockMean) -> dict[str, Any]:
@@ -240,7 +242,7 @@ class StudyNumbers:
         A study of flip rates alone has none.
         """
         design = design_of(self.study)
-        acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+        acting = {arm.label: arm.without() for arm in design.arms}
         found: dict[str, set[str]] = {}
         for cell in self.cells if not self.study.of_flips else ():
             if cell.condition not in design.controls and idle_interventions(cell.trials, acting[cell.condition]):

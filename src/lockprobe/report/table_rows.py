@@ -47,7 +47,7 @@ def over_rates(found: Results) -> str:
 
 def chance_cell(cell: Cell) -> str:
     """The loop rate of random actions, from uniform to without immediate repeats."""
-    return " to ".join(percent(cell.value("loop_rate_chance", of), 0) for of in ("uniform", "no-repeat"))
+    return " to ".join(percent(cell.value("loop_rate", of), 0) for of in ("uniform", "no-repeat"))
 
 
 def by_conditions(cells: Sequence[Cell]) -> bool:

@@ -18,10 +18,9 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
 from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, opposed
+from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.conditions.design import Comparison, Design
-from lockprobe.statistics.conditions.dose_grid import Grid
 from lockprobe.statistics.conditions.factors import Factor
-from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
@@ -110,12 +109,12 @@ def contrast(
 
 def idle_conditions(cells: Cells, design: Design) -> list[Idle]:
     """What changed nothing, in the order of the conditions; a control is to change nothing."""
-    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+    acting = {arm.label: arm.without() for arm in design.arms}
     return [
         one
         for (_, label), cell in cells.items()
         if label not in design.controls
-        for one in idle_interventions(cell.trials, acting.get(label, []))
+        for one in idle_interventions(cell.trials, acting.get(label, ()))
     ]
 
 
@@ -191,28 +190,28 @@ def _against_first(
         )  # fmt: skip
 
 
-def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossing | Grid, BlockMean, int]]:
+def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, BlockMean, int]]:
     """Every interaction: agent, what is crossed, the contrast, and how many are judged together.
 
-    A crossing is left out where a grid with an interaction has it. None is computed where all must hold at every look.
+    Two interventions are left out where their doses have an interaction. None is computed where all must hold at every
+    look.
     """
     sizes, acted = _family_sizes(acting(cells, design), design), acting(cells, design, wholly=True)
     for agent in design.agents:
         for of in map(design.comparison, design.modalities):
             if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
                 continue
-            grids = [one for one in of.grids if _interaction(acted, agent, one)]
-            crossed = {name for one in grids for name in one.conditions.values()}
-            single = [one for one in of.crossings if one.both not in crossed and _interaction(acted, agent, one)]
+            every = [one for one in of.crossed if _interaction(acted, agent, one)]
+            dosed = {name for one in every if one.axes for name in one.conditions.values()}
+            every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
             agents = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))])
-            choices = agents * max(1, len(grids) + len(single))
-            every: list[Crossing | Grid] = [*single, *grids]
+            choices = agents * max(1, len(every))
             for one in every:
                 if found := _interaction(acted, agent, one, choices):
                     yield agent, one, found, choices
 
 
-def _interaction(cells: Cells, agent: str, of: Crossing | Grid, choices: int = 1) -> BlockMean | None:
+def _interaction(cells: Cells, agent: str, of: Crossed, choices: int = 1) -> BlockMean | None:
     own = [cells.get((agent, name)) for name in of.weights]
     found = [one for one in own if one is not None]
     if not own or len(found) < len(own):

@@ -140,20 +140,16 @@ def courses(
         for family, share, one in zip(families, heeded, found, strict=True)
         if share is None and len(one.finished_doses) > 1
     )
+    named = [several or times[one.agent] > 1 or one.modality not in PLAIN_WORDS for one in found]
     return tuple(
         Course(
             trials=one,
             axis=axis,
             key=key,
-            shown=_shown(one, axis, several=several or times[one.agent] > 1),
+            shown=", ".join(filter(None, (spoken(one.modality) if modality else "", axis.rest))),
             heeded=share,
             idle=frozenset(dose for dose, members in [*one.by_dose()][1:] if never_acted(members)),
             family=max(1, sizes[family]),
         )
-        for one, share, family in zip(found, heeded, families, strict=True)
+        for one, share, family, modality in zip(found, heeded, families, named, strict=True)
     )
-
-
-def _shown(trials: AxisTrials, axis: Axis, *, several: bool) -> str:
-    modality = spoken(trials.modality) if several or trials.modality not in PLAIN_WORDS else ""
-    return ", ".join(filter(None, (modality, axis.rest)))

@@ -178,16 +178,14 @@ def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, mod
     assert np.allclose(bars(axes), [(p, row.value, row.low, row.high) for p, row in rates])
     assert fit.value in [tuple(y) for _, y in lines(axes)]
     (band,) = shades(axes)
-    assert band >= {
-        (cell.p, cell.value("loop_rate_chance", of)) for cell in model.cells for of in ("uniform", "no-repeat")
-    }
+    assert band >= {(cell.p, cell.value("loop_rate", of)) for cell in model.cells for of in ("uniform", "no-repeat")}
 
 
 def test_dots_line_and_r_of_figure_5a(typical, model):
     (axes,) = loops.draw(typical, "fig5a").axes
     assert set(dots(axes)) == {(rate.value, success.value) for cell in model.cells for success, rate in cell.points}
-    (x, y), r = lines(axes)[0], model.value("loop_success_correlation")
-    slope = model.value("loop_success_line", "slope")
+    (x, y), r = lines(axes)[0], model.value("loop_success", "correlation")
+    slope = model.value("loop_success", "slope")
     assert np.allclose((y[1] - y[0]) / (x[1] - x[0]), slope)
     assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in axes.get_title(loc="left")
 
@@ -211,7 +209,7 @@ def test_people_stand_above_agents_under_each_condition(tmp_path):
 
 def test_marks_of_why_are_its_rows_and_filled_where_they_are_detected(tmp_path):
     found = controls(tmp_path)
-    for axes, total in zip(pictures(found)["why"].axes, found.where("false_report_effect"), strict=True):
+    for axes, total in zip(pictures(found)["why"].axes, found.where("false_report_effect", of="total"), strict=True):
         rows = [total, *found.where("arm_contrast", agent=total.agent)]
         drawn = bars(axes, across=True)
         assert drawn == [(i, *map(pytest.approx, (row.value, row.low, row.high))) for i, row in enumerate(rows)]

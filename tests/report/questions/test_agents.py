@@ -22,11 +22,12 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     assert found.one("broken", agent="random", condition="", of="refusal").value == 1
     broken = "random, broken at refusal"
     assert found.facts_about(broken) == {"first message": "refused: I cannot help.", "will be replayed": "no"}
-    tidied = found.where("tidied_replies")
-    assert [(row.of, row.count) for row in tidied] == [("", 1), ("a code fence", 1), ("text around the object", 1)]
+    again, *tidied = sorted(found.where("replies"), key=lambda row: row.of)
+    said = ("tidied", "tidied, a code fence", "tidied, text around the object")
+    assert [(row.of, row.count) for row in tidied] == [(of, 1) for of in said]
     assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
     details, page = page_of(found), page_of(found)
-    assert [(row.agent, row.count, row.n) for row in found.where("replies_asked_again")] == [("random", 2, 3)]
+    assert (again.of, again.agent, again.count, again.n) == ("asked again", "random", 2, 3)
     assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
     assert "They were tidied, and count as all others do." in details
     assert "a code fence 1, text around the object 1" in details

@@ -59,13 +59,22 @@ def test_differences_are_to_the_control_and_paired(lab):
     assert {row.value for row in rows if row.agent == "random" and "trem" not in row.condition} == {0}
 
 
-def test_what_was_crossed_has_its_interaction(lab):
-    rows = lab.where("success_interaction")
-    assert [row.value for row in rows] == [0, 0]  # neither agent reads words
+def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(lab, grid):
     both = "nudge \N{MULTIPLICATION SIGN} flip?p=0.6"
+    assert [row.value for row in lab.where("success_interaction")] == [0, 0]  # neither agent reads words
     assert [row[:2] for row in tables_of(lab)["crossings"][1:]] == [[READER, both], ["random", both]]
     (part,) = [part for part in parts_of(lab) if part.name == "crossings"]
     assert (part.heading, part.answer) == ("Interactions", "0 of 2 interactions were detected.")
+    first, random = grid.where("success_interaction", versus="")
+    assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
+    assert random.corrected_for == 2  # agents
+    head, *rows = tables_of(grid)["crossings"]
+    assert ("with" in head, [row[1] for row in rows]) == (False, [AXIS] * 2)
+    facts = grid.facts_about(AXIS)
+    assert (facts["first dose"], facts["second dose"]) == ("flip rate", "tremble p")
+    doses = {one.name: (one.doses.get("flip.p", 0), one.doses.get("tremble.p", 0)) for one in grid.design.conditions}
+    assert {name for name in facts if ", " in name} == {"{:g}, {:g}".format(*both) for both in doses.values()}
+    assert all(facts["{:g}, {:g}".format(*both)] == name for name, both in doses.items())
 
 
 def test_the_table_of_all_conditions_has_what_each_changes_and_the_answer_counts_what_was_detected(lab):
@@ -79,26 +88,6 @@ def test_the_table_of_all_conditions_has_what_each_changes_and_the_answer_counts
     assert shown[READER, "truth"]["P"] == shown["random", "flip?p=0.3"]["P"] == NONE
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences were detected."
-
-
-def test_cells_of_a_grid_are_its_conditions(grid):
-    facts = grid.facts_about(AXIS)
-    assert (facts["first dose"], facts["second dose"]) == ("flip rate", "tremble p")
-    conditions = {
-        one.name: (one.doses.get("flip.p", 0), one.doses.get("tremble.p", 0)) for one in grid.design.conditions
-    }
-    places = {name: condition for name, condition in facts.items() if ", " in name}
-    assert len(places) == 9
-    assert all(name == "{:g}, {:g}".format(*conditions[condition]) for name, condition in places.items())
-
-
-def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
-    first, random = grid.where("success_interaction", versus="")
-    assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
-    assert random.corrected_for == 2  # agents
-    head, *rows = tables_of(grid)["crossings"]
-    assert [row[1] for row in rows] == [AXIS] * 2
-    assert "with" not in head
 
 
 def test_grids_of_one_name_are_told_apart(tmp_path):
@@ -120,10 +109,9 @@ def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
 
 
-AGENT = "cognitive:perseverant"
 PARTS = ["tremble?p=0.6", "flip?p=0.4", "nudge"]
 CONDITIONS = [" + ".join(one) for size in (1, 2, 3) for one in combinations(PARTS, size)]
-ASKED = study("flips", agent=[AGENT], repetitions=1, trials=12, condition=CONDITIONS)
+ASKED = study("flips", agent=[READER], repetitions=1, trials=12, condition=CONDITIONS)
 
 
 @pytest.fixture(scope="module")
@@ -131,34 +119,26 @@ def factorial(tmp_path_factory):
     return results(write_study(tmp_path_factory.mktemp("lab") / "study", ASKED))
 
 
-def test_every_factor_has_an_effect_on_both_measures(factorial):
-    rows = factorial.where("factor_effect")
-    assert {row.of for row in rows} == {"misreading", "success"}
-    assert {row.axis for row in rows} == {"tremble.p=0.6", "flip.p=0.4", "nudge=yes"}
-    success = {
-        condition: factorial.one("success", agent=AGENT, condition=condition).value
-        for condition in ["truth", *CONDITIONS]
-    }
-    high = [share for condition, share in success.items() if "tremble" in condition]
-    low = [share for condition, share in success.items() if "tremble" not in condition]
+def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_matter(factorial):
+    rows, factors = factorial.where("factor_effect"), ["tremble.p=0.6", "flip.p=0.4", "nudge=yes"]
+    assert {(row.of, row.axis) for row in rows} == {(of, axis) for of in ("misreading", "success") for axis in factors}
+    trembled, steady = (
+        [
+            factorial.one("success", agent=READER, condition=condition).value
+            for condition in ("truth", *CONDITIONS)
+            if ("tremble" in condition) == there
+        ]
+        for there in (True, False)
+    )
     row = factorial.one("factor_effect", of="success", axis="tremble.p=0.6")
-    assert row.value == pytest.approx(sum(high) / 4 - sum(low) / 4)
+    assert row.value == pytest.approx(sum(trembled) / 4 - sum(steady) / 4)
     assert (row.clusters, row.corrected_for) == (12, 3)
     assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
-
-
-def test_the_page_says_which_matter(factorial):
-    answer = factorial.answer
-    assert answer.startswith(f"{AGENT}: misreading changes with ")
-    assert "misreading changes with flip.p=0.4 (+" in answer
+    assert factorial.answer.startswith(f"{READER}: misreading changes with ")
+    assert "misreading changes with flip.p=0.4 (+" in factorial.answer
     (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
-    assert (part.heading, part.answer) == ("Which features matter?", answer)
-    assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == [
-        "factor",
-        "tremble.p=0.6",
-        "flip.p=0.4",
-        "nudge=yes",
-    ]
+    assert (part.heading, part.answer) == ("Which features matter?", factorial.answer)
+    assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]
 
 
 STICKY = "flip?p=0.6&others=kept"
@@ -166,7 +146,7 @@ STICKY = "flip?p=0.6&others=kept"
 
 def test_a_level_is_compared_with_the_first_one_beside_the_control(tmp_path):
     """Options that are no numbers: conditions that differ in one alone."""
-    asked = {"agent": [AGENT], "p": [0, 0.6], "condition": [STICKY, "nudge"], "trials": 8, "repetitions": 2}
+    asked = {"agent": [READER], "p": [0, 0.6], "condition": [STICKY, "nudge"], "trials": 8, "repetitions": 2}
     found = results(write_study(tmp_path / "study", study("flips", **asked)))
     (row,) = found.where("success_difference", axis="flip others")
     assert (row.condition, row.control, row.family, row.corrected_for) == (

@@ -28,26 +28,25 @@ def forked(request, tmp_path_factory):
 
 def test_rows_are_effects_of_the_forks_on_record(forked):
     name, found = forked
-    rows = [row for row in found.rows if row.quantity.endswith("_change_by_fork")]
+    rows = [row for row in found.rows if row.quantity == "fork_change"]
     assert {row.condition for row in rows} == {"flips": {"truth", "flip?p=0.4"}, "why": {"truth"}}[name]
     places = {tuple(row.of.split(", ")) for row in rows}
-    assert {arm for arm, _, _ in places} == {"lie", "lie-truth"}
-    assert {where for _, where, _ in places} >= {"4", "8"}
+    assert {arm for _, arm, _, _ in places} == {"lie", "lie-truth"}
+    assert {where for *_, where, _ in places} >= {"4", "8"}
     assert {later for *_, later in places} == {"later reports as in the condition"}
     for row in rows:
         assert row.clusters <= 8
-        if row.of.startswith("lie-truth"):  # a policy reads the corrected report alone
+        if ", lie-truth, " in row.of:  # a policy reads the corrected report alone
             assert row.value == 0
-    assert any(row.value > 0.3 for row in rows if row.quantity == "next_choice_change_by_fork")
-    after = found.where("success_after_true_report")
-    assert [row.of for row in after] == [row.of for row in found.where("success_change_by_fork")]
+    assert any(row.value > 0.3 for row in rows if row.of.startswith("next choice"))
+    assert [row.of for row in found.where("after_true_report")] == [row.of for row in rows]
 
 
 def test_the_part_has_the_sentence_the_table_and_the_figure_and_no_other_number_counts_forks(forked):
     _, found = forked
     (own,) = (part for part in parts_of(found) if part.name == "forks")
     assert (own.answer, [one.name for one in figures_of([own])]) == (fork_said(found.rows), ["forks"])
-    assert len(tables_of(found)["forks"]) == 1 + len(found.where("success_change_by_fork"))
+    assert len(tables_of(found)["forks"]) == 1 + sum(row.of.startswith("success") for row in found.where("fork_change"))
     assert found.progress.finished == sum(
         row.value + found.one("broken", agent=row.agent, condition=row.condition).value
         for row in found.where("trials", of="")
@@ -62,10 +61,10 @@ def test_a_study_without_forks_has_no_such_part(tmp_path):
 
 
 def changed(of="lie, 8, later reports true", **columns):
-    own = {"agent": "random", "condition": "truth", "of": of, "n": 300, "clusters": 150}
+    own = {"agent": "random", "condition": "truth", "of": f"success, {of}", "n": 300, "clusters": 150}
     size = {"value": 0.1, "low": 0.02, "high": 0.18, "p_value": 0.01} | columns
-    after = Estimate(quantity="success_after_true_report", **own, value=0.4)
-    return [Estimate(quantity="success_change_by_fork", **own, **size), after]
+    after = Estimate(quantity="after_true_report", **own, value=0.4)
+    return [Estimate(quantity="fork_change", **own, **size), after]
 
 
 def test_the_clearest_effect_is_said_and_what_is_not_detected_is_not_said_to_be_nothing():

@@ -18,7 +18,7 @@ def found(tmp_path_factory) -> Results:
 
 def test_every_loop_rate_stands_beside_two_levels_of_chance(found):
     for cell in found.cells:
-        uniform, no_repeat = (cell.value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+        uniform, no_repeat = (cell.value("loop_rate", of) for of in ("uniform", "no-repeat"))
         assert uniform <= no_repeat
         rate = cell.get("loop_rate")
         assert 0 <= rate.low <= rate.value <= rate.high <= 1
@@ -35,14 +35,12 @@ def test_numbers_of_known_trials(tmp_path):
     trials += [make_trial([0] * 3, agent="llm:x", trial=3, broken="model")]
     (cell,) = found_in(tmp_path / "exact", small_study(("llm:x",), (0.0,), 1, 3), trials).cells
     assert (cell.value("loop_rate"), cell.get("loop_rate").n) == (1 / 2, 2)
-    assert cell.value("loop_rate_chance", "uniform") == pytest.approx(chance_level(20).probability / 2)
-    assert cell.value("loop_rate_chance", "no-repeat") == pytest.approx(
-        chance_level(20, null="no-repeat").probability / 2
-    )
-    assert cell.get("loop_rate_chance", "uniform").low is None
+    assert cell.value("loop_rate", "uniform") == pytest.approx(chance_level(20).probability / 2)
+    assert cell.value("loop_rate", "no-repeat") == pytest.approx(chance_level(20, null="no-repeat").probability / 2)
+    assert cell.get("loop_rate", "uniform").low is None
     long = [make_trial([0, 1, 2] * 9, agent="llm:x", budget=27)]
     (cell,) = found_in(tmp_path / "long", replace(small_study(("llm:x",), (0.0,), 1, 1), max_steps=27), long).cells
-    level = cell.get("loop_rate_chance", "uniform")
+    level = cell.get("loop_rate", "uniform")
     assert (cell.value("coverage"), level.note) == (1.0, "simulation")
     assert 0 < level.low < level.value < level.high <= 1
 

@@ -31,9 +31,9 @@ def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
     ]  # fmt: skip
     found = found_in(tmp_path, small_study(("llm:local",), (0.4,), 1, 3), trials)
     (cell,) = found.cells
-    names = ("misread", "false_report", "false_belief", "said_moved_of_misread", "trials_with_misinterpretation")
-    assert {(row.count, row.n) for row in map(cell.get, names[:3])} == {(6, 15)}
-    assert [(row.count, row.n, row.clusters) for row in map(cell.get, names[3:])] == [(0, 6, 3), (3, 3, None)]
+    assert {(row.count, row.n) for row in map(cell.get, ("misread", "false_report", "false_belief"))} == {(6, 15)}
+    parts = cell.get("misread", "said moved"), cell.get("misinterpretations", "trials with any")
+    assert [(row.count, row.n, row.clusters) for row in parts] == [(0, 6, 3), (3, 3, None)]
     assert cell.get("false_report", "steps").n == 18
     assert cell.value("misinterpretations") == 6
     assert {row.of: row.value for row in found.where("claims") if row.value} == {
@@ -59,8 +59,8 @@ def test_the_rate_is_the_mean_over_trials_and_misread_is_pooled_over_claims(tmp_
     found = found_in(tmp_path, planned, [*trials, *silent])
     (cell,) = (one for one in found.cells if one.get("misread"))
     assert cell.value("misread") == 0.25
-    assert cell.value("misinterpretation_rate") == 0.5
-    assert cell.value("misinterpretation_rate_sd") == pytest.approx(0.5**0.5)
+    assert cell.value("misinterpretations", "rate") == 0.5
+    assert cell.value("misinterpretations", "SD of rates") == pytest.approx(0.5**0.5)
     assert "25 % of claims contradict the report" in page_of(found)
     assert part(page_of(found_in(tmp_path / "b", planned, silent)), "misreading") == ""
 

@@ -39,13 +39,13 @@ def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(f
         (step, later.state) for trial in own for step, later in zip(trial.steps, trial.steps[1:], strict=False)
     ]  # fmt: skip
     false = sum(step.told_state != state for step, state in pairs)
-    row = found.one("false_positions", agent=AGENT, condition=KEPT)
+    row = found.one("false_report", of="positions", agent=AGENT, condition=KEPT)
     assert 0 <= row.count - false <= len(own)  # of the last report of each trial no later state is on record
     outcomes = found.one("false_report", agent=AGENT, condition=KEPT, of="steps")
     assert outcomes.count == sum(step.told_falsely for trial in own for step in trial.steps)
-    fresh = found.one("false_positions", agent=AGENT, condition="flip?p=0.4")
+    fresh = found.one("false_report", of="positions", agent=AGENT, condition="flip?p=0.4")
     assert fresh.value < 0.6 < row.value
-    assert found.one("false_positions", agent=AGENT, condition="truth").count == 0
+    assert found.one("false_report", of="positions", agent=AGENT, condition="truth").count == 0
 
 
 def test_a_row_for_every_reading_and_rate_and_the_difference_between_readings_in_pairs(found):

@@ -38,11 +38,11 @@ def test_every_joint_has_a_row_and_failures_are_counted_apart(tmp_path):
         ["revolute-right", "100 %", "24", "24", "100 %", "24", "24"],
         ["all", "50 %", "48", "24", "100 %", "48", "24"],
     ]
-    target = found.one("right_verdicts", of="revolute-left")
+    target = found.one("verdicts", of="right, revolute-left")
     assert (target.clusters, target.high < 0.5) == (8, True)
-    assert found.one("wrong_verdicts").count == found.one("wrong_verdicts", of="moved for blocked").count == 24
-    assert found.one("wrong_verdicts", of="blocked for moved").count == 0
-    assert (found.one("wrong_readings").low, found.one("wrong_readings").high > 0) == (0, True)
+    assert found.one("verdicts", of="wrong").count == found.one("verdicts", of="wrong, moved for blocked").count == 24
+    assert found.one("verdicts", of="wrong, blocked for moved").count == 0
+    assert ((wrong := found.one("readings", of="wrong")).low, wrong.high > 0) == (0, True)
     said = "Wrong: the verdict of the arm at 24 of 48 attempts, the reading of the camera at 0 of 48 attempts."
     assert said in page_of(found)
 
@@ -70,7 +70,7 @@ def studies(directories):
 def test_the_answer_counts_them_and_success_is_compared_all_the_same(studies):
     missing, clumsy, kept = studies
     for found in (missing, clumsy):
-        rows = found.where("against_rules")
+        rows = found.where("against_rules", of="")
         broken = (
             f" {sum(row.count for row in rows)} of {sum(row.n for row in rows)} attempts broke the rules of the box."
         )
@@ -83,29 +83,29 @@ def test_the_answer_counts_them_and_success_is_compared_all_the_same(studies):
     assert {row.quantity for row in clumsy.rows} >= {row.quantity for row in kept.rows}
     assert "broke the rules" not in kept.answer
     assert not_judged(kept) == ""
-    assert kept.where("missed_share") == kept.where("attempts") == []
+    assert kept.where("against_rules", of="missed") == kept.where("against_rules", of="attempts") == []
 
 
 def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(studies, directories):
     chain, missing = box("chain-4"), studies[0]
     own = [one for one in load(directories[0]) if (one.group, one.condition) == ("human-inspired", MISSES)]
     judged = [against_rules(trial, chain) for trial in own]
-    free, locked = ([[one for one in trial if one.free == at] for trial in judged] for at in (True, False))
-    for quantity, among, happened in (
-        ("missed_share", free, [sum(not one.moved for one in of) for of in free]),
-        ("forced_share", locked, [sum(one.moved for one in of) for of in locked]),
-        ("moved_another_share", judged, [sum(one.other for one in of) for of in judged]),
+    for kind, among, happened in (
+        ("missed", lambda one: one.free, lambda one: not one.moved),
+        ("forced", lambda one: not one.free, lambda one: one.moved),
+        ("moved another", lambda one: True, lambda one: one.other),
     ):
-        row = missing.one(quantity, agent="human-inspired", condition=MISSES)
-        share = clustered_proportion(happened, list(map(len, among)))
+        row = missing.one("against_rules", agent="human-inspired", condition=MISSES, of=kind)
+        of = [[happened(one) for one in trial if among(one)] for trial in judged]
+        share = clustered_proportion(list(map(sum, of)), list(map(len, of)))
         assert (row.count, row.n, row.low, row.high) == (share.count, share.n, share.low, share.high)
         assert row.count > 0
-    assert {row.count for row in missing.where("missed_share") if row.condition == "truth"} == {0}
     for cell in missing.cells:
-        kept = cell.get("success_without_miss")
-        assert kept is None or kept.n <= cell.trials
+        kept, every = cell.get("success", "without a miss"), cell.get("success")
         if cell.condition == "truth":
-            assert (kept.count, kept.n) == (cell.get("success").count, cell.get("success").n)
+            assert cell.get("against_rules", "missed").count == 0
+            assert (kept.count, kept.n) == (every.count, every.n)
+        assert kept is None or kept.n <= cell.trials
     assert "attempts at free joints missed" in page_of(missing)
 
 

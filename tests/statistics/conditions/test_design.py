@@ -22,16 +22,8 @@ OTHERS = [
         "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
     )
 ]  # fmt: skip
-HANDS = [
-    read_condition(f"plant?{options}", plant="twin")
-    for options in (
-        "pose_error=0.01",
-        "pose_error=0.02",
-        "friction=0.3",
-        "mechanism=ideal",
-        "tilt=30&friction=2",
-    )
-]
+_CHANGES = "pose_error=0.01", "pose_error=0.02", "friction=0.3", "mechanism=ideal", "tilt=30&friction=2"
+HANDS = [read_condition(f"plant?{options}", plant="twin") for options in _CHANGES]
 OTHERS += HANDS
 SHOWN = "symbolic?tell=state"
 
@@ -40,10 +32,19 @@ def designed(conditions, agents=("random",)):
     return design_of(Study(name="lab", agents=agents, box=box(), conditions=tuple(conditions), plant="twin"))
 
 
+def dosed(comparison):
+    return {label for axis in comparison.axes for label in axis.doses} - {comparison.control}
+
+
 chosen = st.tuples(
     st.lists(st.sampled_from(FLIPS), unique_by=lambda one: one.label),
     st.lists(st.sampled_from(OTHERS), unique_by=lambda one: one.label),
 )
+
+
+@pytest.mark.parametrize(("specs", "control"), [(("nudge", "flip?p=0"), "flip?p=0"), (("nudge", "warn"), "nudge")])
+def test_the_control_is_the_truth_or_else_the_first(specs, control):
+    assert designed(map(read_condition, specs)).controls == {control}
 
 
 @given(chosen)
@@ -51,8 +52,8 @@ def test_every_condition_but_the_control_is_in_one_family(both):
     flips, others = both
     found = designed([TRUTH, *flips, *others]).comparison(SHOWN)
     assert found.control == "truth"
-    assert {*found.flips} | {*found.dosed} | {*found.others} == {one.label for one in (*flips, *others)}
-    assert len(found.labels) == len({*found.labels}) == 1 + len(flips) + len(others)
+    every = [*found.flips, *dosed(found), *found.others]
+    assert sorted(every) == sorted(one.label for one in (*flips, *others))
 
 
 @given(chosen, st.sampled_from([*FLIPS, *OTHERS]))
@@ -63,14 +64,14 @@ def test_a_condition_more_changes_no_other_family(both, more):
     before = designed([TRUTH, *flips, *others]).comparison(SHOWN)
     now = designed([TRUTH, *flips, *others, more]).comparison(SHOWN)
     if more in FLIPS:
-        assert (now.others, now.dosed) == (before.others, before.dosed)
+        assert (now.others, dosed(now)) == (before.others, dosed(before))
         assert now.flips == (*before.flips, more.label)
-    elif more.label in now.dosed:
+    elif more.label in dosed(now):
         # the second dose beside the control makes an axis, which takes the first one along
         assert now.flips == before.flips
-        assert {*before.others} - {*now.others} == {*now.dosed} - {*before.dosed, more.label}
+        assert {*before.others} - {*now.others} == dosed(now) - dosed(before) - {more.label}
     else:
-        assert (now.flips, now.dosed) == (before.flips, before.dosed)
+        assert (now.flips, dosed(now)) == (before.flips, dosed(before))
         assert now.others == (*before.others, more.label)
 
 
@@ -106,7 +107,7 @@ def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
     found = designed([TRUTH, *map(read_condition, rates)])
     assert [one.axis.dose for one in found.series] == ["p"]
     assert [one.name for one in found.factors] == ["flip others"]
-    assert found.comparison(SHOWN).grids == ()
+    assert found.comparison(SHOWN).crossed == ()
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():
@@ -141,16 +142,12 @@ def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_st
     found = designed([TRUTH, *HANDS[:2], *stiffness]).comparison(SHOWN)
     assert {one.axis.name: dict(one.doses) for one in found.axes} == {
         "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
-        "plant friction below 1": {
-            "truth": 0,
-            "plant?friction=0.3": 0.7,
-            "plant?friction=0.2": 0.8,
-        },
+        "plant friction below 1": {"truth": 0, "plant?friction=0.3": 0.7, "plant?friction=0.2": 0.8},
     }
     assert (found.control, found.others) == ("truth", ("plant?friction=2",))
 
 
 def test_a_dose_of_the_plant_crosses_with_a_flip_rate():
     planned = study("flips", agent="random", plant="twin", sweep="flip?p=0,0.4 + plant?pose_error=0,0.01,0.02")
-    (grid,) = design_of(planned).comparison(SHOWN).grids
-    assert (grid.row_doses, grid.column_doses, len(grid.conditions)) == ((0.0, 0.4), (0.0, 0.01, 0.02), 6)
+    (grid,) = (one for one in design_of(planned).comparison(SHOWN).crossed if one.axes)
+    assert (grid.doses, len(grid.conditions)) == (([0.0, 0.4], [0.0, 0.01, 0.02]), 6)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.foundation.formatting import listed
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
@@ -30,7 +30,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     yield from _facts((_PLANT + str(plant.get("plant")), plant) for plant in plants)
     yield from _tidied(trials)
     for agent, (again, n) in asked_again(trials).items():
-        yield Estimate(quantity="replies_asked_again", agent=agent, value=again / n, count=again, n=n)
+        yield Estimate(quantity="replies", of="asked again", agent=agent, value=again / n, count=again, n=n)
 
 
 def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
@@ -61,18 +61,19 @@ def _tidied(trials: Sequence[Trial]) -> Iterator[Estimate]:
     for agent, made in decisions.items():
         if tidied := sum(bool(one.tidied) for one in made):
             what = Counter(TIDIED.get(what, what) for one in made for what in one.tidied)  # type: ignore[call-overload]
-            for of, count in (("", tidied), *what.most_common()):
+            for of, count in (("tidied", tidied), *((f"tidied, {said}", many) for said, many in what.most_common())):
                 n = len(made)
-                yield Estimate(quantity="tidied_replies", agent=agent, of=of, value=count / n, count=count, n=n)
+                yield Estimate(quantity="replies", agent=agent, of=of, value=count / n, count=count, n=n)
 
 
 def _show(found: Results) -> Iterator[Part]:
     agents = {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))}
     plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
+    tidied = (row for row in found.where("replies") if row.of.startswith("tidied"))  # of all first, then of each thing
     values = {
         "agents": agents,
-        "again": found.where("replies_asked_again"),
-        "tidied": _replies(found),
+        "again": found.where("replies", of="asked again"),
+        "tidied": list(grouped(tidied, lambda row: row.agent).values()),
         "plants": [found.facts_about(plant) for plant in plants],
     }
     boxes = [str(box.get("name", "")) for box in found.boxes]
@@ -82,14 +83,6 @@ def _show(found: Results) -> Iterator[Part]:
     ]
     said = f"What is on record of {', and of '.join(of)}." if of else ""
     yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
-
-
-def _replies(found: Results) -> list[dict[str, Any]]:
-    """The agents some of whose replies were tidied, with what was done how often."""
-    return [
-        {"all": row, "of": [one for one in found.where("tidied_replies", agent=row.agent) if one.of]}
-        for row in found.where("tidied_replies", of="")
-    ]
 
 
 SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show),)

@@ -49,12 +49,12 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
         ("ended", [len(trial.steps) for trial in trials if trial.error is None]),
     ):
         if steps:
-            yield Estimate(quantity="median_end", **of, of=part, unit="steps", value=median(steps), n=len(steps))
+            yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))
     cells = [cell for cell in cells if len(cell.ended)]
     counted, broken = [cell.ended for cell in cells], [cell.broke for cell in cells]
     budget = max((trial.budget for cell in cells for trial in cell.trials), default=0)
     step = few_broke_until(counted, broken, budget)
-    yield Estimate(quantity="few_broke_until", **of, unit="steps", value=step)
+    yield Estimate(quantity="last_step", **of, of="few broke", unit="steps", value=step)
     if len(cells) < 2 or not 0 < step < budget:
         return
     first, order = cells[0].trials[0], cells[0].order

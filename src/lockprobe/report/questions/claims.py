@@ -142,7 +142,7 @@ def _as_paper(cell: Cell, quantity: str, paper: Proportion) -> Judged:
 
 def _same_step(cell: Cell, paper: int) -> Judged:
     """The step by which 80 % of the trials are solved against the paper's."""
-    row = cell.get("steps_to_80")
+    row = cell.get("steps_to_solve", "80 %")
     step, early, late = (row.value, row.low, row.high) if row else (None, None, None)
     inside = (early or math.inf) <= paper <= (late or math.inf)
     said, *ends = ("not reached" if one is None else f"{one:g}" for one in (step, early, late))
@@ -193,12 +193,12 @@ def _unlike(of: Callable[[Proportion, Proportion], _Estimated], here: _Pair, pap
 def _misread(course: Course) -> Judged | None:
     """Misreadings occur as often as in the paper."""
     cell = course.played[0]
-    rate, spread, total = map(cell.get, ("misinterpretation_rate", "misinterpretation_rate_sd", "misinterpretations"))
+    rate, spread, total = (cell.get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
     if rate is None or rate.value is None or spread is None or spread.value is None or total is None:
         return None
     if not total.value:
         return _never_misread(cell)
-    paper, affected = published.TABLE1[spec_name(cell.modality)], cell.get("trials_with_misinterpretation")
+    paper, affected = published.TABLE1[spec_name(cell.modality)], cell.get("misinterpretations", "trials with any")
     p = welch_test((paper.mean, paper.sd, paper.trials), (rate.value, spread.value, rate.n or 0))
     here = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
     here += f", in {affected.count} of {affected.n} trials" if affected else ""
@@ -207,7 +207,7 @@ def _misread(course: Course) -> Judged | None:
 
 def _hallucinated(course: Course) -> Judged | None:
     """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
-    row = course.played[0].get("said_moved_of_misread")
+    row = course.played[0].get("misread", "said moved")
     if row is None or row.low is None or row.high is None:
         return _never_misread(course.played[0])
     here = f"{row.count} of {row.n} misreadings claim moved after a report of blocked, "
@@ -218,7 +218,7 @@ def _hallucinated(course: Course) -> Judged | None:
 
 def _never_misread(cell: Cell) -> Judged | None:
     """Not one misreading: could that be chance, if as many trials had one as in the paper?"""
-    misread, rate = cell.get("misread"), cell.get("misinterpretation_rate")
+    misread, rate = cell.get("misread"), cell.get("misinterpretations", "rate")
     paper = published.TABLE1[spec_name(cell.modality)]
     found = difference(proportion(paper.affected, paper.trials), proportion(0, rate.n or 0)) if rate else None
     if misread is None or rate is None or found is None:
@@ -298,7 +298,7 @@ def _fewer(course: Course) -> int:
 def _loops(course: Course) -> Judged:
     """As many trials loop at 0 as in the paper, and more than elsewhere."""
     here, _, test, p, _ = _as_paper(course.played[0], "loop_rate", published.LOOPS_AT_0)
-    low, high = (course.played[0].value("loop_rate_chance", of) for of in ("uniform", "no-repeat"))
+    low, high = (course.played[0].value("loop_rate", of) for of in ("uniform", "no-repeat"))
     here += "" if low is None or high is None else f"; by chance {range_of(low, high)}"
     sign = 0 if course.blind else _fewer(course)
     why = "loops of a blind agent cannot depend on reports" if course.blind else f"{_LOOPS[sign]} detected"
@@ -316,11 +316,11 @@ def _drop(course: Course) -> Judged:
     return Judged(here, verdict_of(p, sign), test, p)
 
 
-def _pattern(quantity: str, here: str, test: str, **notes: int) -> Callable[[Course], Judged | None]:
+def _pattern(quantity: str, of: str, here: str, test: str, **notes: int) -> Callable[[Course], Judged | None]:
     """Whether the note of a number over all flip rates names the pattern of a claim (1) or its opposite (-1)."""
 
     def judge(course: Course) -> Judged | None:
-        row = course.get(quantity)
+        row = course.get(quantity, of)
         if row is None or row.p_value is None:
             return None
         said = "" if row.value is None else here.format(row.value)
@@ -331,7 +331,7 @@ def _pattern(quantity: str, here: str, test: str, **notes: int) -> Callable[[Cou
 
 def _loops_again(course: Course) -> Judged | None:
     """First loops come later and then sooner again; a first line that rises, or a second that falls, contradicts it."""
-    row, *lines = (course.get("first_loop_two_lines", of) for of in ("", "first line", "second line"))
+    row, *lines = (course.get("two_lines", f"first loops{of}") for of in ("", ", first line", ", second line"))
     known = [(line.value, line.p_value) for line in lines if line is not None and line.value is not None]
     if row is None or len(known) < 2:
         return None
@@ -348,7 +348,7 @@ def _loops_again(course: Course) -> Judged | None:
 
 def _correlation(course: Course) -> Judged | None:
     """R is negative, and as large as in the paper."""
-    row = course.get("loop_success_correlation")
+    row = course.get("loop_success", "correlation")
     if row is None or row.value is None or row.low is None or row.n is None or row.n < 4 or abs(row.value) == 1:
         return None
     both = (row.value, row.n), (published.CORRELATION, published.CORRELATION_POINTS)
@@ -367,11 +367,13 @@ _OF_ONE: Mapping[str, Callable[[Course], Judged | None]] = {
     "peak": _peak,
     "ratio": _ratio,
     "effect": _effect,
-    "shape": _pattern("success_two_lines", "the lines meet at {:.2f}", "two lines", **_LINES),
+    "shape": _pattern("two_lines", "success", "the lines meet at {:.2f}", "two lines", **_LINES),
     "loops": _loops,
     "loops-drop": _drop,
     "loops-rise": _loops_again,
-    "onset": _pattern("hazard_ratio_of_first_loop", f"{{:.2f}} ({_LATER})", "loop onset, log-rank", later=1, sooner=-1),
+    "onset": _pattern(
+        "hazard_ratio", "first loops", f"{{:.2f}} ({_LATER})", "loop onset, log-rank", later=1, sooner=-1
+    ),
     "correlation": _correlation,
 }
 
@@ -401,7 +403,7 @@ class _Shown(NamedTuple):
     @property
     def pairs(self) -> Mapping[tuple[str, str], Estimate]:
         """Every two modalities, the one of lower fidelity first: the hazard ratio of solving, second over first."""
-        rows = self.found.where("hazard_ratio_of_modalities", agent=self.agent, of="Holm")
+        rows = self.found.where("hazard_ratio", agent=self.agent, of="modalities")
         return {(row.versus_modality, row.modality): row for row in rows if row.value is not None}
 
     def sooner(self, first: str, second: str) -> tuple[int, float | None]:

@@ -20,7 +20,7 @@ from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Caption, Figure, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, PlayedCell, StudyNumbers, share_rows
+from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
@@ -42,32 +42,27 @@ _GAP, _AGAINST = "minus the control, points", "against the rules"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_cell(cell)
-
-
-def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
-    n, order = len(cell.ended), cell.order
-    yield cell.estimate("trials", n, unit="trials")
-    every, solved = begun(cell.ended, cell.broke)
-    if order is None or every.crossed:
-        share = share_of(solved, every.player, every.luck, every.box)
-    else:
-        share = share_at_every_look(solved[np.argsort(order.rank(every.repetition, every.trial))])
-    yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
-    if share.broken and share.n:
-        for end, bound in zip(BOUNDS, share.bounds, strict=True):
-            yield cell.estimate("success", bound, of=end, n=len(every))
-    for point in points(cell.ended):
-        of = f"rep={point.repetition}"
-        yield cell.estimate("success", point.success, n=point.n, of=of)
-    yield cell.estimate("broken", len(cell.broke), unit="trials")
-    boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
-    for boundary, count in sorted(boundaries.items()):
-        yield cell.estimate("broken", count, of=boundary, unit="trials")
-    steps = int(cell.ended.length.sum())
-    yield cell.estimate("steps", steps, unit="steps")
-    for spec, changed in (steps_changed(cell.trials) or {}).items():
-        yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=steps)
+        yield cell.estimate("trials", len(cell.ended), unit="trials")
+        every, solved = begun(cell.ended, cell.broke)
+        if cell.order is None or every.crossed:
+            share = share_of(solved, every.player, every.luck, every.box)
+        else:
+            share = share_at_every_look(solved[np.argsort(cell.order.rank(every.repetition, every.trial))])
+        yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
+        if share.broken and share.n:
+            for end, bound in zip(BOUNDS, share.bounds, strict=True):
+                yield cell.estimate("success", bound, of=end, n=len(every))
+        for point in points(cell.ended):
+            yield cell.estimate("success", point.success, n=point.n, of=f"rep={point.repetition}")
+        yield cell.estimate("broken", len(cell.broke), unit="trials")
+        boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
+        for boundary, count in sorted(boundaries.items()):
+            yield cell.estimate("broken", count, of=boundary, unit="trials")
+        steps = int(cell.ended.length.sum())
+        yield cell.estimate("steps", steps, unit="steps")
+        for spec, changed in (steps_changed(cell.trials) or {}).items():
+            of = f"changed by {spec}" if spec else "changed"
+            yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
 def cells_of(numbers: StudyNumbers) -> Cells:
@@ -190,8 +185,16 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Cell, Estimate | None, str], str]], ..
     ("redundant", _FLIPS, lambda cell, gap, acts: percent(cell.value("redundant_share"), 0)),
     ("misread", _BESIDE, lambda cell, gap, acts: percent(cell.value("misread"), 1)),
     ("false reports", _BESIDE, lambda cell, gap, acts: percent(cell.value("false_report", "steps"), 1)),
-    ("changed steps", _BESIDE, lambda cell, gap, acts: _changed(cell)),
-    (_AGAINST, _BOTH, lambda cell, gap, acts: _against(cell)),
+    (
+        "changed steps",
+        _BESIDE,
+        lambda cell, gap, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
+    ),
+    (
+        _AGAINST,
+        _BOTH,
+        lambda cell, gap, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE,
+    ),
     ("errors", _BOTH, lambda cell, gap, acts: f"{cell.value('broken'):g}"),
 )
 """Name of a column, in which studies it is, and its cell: of an agent under a condition, its difference, what acts."""
@@ -213,17 +216,6 @@ def _table(found: Results) -> TextTable:
     empty += ["interventions"] * (said <= {*made.get("condition", ())})  # unnamed conditions are called by these
     kept = {name: column for name, column in made.items() if name not in empty}
     return [[*kept], *([*row] for row in zip(*kept.values(), strict=True))]
-
-
-def _against(cell: Cell) -> str:
-    """How many attempts broke the rules of the box, if any did."""
-    row = cell.get("against_rules")
-    return f"{row.count} of {row.n}" if row and row.count else NONE
-
-
-def _changed(cell: Cell) -> str:
-    row = cell.get("changed_steps")
-    return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
 
 
 def _measures(found: Results) -> TextTable:
@@ -278,19 +270,11 @@ _PAIRED = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("All conditions", _answer(found), list(_blocks(found)))
-
-
-def _blocks(found: Results) -> Iterator[Block]:
     mixed, compared = found.beside_flips, _compared(found)
-    if compared:
-        yield _FIGURE
-    yield _CONDITIONS
-    if compared:
-        yield note_at(found, _PAIRED)
+    blocks: list[Block] = [_FIGURE, _CONDITIONS, note_at(found, _PAIRED)] if compared else [_CONDITIONS]
     agents = (cell.agent for cell in found.cells)
     of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
-    yield Note(
+    told = Note(
         "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
@@ -298,14 +282,14 @@ def _blocks(found: Results) -> Iterator[Block]:
         f"{success_and_loops_said(agents, of, every_look=every_look)} By chance: loop rate of random actions in trials "
         "of the same lengths, from uniform to without immediate repeats.",
     )
-    if _measures(found):
-        yield Heading("Measures of installed packages")
-        yield _MEASURES
-        yield Note(
-            "Means over trials with 95 % intervals.",
-            "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
-            "clustered by block or by person.",
-        )
+    means = Note(
+        "Means over trials with 95 % intervals.",
+        "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
+        "clustered by block or by person.",
+    )
+    blocks.append(told)
+    blocks += [Heading("Measures of installed packages"), _MEASURES, means] if found.measures else []
+    yield Part("All conditions", _answer(found), blocks)
 
 
 SECTIONS = (

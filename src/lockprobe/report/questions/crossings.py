@@ -19,7 +19,7 @@ from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.statistics.conditions.axis import axis_key
-from lockprobe.statistics.conditions.dose_grid import Grid
+from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
 from lockprobe.studies.study_design import design_of
 
@@ -36,22 +36,25 @@ _FIRST, _SECOND = "first dose", "second dose"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
-    design, named, known = design_of(numbers.study), list[tuple[Grid, str]](), Counter[tuple[str, str]]()
-    for grid in (grid for modality in design.modalities for grid in design.comparison(modality).grids):
-        known[grid.name, grid.rows.rest] += 1
-        axis = axis_key(grid.name, rest=grid.rows.rest, number=known[grid.name, grid.rows.rest])
+    design, named, known = design_of(numbers.study), list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
+    every = [one for modality in design.modalities for one in design.comparison(modality).crossed]
+    for grid in (one for one in every if one.axes):
+        (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
+        name = f"{first}{_BETWEEN}{second}"
+        known[name, rest] += 1
+        axis = axis_key(name, rest=rest, number=known[name, rest])
         named.append((grid, axis))
-        facts = {_FIRST: grid.rows.name, _SECOND: grid.columns.name, "with": grid.rows.rest}
+        facts = {_FIRST: first, _SECOND: second, "with": rest}
         facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
         yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
     for agent, crossed, found, choices in interactions(cells_of(numbers), design):
-        if isinstance(crossed, Grid):
-            axis = next(axis for grid, axis in named if grid is crossed or grid == crossed)
+        if crossed.axes:
+            axis = next(axis for grid, axis in named if grid == crossed)
             of: dict[str, object] = {"modality": crossed.modality, "axis": axis}
         else:
-            both = numbers.conditions[crossed.both]
-            of = {"modality": both.modality, "condition": crossed.both, "control": crossed.neither}
-            of |= {"of": f"{crossed.first}{_BETWEEN}{crossed.second}", "doses": dict(both.doses)}
+            neither, second, first, both = crossed.conditions.values()
+            of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
+            of |= {"of": f"{first}{_BETWEEN}{second}", "doses": dict(numbers.conditions[both].doses)}
         yield Estimate.model_validate(
             {"quantity": "success_interaction", "agent": agent, **of, **of_blocks(found), "unit": "points"}
             | {"family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
@@ -117,7 +120,11 @@ def _draw(
         face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
         axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
         colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
-        text = "\n".join(_said(cell, lines)) if cell else "\N{MULTIPLICATION SIGN}"
+        text = "\N{MULTIPLICATION SIGN}"
+        if cell:
+            ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
+            said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
+            text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
         axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
     axes.set(xlabel=axis_label(facts[_SECOND]), ylabel=axis_label(facts[_FIRST]))
@@ -126,17 +133,11 @@ def _draw(
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
     change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
-    said = "interaction not estimated"
+    interaction = "interaction not estimated"
     if change is not None:
-        said = f"interaction {bracketed(change.value, change.low, change.high)} points"
-        said += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
-    title(axes, safe_name(Subject.of(agent).name, 38), said)
-
-
-def _said(cell: Estimate, lines: int) -> list[str]:
-    share = percent(cell.value)
-    ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
-    return [share, f"{cell.count}/{cell.n}", ends][:lines] if lines > 1 else [share.removesuffix(" %")]
+        interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
+        interaction += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+    title(axes, safe_name(Subject.of(agent).name, 38), interaction)
 
 
 def _caption(found: Results) -> Caption:
@@ -166,19 +167,17 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     grids = dict.fromkeys(fact.about for fact in found.facts if fact.name == _FIRST)
     played = {row.condition for row in found.where("success", of="")}
-    axes, rows = [one for one in grids if played & {*_places(found, one).values()}], _interactions(found)
-    if axes or rows:
-        answer = f"{said} were detected." if (said := detected_said(rows, "interactions")) else ""
-        yield Part("Interactions", answer, list(_blocks(axes, rows)))
-
-
-def _blocks(axes: Sequence[str], rows: Sequence[Estimate]) -> Iterator[Block]:
-    for number, axis in enumerate(axes, 1):
-        alt = "Success under every combination of two doses, one cell each"
-        yield Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
-    if rows:
-        yield _TABLE
-        yield _NOTE
+    alt = "Success under every combination of two doses, one cell each"
+    shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
+    blocks: list[Block] = [
+        Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
+        for number, axis in enumerate(shown, 1)
+    ]
+    rows = _interactions(found)
+    blocks += [_TABLE, _NOTE] if rows else []
+    if blocks:
+        said = detected_said(rows, "interactions")
+        yield Part("Interactions", f"{said} were detected." * bool(said), blocks)
 
 
 SECTIONS = (Section(name="crossings", title="Interactions", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -17,7 +17,7 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
-from lockprobe.statistics.factorial import FactorialEffects, factorial_effects
+from lockprobe.statistics.factorial import factorial_effects
 from lockprobe.studies.study_design import design_of
 
 if TYPE_CHECKING:
@@ -59,27 +59,20 @@ def _show(found: Results) -> Iterator[Part]:
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
     for found in () if numbers.study.of_flips else factorial_effects(cells, design_of(numbers.study)):
-        yield from factor_rows(found)
-
-
-def factor_rows(found: FactorialEffects) -> list[Estimate]:
-    """The effects of all factors on one agent."""
-    return [
-        Estimate(
-            quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=one.measure,
-            axis=f"{one.factor}={found.design.levels[one.factor][1]}", unit="points", value=one.value, low=one.low,
-            high=one.high, n=found.blocks * len(found.design.runs), clusters=found.blocks, p_value=one.p_value,
-            family="factors", corrected_for=len(found.design.factors), test="Student over blocks",
-        )
-        for one in found.effects
-    ]  # fmt: skip
+        for one in found.effects:
+            yield Estimate(
+                quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=one.measure,
+                axis=f"{one.factor}={found.design.levels[one.factor][1]}", unit="points", value=one.value, low=one.low,
+                high=one.high, n=found.blocks * len(found.design.runs), clusters=found.blocks, p_value=one.p_value,
+                family="factors", corrected_for=len(found.design.factors), test="Student over blocks",
+            )  # fmt: skip
 
 
 def factorial_said(rows: Sequence[Estimate]) -> str:
     """Which factors change what, and by how much, of one agent."""
     said = []
     for measure, own in grouped(rows, lambda row: row.of).items():
-        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in _largest_first(own) if row.detected]
+        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in sorted(own, key=_size) if row.detected]
         said.append(f"{measure} changes with {listed(clear)}" if clear else f"no factor is shown to change {measure}")
     return f"{rows[0].agent}: {'; '.join(said)}." if said else ""
 
@@ -89,8 +82,9 @@ def _name(row: Estimate) -> str:
     return row.axis.removeprefix("plant.")
 
 
-def _largest_first(rows: Sequence[Estimate]) -> list[Estimate]:
-    return sorted(rows, key=lambda row: -abs(row.value or 0.0))
+def _size(row: Estimate) -> float:
+    """Sorts the largest first."""
+    return -abs(row.value or 0.0)
 
 
 def _factorial(found: Results) -> TextTable:
@@ -108,7 +102,7 @@ def draw(found: Results) -> Drawing | None:
 
     panels = []
     for (agent, of), own in grouped(found.where("factor_effect"), lambda row: (row.agent, row.of)).items():
-        rows = [difference(safe_name(_name(row)), row, detected=row.detected) for row in _largest_first(own)]
+        rows = [difference(safe_name(_name(row)), row, detected=row.detected) for row in sorted(own, key=_size)]
         blocks = f"n = {own[0].clusters} blocks of scenes; filled: detected"
         panels.append(Panel.of(rows, safe_name(agent, 38), blocks, label=f"change of {of}, points"))
     return panels_sheet(panels, min(2, len(panels)) or 1)

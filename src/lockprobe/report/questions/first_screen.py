@@ -116,7 +116,7 @@ def _trial(study: Study) -> str:
 def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
     """Interventions that changed nothing, which is no null result, and conditions under which an agent chose alike."""
     design = design_of(numbers.study)
-    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
+    acting = {arm.label: arm.without() for arm in design.arms}
     whole: dict[str, dict[str, int]] = {}
     own = [cell for cell in numbers.cells if cell.agent in numbers.subjects and cell.condition not in design.controls]
     for cell in own:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -14,17 +14,10 @@ from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
-from lockprobe.statistics.branch import Fork, branch_effects
+from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
-_OUTCOMES = {
-    "solved": ("success", "points", ""),
-    "steps": ("steps", "steps", "steps"),
-    "leaves": ("leaves_loop", "points", "leaves loop"),
-    "repeats": ("repeats", "points", "repeats"),
-    "choice": ("next_choice", "total variation", "next choice"),
-}
-"""Outcome -> how its quantities begin, the unit of its change, and the head of its column."""
+_CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
 
 _PLACES = {
     "onset": "the report that completes its first loop",
@@ -56,48 +49,50 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield Finding(section="forks", kind="rules", text=rules)
 
 
-def fork_rows(effects: Mapping[Fork, tuple[float, Any, int]], study: Study) -> list[Estimate]:
+def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
     """The change by each arm at each place, and the outcome after a true report there."""
     rows = []
-    for fork, (after_truth, found, agents) in effects.items():
-        condition, (quantity, unit, _) = study.labelled(fork.condition), _OUTCOMES[fork.outcome]
-        later = _TRUE if fork.truthful else "later reports as in the condition"
+    for one in effects:
+        condition, unit = study.labelled(one.condition), OUTCOMES[one.outcome]
+        later = _TRUE if one.truthful else "later reports as in the condition"
         of: dict[str, Any] = {
-            "agent": fork.agent,
+            "agent": one.agent,
             "modality": condition.modality,
-            "condition": fork.condition,
-            "of": f"{fork.arm}, {fork.where}, {later}",
+            "condition": one.condition,
+            "of": f"{one.outcome}, {one.arm}, {one.where}, {later}",
             "doses": dict(condition.doses),
         }
-        tested = of_blocks(found) | {"corrected_for": agents, "test": "sign flips of trials"}
+        tested = of_blocks(one.change) | {"corrected_for": one.agents, "test": "sign flips of trials"}
         family = "agents; P values of success also all forks of one agent (Holm)"
-        rows.append(Estimate(quantity=f"{quantity}_change_by_fork", **of, **tested, unit=unit, family=family))
-        level = "steps" if unit == "steps" else "share"
-        rows.append(
-            Estimate(quantity=f"{quantity}_after_true_report", **of, unit=level, n=found.pairs, value=after_truth)
-        )
+        rows.append(Estimate(quantity=_CHANGE, **of, **tested, unit=unit, family=family))
+        level, n = "steps" if unit == "steps" else "share", one.change.pairs
+        rows.append(Estimate(quantity=_AFTER_TRUTH, **of, unit=level, n=n, value=one.after_truth))
     return rows
 
 
 def _place(row: Estimate) -> tuple[str, str, str]:
     """The arm, the fork point, and what later reports are."""
-    arm, where, later = row.of.rsplit(", ", 2)
+    arm, where, later = row.of.partition(", ")[2].rsplit(", ", 2)
     return arm, where, later
+
+
+def _of_success(rows: Iterable[Estimate], quantity: str = _CHANGE) -> list[Estimate]:
+    return [row for row in rows if row.quantity == quantity and row.of.startswith(f"{_SUCCESS}, ")]
 
 
 def fork_table(rows: Sequence[Estimate]) -> TextTable:
     """One row for each agent, condition, place and arm; how later reports are where they are true."""
     known = {(row.quantity, row.agent, row.condition, row.of): row for row in rows}
-    found = [row for row in rows if row.quantity == "success_change_by_fork"]
+    found = _of_success(rows)
     several = any(row.of.endswith(_TRUE) for row in found)
-    others = {quantity: head for quantity, _, head in _OUTCOMES.values() if head}
+    others = [outcome for outcome in OUTCOMES if outcome != _SUCCESS]
     head = ["agent", "condition", "forked at", "arm", *["later reports"] * several]
-    table = [[*head, "solved after truth", "change, points", "P", *others.values(), "trials"]]
+    table = [[*head, "solved after truth", "change, points", "P", *others, "trials"]]
     for row in found:
-        own, (arm, where, later) = (row.agent, row.condition, row.of), _place(row)
+        own, (arm, where, later) = (row.agent, row.condition), _place(row)
         names = [row.agent, row.condition, where, arm, *[later.removeprefix("later reports ")] * several]
-        told = percent(known["success_after_true_report", *own].value)
-        more = [_value(known.get((f"{quantity}_change_by_fork", *own))) for quantity in others]
+        told = percent(known[_AFTER_TRUTH, *own, row.of].value)
+        more = [_value(known.get((_CHANGE, *own, row.of.replace(_SUCCESS, outcome, 1)))) for outcome in others]
         table.append([*names, told, points_cell(row), p_cell(row.p_value), *more, str(row.clusters)])
     return table if found else []
 
@@ -113,8 +108,8 @@ def _value(row: Estimate | None) -> str:
 
 def fork_said(rows: Sequence[Estimate]) -> str:
     """How many effects on success were detected, and the clearest of them; empty without forks."""
-    found = [row for row in rows if row.quantity == "success_change_by_fork"]
-    after = {(row.agent, row.condition, row.of): row for row in rows if row.quantity == "success_after_true_report"}
+    found = _of_success(rows)
+    after = {(row.agent, row.condition, row.of): row for row in _of_success(rows, _AFTER_TRUTH)}
     clear = [row for row in found if row.detected]
     if len(found) > 1 and not clear:
         return f"No effect of one report on success was detected in {len(found)} comparisons."
@@ -145,7 +140,7 @@ _FIGURE = Figure(
         "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
     ),
     draw="lockprobe.report.questions.forks:draw",
-    applies=lambda found: bool(found.where("success_change_by_fork")),
+    applies=lambda found: bool(_of_success(found.rows)),
 )
 
 _NOTE = Note(
@@ -190,7 +185,7 @@ def draw(found: Results) -> Any:
     from lockprobe.report.figures import own_settings, sheet
 
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
-    for row in found.where("success_change_by_fork"):
+    for row in _of_success(found.rows):
         panels.setdefault((row.agent, row.condition, _place(row)[2]), []).append(row)
     with own_settings():
         return sheet(list(panels.values())[:_PANELS], _draw)

@@ -63,7 +63,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         interval = dict(zip(("low", "high"), ends, strict=True)) if error else {}
         method = "simulation" if error else "exact"
-        yield cell.estimate("loop_rate_chance", level, of=null, n=n, note=method, **interval)
+        yield cell.estimate("loop_rate", level, of=null, n=n, note=method, **interval)
     for quantity, measure in (("coverage", "covered"), ("redundant_share", "redundant")):
         yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 
@@ -79,14 +79,14 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
     loops, success = (np.array([getattr(one, of) for one in shares]) for of in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
         test: dict[str, Any] = dict(zip(("value", "low", "high", "p_value"), r, strict=True)) | {"n": len(shares)}
-        yield Estimate(quantity="loop_success_correlation", unit="r", test="Student's t", **own, **test)
+        yield Estimate(quantity="loop_success", of="correlation", unit="r", test="Student's t", **own, **test)
         fitted = np.polyfit(loops, success, 1).tolist()
         for of, value, unit in zip(("slope", "intercept"), fitted, ("ratio", "share"), strict=True):
-            yield Estimate(quantity="loop_success_line", value=value, of=of, unit=unit, n=len(shares), **own)
+            yield Estimate(quantity="loop_success", value=value, of=of, unit=unit, n=len(shares), **own)
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
         test = {"unit": "ratio", "p_value": hazard.p_value, "test": "log-rank", "note": note}
-        yield Estimate(quantity="hazard_ratio_of_first_loop", value=hazard.ratio, **own, **test)
+        yield Estimate(quantity="hazard_ratio", of="first loops", value=hazard.ratio, **own, **test)
         lowest = found.dose == found.dose.min()
         for of, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
             some = found.at(side)
@@ -100,7 +100,7 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
             yield Curve(quantity="loop_onset", of=of, n=len(some), **own | band | {"axis": "step"})
     lines = later_and_sooner(found, course.broke, course.tested.budget)
     if lines.first and lines.second:
-        yield from two_lines_rows("first_loop_two_lines", lines, course)
+        yield from two_lines_rows("first loops", lines, course)
 
 
 def _said(found: Results) -> Iterator[str]:
@@ -115,7 +115,7 @@ def _said(found: Results) -> Iterator[str]:
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "
         f"{row.value:.2f}, {p_value(row.p_value)})"
         for course, _ in lowest
-        if (row := course.get("hazard_ratio_of_first_loop")) and row.value is not None and row.p_value is not None
+        if (row := course.get("hazard_ratio", "first loops")) and row.value is not None and row.p_value is not None
     ]
     if changes:
         yield f"First loops at higher flip rates: {first_three(changes, '; ')}."
@@ -123,7 +123,7 @@ def _said(found: Results) -> Iterator[str]:
 
 def _compared(cell: Cell) -> str:
     """Whether the interval of the loop rate lies outside both levels of chance."""
-    rate, chance = cell.get("loop_rate"), [cell.value("loop_rate_chance", of) for of in get_args(Null)]
+    rate, chance = cell.get("loop_rate"), [cell.value("loop_rate", of) for of in get_args(Null)]
     levels = [level for level in chance if level is not None]
     if rate is None or rate.low is None or rate.high is None or not levels:
         return ""
@@ -165,7 +165,7 @@ def _by_dose(axes: Any, course: Course) -> None:
     if fit:
         axes.plot(fit.x, primitives.numbers(fit.value), color=style.colour, linewidth=1.4)
     frame.dose_axes(axes, course, "trials with an action loop")
-    chance = ([cell.value("loop_rate_chance", of) or 0.0 for cell in course.played] for of in get_args(Null))
+    chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
     ends, levels = primitives.widened(axes, [cell.dose or 0.0 for cell in course.played], *chance)
     axes.fill_between(ends, *levels, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
     primitives.published(axes, primitives.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
@@ -179,9 +179,9 @@ def _against_success(axes: Any, course: Course) -> None:
     cells = course.cells[:1] if course.blind else course.cells
     shares = [(loops.value or 0.0, success.value or 0.0) for cell in cells for success, loops in cell.points]
     primitives.dots(axes, shares, style, size=16)
-    slope, r = course.value("loop_success_line", "slope"), course.get("loop_success_correlation")
+    slope, r = course.value("loop_success", "slope"), course.get("loop_success", "correlation")
     if slope is not None:
-        start, ends = course.value("loop_success_line", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
+        start, ends = course.value("loop_success", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
         axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
     said = f"r = {bracketed(r.value, r.low, r.high, '{:.2f}', 1)}" if r else "r is not defined"
     frame.title(axes, frame.heading(course), f"{said}; {len(shares)} dots")

@@ -46,7 +46,9 @@ def _of_reports(cell: PlayedCell) -> Iterator[Estimate]:
         [step.told_state != state_after(trial, step) for step in trial.steps if step.told_state is not None]
         for trial in trials
     ]
-    yield from cell.share("false_positions", clustered_proportion(list(map(sum, told)), list(map(len, told))))
+    yield from cell.share(
+        "false_report", clustered_proportion(list(map(sum, told)), list(map(len, told))), of="positions"
+    )
 
 
 def _of_claims(cell: PlayedCell) -> Iterator[Estimate]:
@@ -59,13 +61,13 @@ def _of_claims(cell: PlayedCell) -> Iterator[Estimate]:
         yield from cell.share(quantity, clustered_proportion(wrong, made))
     misread = [[claim for claim in one if claim.misread] for one in said]
     wrong, invented = list(map(len, misread)), [sum(claim.claimed == "moved" for claim in one) for one in misread]
-    yield from cell.share("said_moved_of_misread", clustered_proportion(invented, wrong))
+    yield from cell.share("misread", clustered_proportion(invented, wrong), of="said moved")
     yield cell.estimate("misinterpretations", sum(wrong), unit="claims", n=sum(made))
     affected, rates = sum(map(bool, wrong)), [of / n for of, n in zip(wrong, made, strict=True)]
-    yield cell.estimate("trials_with_misinterpretation", affected / trials, n=trials, count=affected)
-    yield cell.estimate("misinterpretation_rate", mean(rates), n=trials)
+    yield cell.estimate("misinterpretations", affected / trials, of="trials with any", n=trials, count=affected)
+    yield cell.estimate("misinterpretations", mean(rates), of="rate", n=trials)
     if trials > 1:
-        yield cell.estimate("misinterpretation_rate_sd", stdev(rates), n=trials)
+        yield cell.estimate("misinterpretations", stdev(rates), of="SD of rates", n=trials)
     counts = claim_counts(cell.trials)
     for claimed, told, truth in product(get_args(Outcome), repeat=3):
         count = sum(n for claim, n in counts.items() if claim[1:] == (claimed, told, truth))
@@ -87,9 +89,9 @@ def _table1(found: Results) -> TextTable:
     head = ["agent", _varied(cells), "claims", "misread"]
     table = [[*head, "rate per trial", "± SD", "misread in all", "in trials"]]
     for cell in cells:
-        misread, affected = cell.get("misread"), cell.get("trials_with_misinterpretation")
+        misread, affected = cell.get("misread"), cell.get("misinterpretations", "trials with any")
         if misread and affected:
-            rates = [percent(cell.value(f"misinterpretation_rate{end}"), 1) for end in ("", "_sd")]
+            rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
             row = [*_row(cell, cells), str(misread.n), share_of_row(misread), *rates, str(misread.count)]
             table.append([*row, f"{affected.count} of {affected.n}"])
     return table if len(table) > 1 else []

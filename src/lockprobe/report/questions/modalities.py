@@ -29,8 +29,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
             agent=effect.agent,
             of=_TREND,
             unit="direction",
-            value=effect.direction,
-            p_value=effect.p_value,
+            value=effect.trend.direction,
+            p_value=effect.trend.p_value,
             corrected_for=effect.agents,
             test="log-rank",
             note="" if len(ranks) > 1 else "equal fidelity",
@@ -39,12 +39,12 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
             of: dict[str, Any] = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
             of |= {"versus": effect.agent, "versus_modality": pair.first}
             yield Estimate(
-                quantity="hazard_ratio_of_modalities",
+                quantity="hazard_ratio",
                 **of,
-                of="Holm",
+                of="modalities",
                 unit="ratio",
-                value=pair.hazard_ratio,
-                p_value=pair.p_adjusted,
+                value=pair.hazard.ratio,
+                p_value=pair.hazard.p_value,
                 corrected_for=len(effect.pairs) * effect.agents,
                 test="log-rank",
             )
@@ -63,7 +63,7 @@ def _table(found: Results) -> TextTable:
             points_cell(final),
             p_cell(final.p_value),
         ]
-        for row in found.where("hazard_ratio_of_modalities")
+        for row in found.where("hazard_ratio", of="modalities")
         for final in [found.one("success_difference", **row.pair, family=_PAIRS)]
     ]
     return [head, *rows] if rows else []
@@ -76,7 +76,7 @@ def effect_said(found: Results, row: Estimate) -> str:
     if row.p_value is not None and row.p_value < ALPHA:
         how = "sooner" if (row.value or 0) > 0 else "later or more rarely"
         return f"The higher the fidelity of what is shown, the {how} {who.name} {solves} ({p_value(row.p_value)})."
-    pairs = found.where("hazard_ratio_of_modalities", agent=row.agent)
+    pairs = found.where("hazard_ratio", agent=row.agent, of="modalities")
     if any(one.p_value is not None and one.p_value < ALPHA for one in pairs):
         return f"How soon {who.name} {solves} differs between modalities."
     if all(one.p_value is None for one in (row, *pairs)):

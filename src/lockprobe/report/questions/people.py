@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, count, percent, share
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Course, Estimate, Results, Row
@@ -23,9 +24,6 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.people import steps_of_people, success_of_people
 from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import Trial
-
-if TYPE_CHECKING:
-    from lockprobe.people.progress import Flow
 
 _BY_PERSON = "by person"
 """Marks numbers whose interval is clustered by person and block."""
@@ -61,39 +59,33 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         return
     from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
 
-    for of, boxes in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
-        yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
+    yield _people(quantity="boxes", of="planned", value=opened.study.invited, unit="boxes")
+    yield _people(quantity="boxes", of="finished", value=opened.finished_by_people, unit="boxes")
     sizes = Counter(trial.agent for trial in own)
     if flow := flow_of(opened.study, opened.diaries, opened.withdrawn):
-        yield from _flow(flow, len(sizes))
+        counts = {**asdict(flow), "analysed": len(sizes)}
+        for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
+            yield _people(quantity="people", of=of, value=counts[of], unit="people")
+        for one in flow.boxes:
+            yield _people(quantity="boxes", condition=one.condition, of="given", value=one.given, unit="boxes")
+            yield _people(quantity="boxes", condition=one.condition, of="left_open", value=one.left_open, unit="boxes")
+        if flow.checks:
+            of, value = "attention checks", flow.right / flow.checks
+            yield _people(quantity="people", of=of, value=value, count=flow.right, n=flow.checks)
     if own:
         yield from _all_people(begun, own, sizes)
-        modalities: dict[str, list[Trial]] = {}
-        for cell in numbers.cells:
-            if cell.agent == PEOPLE and any(trial.error is None for trial in cell.trials):
-                modalities.setdefault(cell.modality, []).extend(cell.trials)
-                yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
-        for modality, trials in modalities.items():
-            yield from _at(trials, modality=modality)
-
-
-def _flow(flow: Flow, analysed: int) -> Iterator[Estimate]:
-    """Who came to the end, the boxes that they were given, questions on the instructions, and attention checks."""
-    counts = {**asdict(flow), "analysed": analysed}
-    for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
-        yield _people(quantity="participants", of=of, value=counts[of], unit="people")
-    for one in flow.boxes:
-        for of, boxes in (("given", one.given), ("left_open", one.left_open)):
-            yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
-    if flow.checks:
-        yield _people(quantity="attention_checks", value=flow.right / flow.checks, count=flow.right, n=flow.checks)
+    cells = [cell for cell in numbers.cells if cell.agent == PEOPLE and len(cell.ended)]
+    for cell in cells:
+        yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
+    for modality, of_all in grouped(cells, lambda cell: cell.modality).items():
+        yield from _at([trial for cell in of_all for trial in cell.trials], modality=modality)
 
 
 def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
     """All people together, under all conditions; by the position of the box, and what they were shown."""
     yield _people(quantity="people", value=len(sizes), unit="people")
-    for of, boxes in (("fewest", min(sizes.values())), ("most", max(sizes.values()))):
-        yield _people(quantity="boxes_each", of=of, value=boxes, unit="boxes")
+    for of, boxes in (("fewest of a person", min(sizes.values())), ("most of a person", max(sizes.values()))):
+        yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
     yield from share_rows("success", success_of_people(begun), agent=PEOPLE, of=_BY_PERSON)
     alike = float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own])))
     yield _people(quantity="success", of="every person alike", value=alike, n=len(sizes))
@@ -107,7 +99,7 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
         values = [trial.facts[name] for trial in own if name in trial.facts]
         said = Counter(("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values)
         for value, trials in said.items():
-            yield _people(quantity="trials_shown", of=f"{name}={value}", value=trials, unit="trials")
+            yield _people(quantity="trials", of=f"{name}={value}", value=trials, unit="trials")
 
 
 def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
@@ -118,14 +110,16 @@ def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
     of = {**place, "of": _BY_PERSON, "unit": "steps", "n": len(own)}
     median, low, high, mean = steps_of_people(own, place["modality"], place.get("condition", ""))
     note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
-    yield _people(quantity="median_steps_all", **of, value=median, low=low, high=high, note=note)
+    yield _people(
+        quantity="steps_to_solve", **of | {"of": f"half, {_BY_PERSON}"}, value=median, low=low, high=high, note=note
+    )
     yield _people(quantity="mean_steps_all", **of, value=mean)
 
 
 def _flow_said(found: Results) -> Iterator[str]:
     """Who came to the end and who did not, and how questions and checks were answered."""
-    people = {row.of: int(row.value or 0) for row in found.where("participants")}
-    if not people:
+    people = {row.of: int(row.value or 0) for row in found.where("people", condition="", modality="")}
+    if "consented" not in people:
         return
     ends = ", ".join(f"{people[of]} {said}" for of, said in _FLOW.items() if people[of])
     yield f"{_counted(people['consented'])} agreed to take part: {ends}. {people['analysed']} are in the analysis."
@@ -135,36 +129,34 @@ def _flow_said(found: Results) -> Iterator[str]:
     if people["left_open"] and given:
         each = (f"{left[one].value:g} of {row.value:g} under {one}" for one, row in given.items())
         yield f"Unfinished boxes: {', '.join(each)}."
-    for row in found.where("attention_checks"):
+    for row in found.where("people", of="attention checks"):
         yield f"Attention checks: {row.count} of {row.n} answered correctly."
 
 
 def _opened_said(found: Results) -> Iterator[str]:
     """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
-    everyone, every = (found.one(of, agent=PEOPLE, modality="", condition="", of=part) for of, part in _EVERYONE)
-    fewest, most = (found.one("boxes_each", of=of).value for of in ("fewest", "most"))
-    each = f"{fewest:g} each" if fewest == most else f"{fewest:g} to {most:g} each"
+    everyone = int(found.one("people", agent=PEOPLE, modality="", condition="").value or 0)
+    every = found.one("success", agent=PEOPLE, modality="", condition="", of=_BY_PERSON)
+    fewest, most = (found.one("boxes", of=f"{of} of a person").value for of in ("fewest", "most"))
+    each = f"{fewest:g} each"
     if fewest != most:
-        alike = found.one("success", of="every person alike").value
-        each += f"; with every person counted alike it is {percent(alike)}"
-    yield f"{_counted(int(everyone.value or 0))} opened {every.count} of {every.n} boxes ({_share(every)}), {each}."
+        alike = percent(found.one("success", of="every person alike").value)
+        each = f"{fewest:g} to {most:g} each; with every person counted alike it is {alike}"
+    opened, of_all = share(every.value, every.low, every.high), f"{every.count} of {every.n} boxes"
+    yield f"{_counted(everyone)} opened {of_all} ({opened}), {each}."
     first = found.get("success", of="position=1")
     if first and most != 1:
-        opened = f"{first.count} of {first.n} ({_share(first)})"
+        opened = f"{first.count} of {first.n} ({share(first.value, first.low, first.high)})"
         yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
-    values: dict[str, list[str]] = {}
-    for row in found.where("trials_shown"):
-        name, _, value = row.of.partition("=")
-        values.setdefault(name, []).append(value)
-    if seen := [f"{words} {', '.join(values[name])}" for name, words in _SAW.items() if words and name in values]:
+    shown = (row.of.partition("=")[::2] for row in found.where("trials", agent=PEOPLE, condition=""))
+    values = grouped(shown, lambda one: one[0])
+    seen = [
+        f"{words} {', '.join(value for _, value in values[name])}"
+        for name, words in _SAW.items()
+        if words and name in values
+    ]
+    if seen:
         yield f"Settings for people: {'; '.join(seen)}."
-
-
-_EVERYONE = (("people", ""), ("success", _BY_PERSON))
-
-
-def _share(row: Estimate) -> str:
-    return share(row.value, row.low, row.high)
 
 
 def _counted(people: int) -> str:
@@ -189,7 +181,8 @@ def _table(found: Results) -> TextTable:
     table = [[_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
-        steps, mean = (found.one(of, **own, of=_BY_PERSON) for of in ("median_steps_all", "mean_steps_all"))
+        steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
+        mean = found.one("mean_steps_all", **own, of=_BY_PERSON)
         every = f"all, {row.modality}" if len(over) > 1 else "all"
         names = [_condition(found, row.condition) if row.condition else every, f"{found.one('people', **own).value:g}"]
         table.append([*names, *_shares(row), _steps(steps), f"{mean.value:.1f}"])
@@ -260,7 +253,7 @@ def draw(found: Results) -> Any:
     from lockprobe.report.figures import own_settings, sheet
     from lockprobe.report.figures.palette import styles
 
-    if not found.where("people", agent=PEOPLE):
+    if not found.where("people", agent=PEOPLE, of=""):
         return None
     courses = [
         Course(found=found, player=player, axis="", name="condition", cells=tuple(cells))

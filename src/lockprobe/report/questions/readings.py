@@ -127,7 +127,7 @@ def _table(found: Results) -> TextTable:
     table = [
         [
             course.label, name, f"{cell.dose:g}", str(cell.trials),
-            percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_positions"), 1),
+            percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_report", "positions"), 1),
             share_of_row(cell.get("success")), *chain(*(_gap(gap.get((cell.agent, cell.condition))) for gap in gaps)),
         ]
         for course, name in courses
@@ -150,7 +150,7 @@ def _gap(row: Estimate | None) -> tuple[str, str]:
 _TABLE = Table("readings", _table, numeric_from=2)
 
 
-_SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_positions", "")}
+_SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_report", "positions")}
 """What the strip below success holds: false outcomes of all steps, and reports with a false position."""
 
 _BLOCK = len(_SHARES) + 1.4

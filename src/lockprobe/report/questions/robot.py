@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 from lockprobe.foundation.grouping import grouped
@@ -14,7 +15,6 @@ from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.rules import Judged, against_rules
-from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
 _JUDGES = {
@@ -23,57 +23,50 @@ _JUDGES = {
 }
 """What judges whether a joint moved -> its name in ``sensed``, its outcomes (None where undecided), and what it is."""
 
-_Attempt = tuple[tuple[int, int], str, bool, bool | None]
-"""Luck, joint, whether it moved, and whether it did for the judge."""
-
 
 def _sensed(numbers: StudyNumbers) -> Iterator[Row]:
     """Attempts as arm and camera judged them, also in trials that broke later."""
     joints = dict.fromkeys(joint for trial in numbers.trials for joint in trial.joints)
     for judge, (name, of, _) in _JUDGES.items():
-        attempts: list[_Attempt] = [
+        attempts = [
             ((trial.repetition, trial.trial), step.joint, step.moved, said)
             for trial in numbers.trials
             if any(name in step.sensed for step in trial.steps)
             for step, said in zip(trial.steps, of(trial), strict=True)
             if name in step.sensed
         ]
-        if not attempts:
-            continue
-        yield from _share(f"wrong_{judge}", attempts, lambda one: one[2] != one[3])
-        decided = sum(said is not None for *_, said in attempts)
-        for moved, kind in ((True, "blocked for moved"), (False, "moved for blocked")):
-            count = sum((truth, said) == (moved, not moved) for *_, truth, said in attempts)
-            yield Estimate(quantity=f"wrong_{judge}", of=kind, count=count, n=decided)
         for joint in ("", *joints):
-            if own := [one for one in attempts if joint in ("", one[1])]:
-                yield from _share(f"right_{judge}", own, lambda one: one[2] == one[3], joint)
-                count, n = sum(said is None for *_, said in own), len(own)
-                yield Estimate(quantity=f"undecided_{judge}", of=joint, value=count / n, count=count, n=n)
-
-
-def _share(
-    quantity: str, attempts: Sequence[_Attempt], counts: Callable[[_Attempt], bool], joint: str = ""
-) -> list[Estimate]:
-    """A share of the attempts with an outcome, clustered by luck."""
-    decided = grouped([one for one in attempts if one[3] is not None], lambda one: one[0]).values()
-    found = clustered_proportion([sum(map(counts, block)) for block in decided], list(map(len, decided)))
-    return share_rows(quantity, found, of=joint)
+            if not (own := [one for one in attempts if joint in ("", one[1])]):
+                continue
+            at, decided = f", {joint}" * bool(joint), [one for one in own if one[3] is not None]
+            blocks = list(grouped(decided, lambda one: one[0]).values())
+            for what, right in (("right", True), ("wrong", False))[: 1 if joint else 2]:
+                counts = [sum((moved == said) == right for *_, moved, said in block) for block in blocks]
+                yield from share_rows(judge, clustered_proportion(counts, list(map(len, blocks))), of=what + at)
+            count, n = len(own) - len(decided), len(own)
+            yield Estimate(quantity=judge, of=f"undecided{at}", value=count / n, count=count, n=n)
+        wrong = Counter((moved, said) for *_, moved, said in attempts)
+        n = sum(said is not None for *_, said in attempts)
+        for kind, way in (("blocked for moved", (True, False)), ("moved for blocked", (False, True))):
+            if attempts:
+                yield Estimate(quantity=judge, of=f"wrong, {kind}", count=wrong[way], n=n)
 
 
 def _judges(found: Results) -> list[str]:
-    return [judge for judge in _JUDGES if found.where(f"undecided_{judge}")]
+    return [judge for judge in _JUDGES if found.where(judge)]
 
 
 def _joints(found: Results) -> TextTable:
     """One row per joint, and one of all."""
     judges = _judges(found)
     table = [["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]]
-    joints = dict.fromkeys(row.of for judge in judges for row in found.where(f"undecided_{judge}"))
-    for joint in [*filter(None, joints), ""]:
+    at = (row.of.partition("undecided, ")[2] for judge in judges for row in found.where(judge))
+    for joint in [*filter(None, dict.fromkeys(at)), ""]:
         row = [joint or "all"]
         for judge in judges:
-            right, undecided = (found.get(f"{what}_{judge}", of=joint) for what in ("right", "undecided"))
+            right, undecided = (
+                found.get(judge, of=what + f", {joint}" * bool(joint)) for what in ("right", "undecided")
+            )
             row += [share_of_row(right), str(right.n if right else 0), str(undecided.count if undecided else 0)]
         table.append(row)
     return table if judges else []
@@ -84,7 +77,7 @@ _JOINTS = Table("robot", _joints, numeric_from=1)
 
 def _show_sensed(found: Results) -> Iterator[Part]:
     judges = _judges(found)
-    wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(f"wrong_{judge}"))]
+    wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(judge, of="wrong"))]
     if judges:
         yield Part(
             "Robot and truth",
@@ -108,31 +101,30 @@ def _rules(numbers: StudyNumbers) -> Iterator[Row]:
             count, n = sum(one.against for one in every), len(every)
             yield cell.estimate("against_rules", count / n, count=count, n=n)
             if numbers.broken_rules:
-                yield cell.estimate("attempts", n, unit="attempts")
+                yield cell.estimate("against_rules", n, of="attempts", unit="attempts")
                 yield from _misses(cell, judged)
 
 
 _BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = {
-    "missed_share": (lambda one: one.free, lambda one: not one.moved),
-    "forced_share": (lambda one: not one.free, lambda one: one.moved),
-    "moved_another_share": (lambda one: True, lambda one: one.other),
+    "missed": (lambda one: one.free, lambda one: not one.moved),
+    "forced": (lambda one: not one.free, lambda one: one.moved),
+    "moved another": (lambda one: True, lambda one: one.other),
 }
 """Shares of attempts against the rules -> of which attempts, and which of them."""
 
 
 def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Estimate]:
     """How the plant broke the rules, and success of the trials in which it did not."""
-    trials: Sequence[Trial] = cell.trials
-    player, luck = [trial.player for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
-    for quantity, (among, happened) in _BREAKS.items():
+    player, luck = zip(*((one.player, f"{one.repetition}/{one.trial}") for one in cell.trials), strict=True)
+    for kind, (among, happened) in _BREAKS.items():
         of = [list(filter(among, trial)) for trial in judged]
         counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
         crossed = any(player)
         found = crossed_proportion(counts, sizes, player, luck) if crossed else clustered_proportion(counts, sizes)
-        yield from cell.share(quantity, found, note="clustered by trial")
-    kept = [trial for trial, of in zip(trials, judged, strict=True) if not any(one.against for one in of)]
+        yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
+    kept = [trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of)]
     every, solved = begun(outcomes(kept), broken_off(kept))
-    yield from cell.share("success_without_miss", share_of(solved, every.player, every.luck, every.box))
+    yield from cell.share("success", share_of(solved, every.player, every.luck, every.box), of="without a miss")
 
 
 def _conditions(found: Results) -> TextTable:
@@ -140,8 +132,8 @@ def _conditions(found: Results) -> TextTable:
     head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced", "another joint moved"]
     table = [[*head, "success", "without a miss", "of trials"]]
     for cell in filter(_broke, found.cells):
-        kept = cell.get("success_without_miss")
-        missed, forced, another = (cell.get(quantity) for quantity in _BREAKS)
+        kept = cell.get("success", "without a miss")
+        missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
         row = [text for one in (missed, forced) for text in (str(one.n if one else 0), share_of_row(one))]
         row += [share_of_row(one) for one in (another, cell.get("success"), kept)]
         table.append([cell.agent, cell.condition, *row, str(kept.n if kept else 0)])
@@ -149,7 +141,7 @@ def _conditions(found: Results) -> TextTable:
 
 
 def _broke(cell: Cell) -> bool:
-    return cell.get("attempts") is not None
+    return cell.get("against_rules", "attempts") is not None
 
 
 _CONDITIONS = Table("rules", _conditions)
@@ -158,7 +150,7 @@ _CONDITIONS = Table("rules", _conditions)
 def _show_rules(found: Results) -> Iterator[Part]:
     if not any(map(_broke, found.cells)):
         return
-    rows = found.where("missed_share")
+    rows = found.where("against_rules", of="missed")
     missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
     yield Part(
         "Attempts against the rules",

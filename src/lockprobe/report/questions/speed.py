@@ -55,11 +55,11 @@ def _of_cell(cell: PlayedCell) -> Iterator[Row]:
     steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
     x = tuple(range(len(curve.share)))
     yield cell.curve("success_by_step", axis="step", n=curve.n, x=x, value=curve.share, low=curve.low, high=curve.high)
-    yield cell.estimate("median_steps_all", curve.steps_to(0.5), **steps)
+    yield cell.estimate("steps_to_solve", curve.steps_to(0.5), of="half", **steps)
     yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
     early, late = curve.steps_to_interval(0.8)
     open_end = "" if late is not None else "open high" if early is not None else "not reached"
-    yield cell.estimate("steps_to_80", curve.steps_to(0.8), low=early, high=late, **steps, note=open_end)
+    yield cell.estimate("steps_to_solve", curve.steps_to(0.8), low=early, high=late, of="80 %", **steps, note=open_end)
 
 
 def _exact(numbers: StudyNumbers) -> list[Row]:
@@ -69,7 +69,7 @@ def _exact(numbers: StudyNumbers) -> list[Row]:
     for of, repeats in (("uniform", True), ("no-repeat", False)):
         share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
-        found.append(Estimate(quantity="success_chance", of=of, value=share[-1], note="exact"))
+        found.append(Estimate(quantity="success", of=of, value=share[-1], note="exact"))
     steps = [shortest for box in boxes if (shortest := optimum(box)) is not None]
     if len(steps) == len(boxes):
         found.append(Estimate(quantity="optimum", value=float(np.mean(steps)), unit="steps", note="exact"))
@@ -143,8 +143,8 @@ def _speed_table(found: Results) -> TextTable:
             cell.label,
             p,
             value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            value_cell(cell.get("median_steps_all"), "{:g}"),
-            _by_step(cell.get("steps_to_80")),
+            value_cell(cell.get("steps_to_solve", "half"), "{:g}"),
+            _by_step(cell.get("steps_to_solve", "80 %")),
         ]
         for cell, p in distinct(found.cells)
     ]
@@ -165,7 +165,7 @@ def _pace_table(found: Results) -> TextTable:
             NONE if row.value is None else f"{row.value:.2f}",
             p_cell(row.p_value),
         ]
-        for row in found.where("hazard_ratio")
+        for row in found.where("hazard_ratio", of="")
     ]
     return [["agent", "compared with", "hazard ratio of solving", "log-rank"], *rows] if rows else []
 
@@ -262,7 +262,7 @@ _SPEED, _PACES = Table("speed", _speed_table), Table("paces", _pace_table)
 def _show(found: Results) -> Iterator[Part]:
     note = "All trials count: in mean steps, an unsolved one with its whole budget; the median is Kaplan and Meier's."
     blocks: list[Block] = [_FIG3, Detail("Speed under every condition", [_SPEED, Note(note)])]
-    if found.where("hazard_ratio"):
+    if found.where("hazard_ratio", of=""):
         note = "A ratio above one: the first named is faster."
         how = "Log-rank tests of the step that solves the box, clustered by block; not corrected for the pairs."
         blocks.append(Detail(f"Speed of every pair of agents {at_lowest(found)}", [_PACES, Note(note, how)]))

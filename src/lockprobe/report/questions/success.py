@@ -49,12 +49,12 @@ def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
 def _of_course(course: Course) -> Iterator[Row]:
     if fit := trend(course.points, "success", course.draws.success):
         for criterion, order in fit.orders.items():
-            of, n = of_course(course) | {"of": criterion}, len(course.points)
-            yield Estimate(quantity="success_fit_order", **of, value=order, n=n, unit="order")
+            of, n = of_course(course) | {"of": f"order by {criterion}"}, len(course.points)
+            yield Estimate(quantity="success_fit", **of, value=order, n=n, unit="order")
         yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
     lines = rise_and_fall(course.ended, course.broke, course.trials.budget, agents=course.family)
-    yield from two_lines_rows("success_two_lines", lines, course)
+    yield from two_lines_rows("success", lines, course)
 
 
 def against_lowest(course: Course, dose: float) -> dict[str, Any]:
@@ -97,9 +97,9 @@ def _differences(course: Course) -> Iterator[Row]:
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))
         if one.pairs is not None:
-            for more, count in (("", one.pairs.only_second), (CONTROL, one.pairs.only_first)):
+            for more, count in (("only here", one.pairs.only_second), (f"{CONTROL} only", one.pairs.only_first)):
                 counted: dict[str, Any] = {"value": count, "count": count, "n": one.pairs.n, "unit": "trials"}
-                yield Estimate(quantity="solved_at_one_only", **part(more), **counted)
+                yield Estimate(quantity="success_in_pairs", **part(more), **counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
 
@@ -165,8 +165,7 @@ def _note(found: Results) -> Note:
         Markup(
             "<em>Not detected</em> does not show that there is no change. The orders of the paper's fit by its two "
             "criteria, where it turns, and the two-lines test of a rise and fall (each line must be significant) are "
-            "rows <code>success_fit_order</code>, <code>success_fit_turning</code> and <code>success_two_lines</code> "
-            "of <code>results.json</code>."
+            "rows <code>success_fit</code> and <code>two_lines</code> of <code>results.json</code>."
         ),
     )
 
@@ -211,7 +210,7 @@ def _panel(axes: Axes, course: Shown) -> None:
     primitives.by_dose(axes, course.played, "success", style)
     primitives.second_order_fit(axes, course.curve("success_fit"), style)
     frame.dose_axes(axes, course, "success rate")
-    chance = [course.found.get("success_chance", agent="", of=of) for of in ("uniform", "no-repeat")]
+    chance = [course.found.get("success", agent="", of=of) for of in ("uniform", "no-repeat")]
     frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
     if course.axis == FLIPS.name:
         primitives.published(axes, primitives.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))

@@ -62,8 +62,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for name, mean in one.decision.contrasts.items():
             yield Estimate(quantity=_CONTRAST, **of, of=name, test=test, **of_blocks(mean))
         test = f"two one-sided {'e-processes' if one.every_look else 'tests'}"
-        yield Estimate(quantity="equivalence_margin", **of, value=MARGIN, p_value=one.decision.equivalence, test=test)
-        yield Estimate(quantity="blocks_needed", **own, unit="blocks", value=one.needed)
+        yield Estimate(quantity=_EFFECT, **of, of="margin", value=MARGIN, p_value=one.decision.equivalence, test=test)
+        yield Estimate(quantity=_EFFECT, **own, of="blocks needed", unit="blocks", value=one.needed)
         for arm, solved in one.solved.items():
             begun, name = solved[one.broke[arm] | ~np.isnan(solved)], one.conditions[arm]
             success = share_at_every_look(begun) if one.every_look else share_of(begun, (), ())
@@ -137,12 +137,12 @@ def _decided(found: Results, total: Estimate) -> Decision:
         for row in _compared(found, total)
     )
     names = [row.of for row in _compared(found, total)[1:]]
-    margin = found.one("equivalence_margin", agent=total.agent, modality=total.modality)
+    margin = found.one(_EFFECT, agent=total.agent, modality=total.modality, of="margin")
     return decision_of(first, dict(zip(names, others, strict=True)), 1.0 if margin.p_value is None else margin.p_value)
 
 
 def _agent_said(found: Results, total: Estimate) -> str:
-    needed = found.one("blocks_needed", agent=total.agent, modality=total.modality).value or 0.0
+    needed = found.one(_EFFECT, agent=total.agent, modality=total.modality, of="blocks needed").value or 0.0
     return why_said(total.agent, total.modality, _decided(found, total), needed)
 
 

@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from lockprobe.report.rows.design import Player, Progress
+from lockprobe.report.rows.design import Player
 from lockprobe.report.rows.row import Curve, Estimate
 
+if TYPE_CHECKING:
+    from lockprobe.report.rows.results import Results
 
-class _Rows(Protocol):
-    """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""
+
+class _View:
+    """The rows that have the values of some columns."""
+
+    __slots__ = ()
+    found: Results
 
     @property
-    def progress(self) -> Progress: ...
+    def _own(self) -> dict[str, str]:
+        """These columns."""
+        raise NotImplementedError
 
-    def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
+    def get(self, quantity: str, of: str = "") -> Estimate | None:
+        """A number of it; None if it has none."""
+        return self.found.get(quantity, **self._own, of=of)
 
-    def get(self, quantity: str, **columns: str) -> Estimate | None: ...
+    def value(self, quantity: str, of: str = "") -> float | None:
+        """The value of a number of it; None if it has none."""
+        row = self.get(quantity, of)
+        return None if row is None else row.value
 
-    def curve(self, quantity: str, **columns: str) -> Curve | None: ...
-
-    def fact(self, about: str, name: str) -> str: ...
-
-    def courses(self) -> list[Course]: ...
+    def curve(self, quantity: str, of: str = "") -> Curve | None:
+        """A curve of it; None if it has none."""
+        return self.found.curve(quantity, **self._own, of=of)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cell:
+class Cell(_View):
     """One agent under one condition: a view of the rows of results.
 
     Attributes:
@@ -41,7 +52,7 @@ class Cell:
         same_at_every_p: Whether the agent plays the same trials at every flip rate.
     """
 
-    found: _Rows
+    found: Results
     agent: str
     modality: str
     condition: str
@@ -50,24 +61,9 @@ class Cell:
     label: str
     same_at_every_p: bool
 
-    def get(self, quantity: str, of: str = "") -> Estimate | None:
-        """A number of this cell; None if it has none."""
-        return self.found.get(
-            quantity, agent=self.agent, condition=self.condition, control="", versus="", axis="", of=of
-        )
-
-    def value(self, quantity: str, of: str = "") -> float | None:
-        """The value of a number of this cell; None if it has none."""
-        row = self.get(quantity, of)
-        return None if row is None else row.value
-
-    def curve(self, quantity: str, of: str = "") -> Curve | None:
-        """A curve of this cell; None if it has none."""
-        return self.found.curve(quantity, **self._own, of=of)
-
     @property
     def _own(self) -> dict[str, str]:
-        return {"agent": self.agent, "condition": self.condition, "versus": ""}
+        return {"agent": self.agent, "condition": self.condition, "control": "", "versus": ""}
 
     @property
     def trials(self) -> int:
@@ -77,17 +73,13 @@ class Cell:
     @property
     def points(self) -> list[tuple[Estimate, Estimate]]:
         """Success and loop rate of each repetition."""
-        own = {"agent": self.agent, "condition": self.condition}
-        pairs = (
-            (row, self.get("loop_rate", row.of))
-            for row in self.found.where("success", **own)
-            if row.of.startswith("rep=")
-        )
+        rows = [row for row in self.found.where("success", **self._own) if row.of.startswith("rep=")]
+        pairs = ((row, self.get("loop_rate", row.of)) for row in rows)
         return [(success, loops) for success, loops in pairs if loops is not None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
+class Course(_View):
     """One agent over the doses of an axis: a view of the rows of results.
 
     Attributes:
@@ -99,7 +91,7 @@ class Course:
         of_agents: Whether its doses are an option of agents.
     """
 
-    found: _Rows
+    found: Results
     player: Player
     axis: str
     name: str
@@ -145,19 +137,6 @@ class Course:
     def _own(self) -> dict[str, str]:
         return {"agent": self.agent, "modality": self.modality, "axis": self.axis, "condition": "", "versus": ""}
 
-    def get(self, quantity: str, of: str = "") -> Estimate | None:
-        """A number over all doses; None if it has none."""
-        return self.found.get(quantity, **self._own, of=of)
-
-    def value(self, quantity: str, of: str = "") -> float | None:
-        """The value of such a number; None if it has none."""
-        row = self.get(quantity, of)
-        return None if row is None else row.value
-
-    def where(self, quantity: str) -> list[Estimate]:
-        """All such numbers, whatever part of the quantity they are."""
-        return self.found.where(quantity, **self._own)
-
     def changes(self, of: str = "", quantity: str = "success_difference") -> list[tuple[Cell, Estimate]]:
         """A number that compares each dose with the lowest, with what the agent did at that dose."""
         found = []
@@ -177,7 +156,3 @@ class Course:
         """
         order = lambda pair: (2.0 if pair[1].p_value is None else pair[1].p_value, -abs(pair[1].value or 0.0))  # noqa: E731
         return min(self.changes(), key=order, default=None)
-
-    def curve(self, quantity: str, of: str = "") -> Curve | None:
-        """A curve over the doses; None if it has none."""
-        return self.found.curve(quantity, **self._own, of=of)

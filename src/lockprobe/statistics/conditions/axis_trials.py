@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from math import nan
@@ -76,11 +76,6 @@ class AxisTrials:
         return max(trial.budget for trial in self.trials)
 
     @property
-    def names(self) -> set[tuple[str, str]]:
-        """The agents and conditions of its trials."""
-        return {(trial.group, trial.condition) for trial in self.trials}
-
-    @property
     def outcomes(self) -> Outcomes:
         """Its ended trials as columns."""
         return outcomes(self.trials, self.doses, self.order)
@@ -119,22 +114,15 @@ def on_axis(
     place: Callable[[Trial], Place] = on_flip_axis,
     orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> list[AxisTrials]:
-    """The trials by agent and modality, in the order in which these come; see :class:`AxisTrials`."""
+    """The trials by agent and modality, in the order in which these come."""
     found: dict[tuple[str, str], list[tuple[float, Trial]]] = {}
     for trial in trials:
         agent, modality, dose = place(trial)
         found.setdefault((agent, modality), []).append((dose, trial))
-    return [_axis_trials(agent, modality, members, orders) for (agent, modality), members in found.items()]
-
-
-def _axis_trials(
-    agent: str, modality: str, members: Sequence[tuple[float, Trial]], orders: Mapping[str, BlockOrder]
-) -> AxisTrials:
-    ordered = sorted(members, key=lambda pair: (pair[0], pair[1].repetition, pair[1].trial))
-    return AxisTrials(
-        agent=agent,
-        modality=modality,
-        trials=tuple(trial for _, trial in ordered),
-        doses=tuple(dose for dose, _ in ordered),
-        order=orders.get(ordered[0][1].group),
-    )
+    made = []
+    for (agent, modality), members in found.items():
+        members.sort(key=lambda pair: (pair[0], pair[1].repetition, pair[1].trial))
+        doses, own = zip(*members, strict=True)
+        order = orders.get(own[0].group)
+        made.append(AxisTrials(agent=agent, modality=modality, trials=own, doses=doses, order=order))
+    return made

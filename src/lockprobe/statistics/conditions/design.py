@@ -1,9 +1,9 @@
-"""The design of a study, from its conditions alone: controls, axes, crossings, and the families of its contrasts.
+"""The design of a study, from its conditions alone: controls, axes, what is crossed, and the families of its contrasts.
 
 Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
 and every dose with three levels or more of another intervention or another kind of flips. All other conditions of a
 modality against its control are one, and so are the controls of the other modalities against that of the first; the
-interactions of all crossings and grids are one. So what is said of one family does not depend on the conditions of
+interactions of all that is crossed are one. So what is said of one family does not depend on the conditions of
 another. Of another intervention a single dose is a condition like any other: with an axis of its own, ten conditions
 would be ten families.
 """
@@ -12,19 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.conditions.dose_grid import Grid, grids
+from lockprobe.statistics.conditions.crossed import Crossed, crossed_of
 from lockprobe.statistics.conditions.factors import Factor, factors_of, no_feedback_factor
-from lockprobe.statistics.conditions.series import (
-    Crossing,
-    Series,
-    SeriesArm,
-    control_of,
-    crossings,
-    series_of,
-    series_of_agents,
-)
+from lockprobe.statistics.conditions.series import Series, SeriesArm, series_of, series_of_agents
 from lockprobe.statistics.why.arms import arms_of
 
 
@@ -38,8 +32,7 @@ class Comparison:
         axes: Doses of other interventions whose lowest level is the control, each a family of its own.
         others: Labels of all other conditions: another family.
         controls: In the first modality the labels of the controls of the others: a family too.
-        crossings: Two interventions alone, together and not at all.
-        grids: Crossed doses of two interventions.
+        crossed: Two interventions alone, together and not at all, then crossed doses.
     """
 
     control: str
@@ -47,21 +40,10 @@ class Comparison:
     axes: tuple[Series, ...]
     others: tuple[str, ...]
     controls: tuple[str, ...]
-    crossings: tuple[Crossing, ...]
-    grids: tuple[Grid, ...]
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """All its conditions, the control first."""
-        return (self.control, *self.flips, *self.dosed, *self.others, *self.controls)
-
-    @property
-    def dosed(self) -> tuple[str, ...]:
-        """Labels of the doses of its other axes."""
-        return tuple(label for axis in self.axes for label in axis.doses if label != self.control)
+    crossed: tuple[Crossed, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Design:
     """What differs between the conditions of a study.
 
@@ -76,39 +58,38 @@ class Design:
     arms: tuple[SeriesArm, ...]
     axis: frozenset[str]
     specs: Mapping[str, str] = field(default_factory=dict)
-    _controls: dict[str, SeriesArm] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        found = {modality: control_of(self.arms, modality) for modality in dict.fromkeys(a.modality for a in self.arms)}
-        object.__setattr__(self, "_controls", {name: one for name, one in found.items() if one is not None})
 
     def spec_of(self, agent: str) -> str:
         """The spec of an agent."""
         return self.specs.get(agent, agent)
+
+    @cached_property
+    def _controls(self) -> dict[str, str]:
+        """Modality -> its control: the condition without interventions, or else the first."""
+        shown = grouped(self.arms, lambda arm: arm.modality)
+        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in shown.items()}
 
     @property
     def modalities(self) -> tuple[str, ...]:
         """How the box is shown, without doses, each way once."""
         return tuple(self._controls)
 
+    @property
+    def controls(self) -> frozenset[str]:
+        """The labels of all controls."""
+        return frozenset(self._controls.values())
+
+    def control(self, label: str) -> str:
+        """The label of the control of a condition."""
+        return next(self._controls[arm.modality] for arm in self.arms if arm.label == label)
+
     def shown(self, modality: str) -> tuple[SeriesArm, ...]:
         """The conditions of a modality."""
         return tuple(arm for arm in self.arms if arm.modality == modality)
 
-    def control(self, label: str) -> str:
-        """The label of the control of a condition."""
-        arm = next(arm for arm in self.arms if arm.label == label)
-        return self._controls[arm.modality].label
-
-    @property
-    def controls(self) -> frozenset[str]:
-        """The labels of all controls."""
-        return frozenset(arm.label for arm in self._controls.values())
-
     def comparison(self, modality: str) -> Comparison:
         """The conditions of a modality and the families of their contrasts with its control."""
-        own, control = self.shown(modality), self._controls[modality].label
-        beside = tuple(self._controls[name].label for name in self.modalities[1:])
+        own, control = self.shown(modality), self._controls[modality]
         rest = [arm.label for arm in own if arm.label != control]
         axes = tuple(one for one in self.series if not one.agent and one.modality == modality and control in one.doses)
         on_axes = self.axis | {label for one in axes for label in one.doses}
@@ -117,9 +98,8 @@ class Design:
             flips=tuple(label for label in rest if label in self.axis),
             axes=axes,
             others=tuple(label for label in rest if label not in on_axes),
-            controls=beside if modality == self.modalities[0] else (),
-            crossings=crossings(own),
-            grids=grids(own),
+            controls=tuple(self._controls.values())[1:] if modality == self.modalities[0] else (),
+            crossed=tuple(crossed_of(own)),
         )
 
     @property
@@ -135,11 +115,11 @@ class Design:
         """
         dosed = [set(one.doses) for one in self.series if not one.agent]
         dosed += [set(arms[1].values()) for shown in map(self.shown, self.modalities) if (arms := arms_of(shown))]
-        found = (
-            replace(one, groups=tuple(group for group in one.groups if not any(of >= {*group} for of in dosed)))
-            for one in factors_of(self.arms, self.controls)
-        )
-        return tuple(one for one in found if one.groups)
+        found = []
+        for name, groups in factors_of(self.arms, self.controls):
+            if apart := tuple(group for group in groups if not any(of >= {*group} for of in dosed)):
+                found.append(Factor(name, apart))
+        return tuple(found)
 
     @property
     def no_feedback(self) -> tuple[Factor, ...]:
@@ -149,10 +129,8 @@ class Design:
     @property
     def series(self) -> tuple[Series, ...]:
         """Other doses than flip rates, of three levels or more, and options of agents."""
-        doses = (_named(one) for one in series_of(self.arms) if not one.doses.keys() <= self.axis)
-        return (*doses, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
-
-
-def _named(one: Series) -> Series:
-    """A series beside the flip axis. Flips without options are of another reading there, which its name says."""
-    return replace(one, axis=replace(FLIPS, options="others=fresh")) if one.axis == FLIPS else one
+        doses = [one for one in series_of(self.arms) if not one.doses.keys() <= self.axis]
+        # flips without options are of another reading beside the flip axis, which their name says
+        other = replace(FLIPS, options="others=fresh")
+        named = (replace(one, axis=other) if one.axis == FLIPS else one for one in doses)
+        return (*named, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))

@@ -7,7 +7,7 @@ modality the contrasts of one factor are a family, whatever else acts beside it.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lockprobe.statistics.conditions.series import SeriesArm
 
@@ -18,27 +18,17 @@ NO_FEEDBACK = "no feedback"
 """The factor of false reports against no report at all."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Factor:
+class Factor(NamedTuple):
     """An option that is no number, and the conditions that differ in it alone.
 
     Attributes:
-        kind: Name of the intervention.
-        option: The option.
-        modality: How the box is shown in all of them.
+        name: The intervention and the option, ``flip others``.
         groups: Conditions that differ in the option alone: first the one that does not say it, or else the first of
             the study, then those that are compared with it.
     """
 
-    kind: str
-    option: str
-    modality: str
+    name: str
     groups: tuple[tuple[str, ...], ...]
-
-    @property
-    def name(self) -> str:
-        """The intervention and its option, ``flip others``."""
-        return f"{self.kind} {self.option}"
 
 
 def factors_of(arms: Sequence[SeriesArm], controls: Collection[str] = ()) -> tuple[Factor, ...]:
@@ -48,23 +38,23 @@ def factors_of(arms: Sequence[SeriesArm], controls: Collection[str] = ()) -> tup
         arms: Its conditions.
         controls: Labels of conditions that every other one is compared with already.
     """
-    levels: dict[tuple[str, str, str], dict[tuple[object, ...], dict[str, str]]] = {}
+    levels: dict[tuple[str, str], dict[tuple[object, ...], dict[str, str]]] = {}
     options = {(spec.full_name, option) for arm in arms for spec in arm.specs for option in spec.options}
     for arm in arms:
         for place in arm.acting:
             spec = arm.specs[place]
             for kind, option in sorted(options):
                 if kind == spec.full_name and option not in arm.doses[place]:
-                    groups = levels.setdefault((kind, option, arm.modality), {})
+                    groups = levels.setdefault((f"{kind} {option}", arm.modality), {})
                     own = groups.setdefault(arm.family((place, option)), {})
                     own.setdefault(spec.options.get(option, ""), arm.label)
     found = []
-    for (kind, option, modality), groups in levels.items():
+    for (name, _), groups in levels.items():
         kept = [own for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
         without_first = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
         apart = tuple(group for group in without_first if group[0] not in controls)
         if apart:
-            found.append(Factor(kind=kind, option=option, modality=modality, groups=apart))
+            found.append(Factor(name, apart))
     return tuple(found)
 
 
@@ -81,6 +71,4 @@ def no_feedback_factor(arms: Sequence[SeriesArm]) -> list[Factor]:
     alone = [(arm.label, arm.specs[arm.acting[0]], arm.dose(arm.acting[0])) for arm in arms if len(arm.acting) == 1]
     none = next((label for label, spec, p in alone if spec.full_name == "drop" and p == 1 == len(spec.options)), "")
     flipped = [label for label, spec, _ in alone if spec.full_name == "flip"]
-    kind, option = NO_FEEDBACK.split()
-    groups = ((none, *flipped),)
-    return [Factor(kind=kind, option=option, modality=arms[0].modality, groups=groups)] if none and flipped else []
+    return [Factor(NO_FEEDBACK, ((none, *flipped),))] if none and flipped else []

@@ -10,6 +10,7 @@ trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 w
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -24,23 +25,20 @@ from lockprobe.statistics.inference.excess import excess
 from lockprobe.statistics.inference.hazard import Hazard, solving, worst
 from lockprobe.statistics.inference.holm import holm
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
-from lockprobe.statistics.proportions import ALPHA, Paired, paired
+from lockprobe.statistics.proportions import Paired, paired
 
 
 class ModalityPair(NamedTuple):
-    """Two modalities compared, the one of higher fidelity over or less the other, whatever became of broken trials.
+    """Two modalities, the second, of higher fidelity, over or less the first, whatever became of broken trials.
 
     Attributes:
-        first, second: The modalities; the second has the higher fidelity.
-        hazard_ratio: Of solving: above 1 if the second is faster; None if undefined.
-        p_adjusted: Log-rank, corrected for the pairs (Holm) and for agents; None with too few clusters.
+        hazard: Of solving; its P value is corrected for the pairs (Holm) and for agents.
         final: The difference in final success over the trials that both have.
     """
 
     first: str
     second: str
-    hazard_ratio: float | None
-    p_adjusted: float | None
+    hazard: Hazard
     final: Paired
 
 
@@ -48,26 +46,18 @@ class ModalityEffect(NamedTuple):
     """The effect of the modality on one agent at its lowest flip rate.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
-        modalities: The modalities, from low to high fidelity.
-        direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.
-        p_value: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of
-            a modality (``rgbd?depth=gray``) have equal fidelity. None with one fidelity or too few clusters.
+        modalities: From low to high fidelity.
+        trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
+            modality (``rgbd?depth=gray``) have equal fidelity. None with one fidelity or too few clusters.
         pairs: Every two modalities.
         agents: Number of agents that are judged together.
     """
 
     agent: str
     modalities: tuple[str, ...]
-    direction: int
-    p_value: float | None
+    trend: Hazard
     pairs: tuple[ModalityPair, ...]
     agents: int
-
-    @property
-    def detectable(self) -> bool:
-        """Whether the trend over fidelity is significant."""
-        return self.p_value is not None and self.p_value < ALPHA
 
 
 def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
@@ -88,26 +78,31 @@ def _effect(shown: Sequence[AxisTrials], agents: int) -> ModalityEffect:
     ranks = [fidelity(name) for name in names]
     ended, broken = [one.outcomes for one in shown], [one.broken_off for one in shown]
 
-    def corrected(p_value: float | None) -> float | None:
-        return None if p_value is None else min(1.0, agents * p_value)
+    def corrected(found: Hazard, p_value: float | None) -> Hazard:
+        return replace(found, p_value=None if p_value is None else min(1.0, agents * p_value))
 
     trend = found = _trend(ranks, ended)
     if any(map(len, broken)):  # those that broke at the lowest fidelity against all others
         gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
         trend = worst(found, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
+
+    def final(groups: Sequence[Outcomes]) -> Paired:
+        return paired(*solved_in_pairs(*groups).T)
+
     both = list(combinations(range(len(shown)), 2))
     of = [([ended[i], ended[j]], [broken[i], broken[j]]) for i, j in both]
     hazards = [solving(*pair, budget) for pair in of]
-    adjusted = map(corrected, holm([one.p_value for one in hazards]))
+    adjusted = map(corrected, hazards, holm([one.p_value for one in hazards]))
+    finals = [
+        bounded(final(own), *opposed(final, own, broke, (False, True))) if any(map(len, broke)) else final(own)
+        for own, broke in of
+    ]
+    pairs = zip(both, adjusted, finals, strict=True)
     return ModalityEffect(
         agent=shown[0].agent,
         modalities=tuple(names),
-        direction=found.direction,
-        p_value=corrected(trend.p_value),
-        pairs=tuple(
-            ModalityPair(names[i], names[j], hazard.ratio, p_value, _final(*pair))
-            for (i, j), hazard, p_value, pair in zip(both, hazards, adjusted, of, strict=True)
-        ),
+        trend=corrected(found, trend.p_value),
+        pairs=tuple(ModalityPair(names[i], names[j], hazard, last) for (i, j), hazard, last in pairs),
         agents=agents,
     )
 
@@ -121,11 +116,3 @@ def _trend(ranks: Sequence[int | None], groups: Sequence[Outcomes]) -> Hazard:
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
     found = excess(score, every.length, every.solved, every.cluster)
     return Hazard(ratio=None, direction=found.direction, p_value=found.p_value)
-
-
-def _final(ended: Sequence[Outcomes], broken: Sequence[Outcomes]) -> Paired:
-    def final(groups: Sequence[Outcomes]) -> Paired:
-        return paired(*solved_in_pairs(*groups).T)
-
-    found = final(ended)
-    return bounded(found, *opposed(final, ended, broken, (False, True))) if any(map(len, broken)) else found

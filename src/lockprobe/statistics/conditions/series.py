@@ -1,12 +1,11 @@
-"""Dose series and crossings among the conditions of a study, from their specs."""
+"""Dose series among the conditions of a study, from their specs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import combinations
 from math import isnan
-from typing import ClassVar
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
@@ -87,54 +86,26 @@ class Series:
     agent: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Crossing:
-    """The names of four conditions that cross two interventions."""
-
-    neither: str
-    first: str
-    second: str
-    both: str
-
-    factor: ClassVar[float] = 1.0
-
-    @property
-    def weights(self) -> dict[str, int]:
-        """The weight of each in the interaction: the effect of the second with the first, minus its effect alone."""
-        return {self.neither: 1, self.first: -1, self.second: -1, self.both: 1}
-
-
-def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
-    """The control of a modality: the condition without interventions, or else the first."""
-    shown = [arm for arm in arms if arm.modality == modality]
-    return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
-
-
 def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
-    """Every series of at least three doses, in the order of the conditions."""
+    """Every series of at least three doses, in the order of the conditions; of equal doses the first counts."""
     dosed = ((arm, place, option) for arm in arms for place, option in arm.dosed)
-    families = grouped(dosed, lambda one: one[0].family(one[1:]))
-    return tuple(one for members in families.values() if len((one := _series(members, arms)).doses) >= _FEWEST)
-
-
-def _series(members: Sequence[tuple[SeriesArm, int, str]], arms: Sequence[SeriesArm]) -> Series:
-    """One series; of conditions at equal doses the first counts."""
-    first, place, option = members[0]
-    labels: dict[float, str] = {}
-    for arm, at, name in members:
-        labels.setdefault(arm.dose(at, name), arm.label)
-    rest = first.without(place)
-    if option == first.doses[place][0]:
-        zero = [one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality]
-        for one in zero[:1]:
-            labels.setdefault(0.0, one.label)
-    spec = first.specs[place]
-    options = str(without_doses(spec, [option])).partition("?")[2]
-    return Series(
-        axis=Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest)),
-        doses={label: dose for dose, label in sorted(labels.items())},
-        modality=first.modality,
-    )
+    found = []
+    for members in grouped(dosed, lambda one: one[0].family(one[1:])).values():
+        labels: dict[float, str] = {}
+        for arm, at, name in members:
+            labels.setdefault(arm.dose(at, name), arm.label)
+        first, place, option = members[0]
+        rest, spec = first.without(place), first.specs[place]
+        if option == first.doses[place][0]:
+            zero = (one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality)
+            if alone := next(zero, None):
+                labels.setdefault(0.0, alone.label)
+        options = str(without_doses(spec, [option])).partition("?")[2]
+        axis = Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest))
+        doses = {label: dose for dose, label in sorted(labels.items())}
+        if len(doses) >= _FEWEST:
+            found.append(Series(axis=axis, doses=doses, modality=first.modality))
+    return tuple(found)
 
 
 def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
@@ -147,8 +118,9 @@ def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
     for agent, text in agents.items():
         spec = Spec.parse(text)
         for option, value in spec.options.items():
-            if (number := _number(value)) is not None:
-                families.setdefault((str(spec.without([option])), option), {})[agent] = number
+            with suppress(ValueError):  # a word has no place on an axis, nor a number to which no curve can be fitted
+                if can_be_fitted(number := float(value)):
+                    families.setdefault((str(spec.without([option])), option), {})[agent] = number
     return tuple(
         Series(
             axis=Axis(kind=AGENT, dose=option),
@@ -160,27 +132,3 @@ def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
         for (_, option), doses in families.items()
         if len(doses) >= _FEWEST
     )
-
-
-def _number(text: str) -> float | None:
-    """The number that an option is; None for a word, and for a number to which no curve can be fitted."""
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if can_be_fitted(number) else None
-
-
-def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
-    """Every 2 x 2 crossing: two interventions played alone, together and not at all, all else equal."""
-    known: dict[tuple[str, tuple[str, ...]], str] = {}
-    for arm in arms:
-        known.setdefault((arm.modality, arm.without()), arm.label)
-    found = []
-    for arm in arms:
-        for i, j in combinations(arm.acting, 2):
-            names = [known.get((arm.modality, arm.without(*away))) for away in ((i, j), (j,), (i,))]
-            if None not in names:
-                neither, first, second = (str(name) for name in names)
-                found.append(Crossing(neither=neither, first=first, second=second, both=arm.label))
-    return tuple(found)

@@ -1,4 +1,4 @@
-"""Crossed doses: two doses, of two interventions or of one, in all their combinations.
+"""Crossed conditions: two interventions with and without each other, or two doses in all their combinations.
 
 Their interaction is the *linear-by-linear contrast* of all cells: the least-squares slope over the product of both
 doses in a model with an effect for every row and column. It is scaled to the whole range: how much more the highest
@@ -9,105 +9,91 @@ difference of differences.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, product
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.conditions.series import SeriesArm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Grid:
-    """A grid of conditions that differ only in two doses.
+class Crossed:
+    """Conditions that differ only in two doses, or in whether two interventions act.
 
     Attributes:
-        rows, columns: The axes of the first and the second dose.
-        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention. Of two doses of one
-            intervention there is none: without it, neither has a value.
-        conditions: (Row dose, column dose) -> condition; combinations that are not played are missing.
+        conditions: (First dose, second dose) -> condition, ascending; combinations that are not played are missing.
+            Dose 0 is without the intervention, dose 1 with one that is crossed whole. Of two doses of one intervention
+            there is no 0: without it, neither has a value.
         modality: How the box is shown in all of them.
+        axes: Both doses; none if interventions are crossed whole.
     """
 
-    rows: Axis
-    columns: Axis
-    row_doses: tuple[float, ...]
-    column_doses: tuple[float, ...]
     conditions: Mapping[tuple[float, float], str]
     modality: str
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def doses(self) -> tuple[list[float], list[float]]:
+        """The first doses and the second ones, ascending."""
+        rows, columns = (sorted(set(of)) for of in zip(*self.conditions, strict=True))
+        return rows, columns
 
     @property
     def weights(self) -> dict[str, int]:
         """The weight of each condition in the interaction; none if a combination is not played."""
-        if len(self.conditions) < len(self.row_doses) * len(self.column_doses):
+        if len(self.conditions) < math.prod(map(len, self.doses)):
             return {}
-        return dict(zip(self.conditions.values(), trend_weights(self.row_doses, self.column_doses)[0], strict=True))
+        return dict(zip(self.conditions.values(), trend_weights(*self.doses)[0], strict=True))
 
     @property
     def factor(self) -> float:
         """What the weighted sum is multiplied with."""
-        return float(trend_weights(self.row_doses, self.column_doses)[1])
-
-    @property
-    def name(self) -> str:
-        """Both doses, as sentences and figures name them."""
-        return f"{self.rows.name} \N{MULTIPLICATION SIGN} {self.columns.name}"
+        return float(trend_weights(*self.doses)[1])
 
 
-def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
-    """The grids of a study: pairs of doses with two or more levels each, in the order of conditions.
-
-    Args:
-        arms: The conditions of a study. Each modality, and each set of other interventions, makes a separate grid.
-    """
-    known: dict[tuple[str, tuple[str, ...]], str] = {}
+def crossed_of(arms: Sequence[SeriesArm]) -> Iterator[Crossed]:
+    """What the conditions of one modality cross: interventions, then doses of two or more levels, all else equal."""
+    known: dict[tuple[str, ...], str] = {}
     for arm in arms:
-        known.setdefault((arm.modality, arm.without()), arm.label)
-    families: dict[tuple[object, ...], list[_Crossed]] = {}
+        known.setdefault(arm.without(), arm.label)
     for arm in arms:
-        for pair in combinations(arm.dosed, 2):
-            families.setdefault(arm.family(*pair), []).append((arm, *pair))
-    made = (_grid(members, known) for members in families.values() if _says_both(members))
-    return tuple(grid for grid in made if min(len(grid.row_doses), len(grid.column_doses)) > 1)
+        for i, j in combinations(arm.acting, 2):
+            away = {(0.0, 0.0): (i, j), (0.0, 1.0): (i,), (1.0, 0.0): (j,), (1.0, 1.0): ()}
+            if all(arm.without(*places) in known for places in away.values()):
+                conditions = {at: known[arm.without(*places)] for at, places in away.items()}
+                yield Crossed(conditions=conditions | {(1.0, 1.0): arm.label}, modality=arm.modality)
+    pairs = ((arm, one, other) for arm in arms for one, other in combinations(arm.dosed, 2))
+    for members in grouped(pairs, lambda member: member[0].family(*member[1:])).values():
+        # a dose that no condition says as a number, but a word that stands for one, makes a factor
+        said = all(any(arm.says(*pair[of]) for arm, *pair in members) for of in (0, 1))
+        if said and min(map(len, (grid := _grid(members, known)).doses)) > 1:
+            yield grid
 
 
 _Dose = tuple[int, str]
 """The place of an intervention, and the name of a dose of it."""
 
-_Crossed = tuple[SeriesArm, _Dose, _Dose]
 
-
-def _says_both(members: Sequence[_Crossed]) -> bool:
-    """Whether each of both doses is said as a number by a condition; a word that stands for one makes a factor."""
-    return all(any(arm.says(*pair[of]) for arm, *pair in members) for of in (0, 1))
-
-
-def _grid(members: Sequence[_Crossed], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
+def _grid(members: Sequence[tuple[SeriesArm, _Dose, _Dose]], known: Mapping[tuple[str, ...], str]) -> Crossed:
     first, *pair = members[0]
     i, j = (at for at, _ in pair)
-    shown, rest = first.modality, " + ".join(first.without(i, j))
     found: dict[tuple[float, float], str] = {}
     for arm, one, other in members:
         row, column = arm.dose(*one), arm.dose(*other)
         found.setdefault((row, column), arm.label)
         for place, (away, option) in (((row, 0.0), other), ((0.0, column), one)):
             zero = i != j and option == arm.doses[away][0]  # without an intervention it has no second dose either
-            alone = known.get((shown, arm.without(away))) if zero else None
-            if alone:
+            if zero and (alone := known.get(arm.without(away))):
                 found.setdefault(place, alone)
-    neither = known.get((shown, first.without(i, j))) if i != j else None
+    neither = known.get(first.without(i, j)) if i != j else None
     if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
         found.setdefault((0.0, 0.0), neither)
-    rows, columns = (Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)
-    return Grid(
-        rows=rows,
-        columns=columns,
-        row_doses=tuple(sorted({row for row, _ in found})),
-        column_doses=tuple(sorted({column for _, column in found})),
-        conditions=dict(sorted(found.items())),
-        modality=shown,
-    )
+    rest = " + ".join(first.without(i, j))
+    axes = tuple(Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)
+    return Crossed(conditions=dict(sorted(found.items())), modality=first.modality, axes=axes)
 
 
 def trend_weights(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
