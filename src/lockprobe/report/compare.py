@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import NONE, bracketed, change, p_cell, p_value, percent
-from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import DETECTED, TextTable, share_cell
@@ -22,9 +21,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.plain_json import plain_json
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.subject import Subject
-from lockprobe.report.rendering import rendered
-from lockprobe.report.section import Caption
-from lockprobe.report.svg import image
+from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.proportions import ALPHA, Proportion
@@ -34,16 +31,6 @@ from lockprobe.trial.record import Trial
 
 _VERSION = 1
 """Version of the layout of :meth:`Comparison.plain`."""
-
-_SHOWN = 15
-"""Differences that the figure has room for; those of the first pair are always shown."""
-
-_CAPTION = Caption(
-    "Difference in success between two agents, one row for each condition; filled marks were detected. Circles: pairs "
-    "of trials with common random numbers; squares: independent samples.",
-    "Bars are 95 % intervals and are not corrected. A difference is detected if the corrected test rejects and the "
-    "interval excludes 0.",
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,14 +150,13 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
             for (condition, side), trials in played.items()
         ]
     samples.sort(key=lambda one: [*family].index(one.condition))
-    box = opened[0].study.box
     return Comparison(
-        box=box.name,
+        box=opened[0].study.boxes_in_words,
         studies=tuple(studies),
         samples=tuple(samples),
         differences=study_differences(samples),
         unlike=tuple(_unlike(samples)),
-        rules=broken_said((trial for one in samples for trial in one.trials), box),
+        rules=broken_said((trial for one in samples for trial in one.trials), *opened[0].study.boxes),
     )
 
 
@@ -235,7 +221,7 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
 def write_comparison(
     comparison: Comparison, out: Path, *, left_out: Callable[[LeftOutSection], None] = lambda section: None
 ) -> Path:
-    """Write the page in one step; ``left_out`` is told every table and figure that could not be made.
+    """Write the page in one step; ``left_out`` is told every table that could not be made.
 
     Raises:
         BadFile: If it cannot be written.
@@ -248,7 +234,6 @@ def write_comparison(
         "rest": lambda: difference_table(rest),
     }
     with leaving_out() as failed:
-        picture = section("Figure differences", lambda: _picture(comparison), dict[str, bytes])
         made = {
             name: section(f"Table {name}", make, lambda: [["This table could not be made."]])
             for name, make in tables.items()
@@ -257,9 +242,8 @@ def write_comparison(
         "compare",
         content=comparison,
         lockprobe=version("lockprobe"),
-        images={"differences": image(picture["svg"])} if picture else {},
-        caption=_CAPTION,
         tables=made,
+        plots={"differences": with_axis(leading), "rest": with_axis(rest)},
         sections_left_out=failed,
     )
     for one in failed:
@@ -269,39 +253,6 @@ def write_comparison(
     except OSError as error:
         raise BadFile(out, f"cannot be written ({error.strerror})") from error
     return out
-
-
-def _picture(comparison: Comparison) -> dict[str, bytes]:
-    """The differences that the conclusion is about, the pairs one below the other as far as there is room.
-
-    Blue circles are pairs of trials, orange squares are independent samples. Empty without any.
-    """
-    from lockprobe.report import figures
-    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.frame import safe_name
-    from lockprobe.report.figures.palette import ACCENT, SUBJECTS
-
-    made: list[Panel] = []
-    shown = 0
-    for (first, second), found in grouped(comparison.leading, lambda one: (one.first, one.second)).items():
-        if made and shown + len(found) > _SHOWN:
-            break
-        shown += len(found)
-        rows = [
-            difference(
-                safe_name(one.condition, 46),
-                one,
-                detected=bool(one.verdict),
-                colour=SUBJECTS[0] if one.paired else ACCENT,
-                marker="o" if one.paired else "s",
-            )
-            for one in found
-        ]
-        whom, versus = (safe_name(_subject(side).name, 46) for side in (second, first))
-        made.append(Panel.of(rows, whom, f"\N{MINUS SIGN} {versus}", label=""))
-    left = len(comparison.leading) - shown
-    made[-1:] = [replace(one, label="difference, points") for one in made[-1:]]
-    return figures.files(panels_sheet(made, 1, f"{left} more differences are in the tables" if left else ""))
 
 
 def study_table(comparison: Comparison) -> TextTable:

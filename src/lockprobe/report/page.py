@@ -17,7 +17,7 @@ from typing import Any
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
 from lockprobe.report.questions import all_sections
-from lockprobe.report.rendering import rendered
+from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.svg import Image
@@ -47,11 +47,8 @@ class Page:
         return tables_of(self.found, [table])[table.name]
 
     def plots(self, table: Table) -> list[tuple[Estimate | None, float]]:
-        """The differences that stand beside the rows of a table, each with the end of their axis; empty for none."""
-        rows = [] if table.drawn is None else list(table.drawn(self.found))
-        ends = [abs(end) for row in rows if row for end in (row.value, row.low, row.high) if end is not None]
-        reach = max([0.1, *ends])
-        return [(row, 1.05 * reach) for row in rows]
+        """The differences that stand beside the rows of a table; see :func:`with_axis`."""
+        return with_axis([] if table.drawn is None else list(table.drawn(self.found)))
 
     def image(self, figure: str) -> Image | None:
         """The figure of this name, as pages embed it; None if it was not drawn."""

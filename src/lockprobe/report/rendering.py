@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from lockprobe.foundation.formatting import p_cell, points
 from lockprobe.foundation.terminal_text import printable
+
+_Drawn = TypeVar("_Drawn", bound=Any)
 
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
@@ -21,6 +24,12 @@ def rendered(name: str, **values: Any) -> str:
         values: What the template names; a name without a value is an error.
     """
     return str(_templates().get_template(f"{name}.html.jinja").render(**values))
+
+
+def with_axis(rows: Sequence[_Drawn]) -> list[tuple[_Drawn, float]]:
+    """Differences, or None, each with the end of an axis around 0 that holds them all with their intervals."""
+    ends = [abs(end) for row in rows if row for end in (row.value, row.low, row.high) if end is not None]
+    return [(row, 1.05 * max([0.1, *ends])) for row in rows]
 
 
 @cache

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from lockprobe.foundation.formatting import (
     NONE,
@@ -28,7 +28,7 @@ from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, EVERY, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table, Text
+from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
@@ -40,9 +40,6 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.record import Trial
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
 
 _NAME = "agents_compared"
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
@@ -56,9 +53,6 @@ _WORST = "holds whatever became of broken trials"
 
 _EDGE = 0.1
 """So near to 0 or 1 the success of two agents is at its floor or its ceiling, where it does not tell them apart."""
-
-_SHOWN = 30
-"""Rows that a panel has room for."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -296,79 +290,33 @@ def _others_said(pair: _Pair) -> str:
 def _table(found: Results) -> TextTable:
     table = [["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]]
     table[0] += ["P of steps", "effect, points", "P of effect", "conclusion"]
-    for pair in _pairs(found):
-        whole = [""] * ((SUCCESS, "") in pair.rows)
-        for place in [*whole, *(pair.rates if found.several_p else ()), *pair.others]:
-            success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
-            moved = pair.rows.get((CHANGE, place or "mean"))
-            tested = moved if place else pair.rows.get((CHANGE, _ANY))
-            under = f"flip rate {pair.rates[place]:g}" if place in pair.rates else place
-            under = under or over_rates(found).removeprefix("over ")
-            shares = NONE if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
-            table.append(
-                [
-                    pair.one.name, pair.other.name, EVERY if _SAME in success.note else under, str(success.n), shares,
-                    points_cell(success), p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value),
-                    points_cell(moved), p_cell(tested.p_value if tested else None),
-                    "play alike" if _ALIKE in success.note else DETECTED[success.detected],
-                ]
-            )  # fmt: skip
+    for pair, place in _places(found):
+        success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
+        moved = pair.rows.get((CHANGE, place or "mean"))
+        tested = moved if place else pair.rows.get((CHANGE, _ANY))
+        under = f"flip rate {pair.rates[place]:g}" if place in pair.rates else place
+        under = under or over_rates(found).removeprefix("over ")
+        shares = NONE if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
+        table.append(
+            [
+                pair.one.name, pair.other.name, EVERY if _SAME in success.note else under, str(success.n), shares,
+                points_cell(success), p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value),
+                points_cell(moved), p_cell(tested.p_value if tested else None),
+                "play alike" if _ALIKE in success.note else DETECTED[success.detected],
+            ]
+        )  # fmt: skip
     return table if len(table) > 1 else []
 
 
-_TABLE = Table("comparisons", _table, numeric_from=3)
+def _places(found: Results) -> Iterator[tuple[_Pair, str]]:
+    """Every pair over all flip rates, at each, and under every other condition."""
+    for pair in _pairs(found):
+        whole = [""] * ((SUCCESS, "") in pair.rows)
+        yield from ((pair, place) for place in [*whole, *(pair.rates if found.several_p else ()), *pair.others])
 
 
-def draw(found: Results) -> Drawing | None:
-    """Every two agents: success, steps, and how much more false reports or a condition change the first."""
-    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.frame import safe_name
-
-    whole = "over all flip rates" if found.several_p else ""
-    titles = {
-        (SUCCESS, ""): f"success {whole}", (STEPS, ""): f"steps {whole}",
-        (SUCCESS, "under"): "success under other conditions", (STEPS, "under"): "steps under other conditions",
-        (CHANGE, ""): "most that false reports change",
-        (CHANGE, "under"): "what other conditions change",
-    }  # fmt: skip
-    pairs, made = _pairs(found), []
-    for (quantity, under), title in titles.items():
-        rows = []
-        for pair in pairs:
-            apart = f"{safe_name(pair.one.name, 30)}\n\N{MINUS SIGN} {safe_name(pair.other.name, 30)}"
-            for place in pair.others if under else [""]:
-                most = quantity == CHANGE and not under
-                row = pair.clearest if most else pair.rows.get((quantity, place))
-                if row is None:
-                    continue
-                name = f"{apart}\n{safe_name(place, 38)}" if under else apart
-                where = f"to {pair.rates[row.condition]:g}: " if most else ""
-                detected = pair.noise_counts if most else row.detected
-                rows.append(difference(name, row, detected=detected, unit=row.unit, where=where))
-        if rows:
-            more = f"the first {_SHOWN} of {len(rows)}; all are in the table" if len(rows) > _SHOWN else ""
-            steps = quantity == STEPS
-            label = f"difference, {'steps' if steps else 'points'}"
-            made.append(Panel.of(rows[:_SHOWN], title, more, label=label, steps=steps))
-    return panels_sheet(made, min(2, len(made)) or 1)
-
-
-def _caption(found: Results) -> Caption:
-    each = ", each flip rate alone is in the table" * found.several_p
-    bars = "of means over blocks, which hold at every look" if found.progress.every_look else "clustered by block"
-    return Caption(
-        f"Every two agents on the same boxes, the first minus the second; filled marks were detected{each}. "
-        "Below 0 in steps the first is sooner.",
-        f"Bars are 95 % intervals {bars}; those of what false reports change are corrected for the flip rates. "
-        "Tests are corrected for the pairs, but those of steps under other conditions.",
-    )
-
-
-_FIGURE = Figure(
-    "agents-compared",
-    "Differences between every two agents in success, in steps and in what false reports change",
-    _caption,
-    draw=f"{__name__}:draw",
+_TABLE = Table(
+    "comparisons", _table, 3, drawn=lambda found: [pair.rows[SUCCESS, place] for pair, place in _places(found)]
 )
 
 
@@ -390,7 +338,6 @@ def _show(found: Results) -> Iterator[Part]:
         counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
         answer = f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
     blocks: list[Block] = [Text(said) for said in (sentences[:3] if len(pairs) > 1 else ())]
-    blocks.append(_FIGURE)
     if more := sentences[3:]:
         blocks.append(Detail(f"{len(more)} more pairs in words", [Text(said) for said in more]))
     people = (
@@ -398,8 +345,9 @@ def _show(found: Results) -> Iterator[Part]:
         "are permuted."
     )
     note = Note(
-        "Success, steps and effect: the first agent minus the second, over trials that both finished; an unsolved one "
-        "counts with its whole budget. Effect: what false reports, or a condition, change in success.",
+        "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
+        "finished; an unsolved one counts with its whole budget. Effect: what false reports, or a condition, change in "
+        "success.",
         "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
         "Effect: signs of blocks are flipped.",
         "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
@@ -409,8 +357,8 @@ def _show(found: Results) -> Iterator[Part]:
         + people
         * (PEOPLE in found.study["agents"]),
     )
-    blocks.append(Detail("Pairs of agents, in numbers", [_TABLE, note_at(found, note)]))
+    blocks += [_TABLE, note_at(found, note)]
     yield Part("Agents compared", answer, blocks)
 
 
-SECTIONS = (Section(name=_NAME, title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)
+SECTIONS = (Section(name=_NAME, title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.captions import success_and_loops_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.installed_measures import measure_rows
-from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
-from lockprobe.report.section import Block, Caption, Figure, Heading, Note, Part, Section, Table
+from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
@@ -31,13 +29,7 @@ from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.studies.study_design import design_of
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
-
-_LONGEST = 38
-"""Characters of a name in the figure."""
-
-_GAP, _AGAINST = "minus the control, points", "against the rules"
+_AGAINST = "against the rules"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -113,106 +105,54 @@ def detected_said(rows: Sequence[Estimate], what: str) -> str:
     return f"{sum(row.detected for row in tested)} of {len(tested)} {what}" if tested else ""
 
 
-def draw(found: Results) -> Drawing | None:
-    """Every condition against the control, and crossings of two interventions that stand in no grid.
-
-    A panel for each agent that has conditions to compare, those with most of them first.
-    """
-    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.frame import agent_label, from_to, safe_name
-    from lockprobe.report.figures.palette import colours
-    from lockprobe.report.figures.settings import INK
-
-    shown = {one.name: one.modality for one in found.design.conditions}
-    known = {(one.agent, one.modality): one for one in found.courses()}
-    panels, looks = [], colours(found.courses())
-    for (agent, control), own in grouped(found.against_control(), lambda row: (row.agent, row.control)).items():
-        of = agent, shown[control]
-        crossed = found.where("success_interaction", agent=agent, modality=shown[control], axis="", versus="")
-        rows = [
-            difference(safe_name(name, _LONGEST), row, detected=row.detected, colour=looks.get(of, INK), marker=marker)
-            for row, name, marker in (*((r, r.condition, "o") for r in own), *((r, r.of, "s") for r in crossed))
-        ]
-        who = agent_label(known[of], _LONGEST) if of in known else safe_name(Subject.of(agent).name, _LONGEST)
-        pairs = f"n = {from_to(row.n for row in own)} pairs of trials; filled: detected"
-        label = f"success minus that under {safe_name(control, _LONGEST)}, points"
-        panels.append(Panel.of(rows, who, pairs, label=label))
-    panels.sort(key=lambda one: -len(one.rows))
-    return panels_sheet(panels, min(2, len(panels)) or 1)
-
-
 def _compared(found: Results) -> bool:
     """Whether conditions beside flip rates were compared; flip rates alone have a question of their own."""
     return found.beside_flips and bool(found.against_control())
 
 
-def _caption(found: Results) -> Caption:
-    squares = bool(found.where("success_interaction", axis="", versus=""))
-    return Caption(
-        f"{'Circles: success' if squares else 'Success'} under each condition minus success under the control"
-        f"{'. Squares: interactions of two interventions' * squares}; filled marks were detected.",
-        f"Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions"
-        f"{' (squares: of interactions)' * squares} and of agents.",
-    )
-
-
-_FIGURE = Figure(
-    "effects",
-    "Difference in success from the control, one row per condition",
-    _caption,
-    draw=f"{__name__}:draw",
-    applies=_compared,
-)
-
-
 _BOTH, _BESIDE, _FLIPS = "", "conditions beside flip rates", "flip rates alone"
 
-_COLUMNS: tuple[tuple[str, str, Callable[[Cell, Estimate | None, str], str]], ...] = (
-    ("agent", _BOTH, lambda cell, gap, acts: cell.agent),
-    ("condition", _BESIDE, lambda cell, gap, acts: cell.condition),
-    ("interventions", _BESIDE, lambda cell, gap, acts: acts or NONE),
-    ("modality", _BOTH, lambda cell, gap, acts: cell.modality),
-    ("flip rate", _FLIPS, lambda cell, gap, acts: f"{cell.p:g}"),
-    ("trials", _BOTH, lambda cell, gap, acts: str(cell.trials)),
-    ("solved", _FLIPS, lambda cell, gap, acts: str(one.count if (one := cell.get("success")) else 0)),
-    ("success", _BOTH, lambda cell, gap, acts: share_of_row(cell.get("success"))),
-    (_GAP, _BESIDE, lambda cell, gap, acts: points_cell(gap)),
-    ("P", _BESIDE, lambda cell, gap, acts: p_cell(gap.p_value) if gap else NONE),
-    ("mean steps", _BESIDE, lambda cell, gap, acts: value_cell(cell.get("mean_steps_all"), "{:.1f}")),
-    ("loop rate", _BOTH, lambda cell, gap, acts: share_of_row(cell.get("loop_rate"))),
-    ("by chance", _BOTH, lambda cell, gap, acts: chance_cell(cell)),
-    ("coverage", _FLIPS, lambda cell, gap, acts: percent(cell.value("coverage"), 0)),
-    ("redundant", _FLIPS, lambda cell, gap, acts: percent(cell.value("redundant_share"), 0)),
-    ("misread", _BESIDE, lambda cell, gap, acts: percent(cell.value("misread"), 1)),
-    ("false reports", _BESIDE, lambda cell, gap, acts: percent(cell.value("false_report", "steps"), 1)),
+_COLUMNS: tuple[tuple[str, str, Callable[[Cell, str], str]], ...] = (
+    ("agent", _BOTH, lambda cell, acts: cell.agent),
+    ("condition", _BESIDE, lambda cell, acts: cell.condition),
+    ("interventions", _BESIDE, lambda cell, acts: acts or NONE),
+    ("modality", _BOTH, lambda cell, acts: cell.modality),
+    ("flip rate", _FLIPS, lambda cell, acts: f"{cell.p:g}"),
+    ("trials", _BOTH, lambda cell, acts: str(cell.trials)),
+    ("solved", _FLIPS, lambda cell, acts: str(one.count if (one := cell.get("success")) else 0)),
+    ("success", _BOTH, lambda cell, acts: share_of_row(cell.get("success"))),
+    ("mean steps", _BESIDE, lambda cell, acts: value_cell(cell.get("mean_steps_all"), "{:.1f}")),
+    ("loop rate", _BOTH, lambda cell, acts: share_of_row(cell.get("loop_rate"))),
+    ("by chance", _BOTH, lambda cell, acts: chance_cell(cell)),
+    ("coverage", _FLIPS, lambda cell, acts: percent(cell.value("coverage"), 0)),
+    ("redundant", _FLIPS, lambda cell, acts: percent(cell.value("redundant_share"), 0)),
+    ("misread", _BESIDE, lambda cell, acts: percent(cell.value("misread"), 1)),
+    ("false reports", _BESIDE, lambda cell, acts: percent(cell.value("false_report", "steps"), 1)),
     (
         "changed steps",
         _BESIDE,
-        lambda cell, gap, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
+        lambda cell, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
     ),
     (
         _AGAINST,
         _BOTH,
-        lambda cell, gap, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE,
+        lambda cell, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE,
     ),
-    ("errors", _BOTH, lambda cell, gap, acts: f"{cell.value('broken'):g}"),
+    ("errors", _BOTH, lambda cell, acts: f"{cell.value('broken'):g}"),
 )
-"""Name of a column, in which studies it is, and its cell: of an agent under a condition, its difference, what acts."""
+"""Name of a column, in which studies it is, and its cell: of an agent under a condition, and of what acts."""
 
 
 def _table(found: Results) -> TextTable:
     """Every agent under every condition; a column that says nothing is left out."""
     acts = {one.name: " + ".join(one.specs) for one in found.design.conditions}
-    gaps = {(row.agent, row.condition): row for row in found.against_control()}
     where = (_BOTH, _BESIDE if found.beside_flips else _FLIPS)
     made = {
-        name: [of(cell, gaps.get((cell.agent, cell.condition)), acts[cell.condition]) for cell in found.cells]
-        for name, shown, of in _COLUMNS
-        if shown in where
+        name: [of(cell, acts[cell.condition]) for cell in found.cells] for name, shown, of in _COLUMNS if shown in where
     }
     said = {*made.get("interventions", ())} - {NONE}
     empty = [name for name in ("interventions", "modality") if len({*made.get(name, ())}) < 2]
-    empty += [name for name in (_GAP, "P", _AGAINST) if {*made.get(name, ())} <= {NONE}]
+    empty += [_AGAINST] * ({*made.get(_AGAINST, ())} <= {NONE})
     empty += ["interventions"] * (said <= {*made.get("condition", ())})  # unnamed conditions are called by these
     kept = {name: column for name, column in made.items() if name not in empty}
     return [[*kept], *([*row] for row in zip(*kept.values(), strict=True))]
@@ -231,6 +171,14 @@ def _measures(found: Results) -> TextTable:
 
 
 _CONDITIONS, _MEASURES = Table("conditions", _table), Table("measures", _measures, numeric_from=4)
+
+EFFECTS = Table(
+    "effects",
+    lambda found: compared_table(found, found.against_control() if _compared(found) else []),
+    numeric_from=3,
+    drawn=lambda found: found.against_control() if _compared(found) else [],
+)
+"""Every condition against its control."""
 
 
 def _answer(found: Results) -> str:
@@ -271,7 +219,8 @@ _PAIRED = Note(
 
 def _show(found: Results) -> Iterator[Part]:
     mixed, compared = found.beside_flips, _compared(found)
-    blocks: list[Block] = [_FIGURE, _CONDITIONS, note_at(found, _PAIRED)] if compared else [_CONDITIONS]
+    blocks: list[Block] = [EFFECTS, note_at(found, _PAIRED)] if compared else []
+    blocks.append(_CONDITIONS)
     agents = (cell.agent for cell in found.cells)
     of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
     told = Note(
@@ -298,8 +247,7 @@ SECTIONS = (
         title="All conditions",
         rows=_rows,
         show=_show,
-        tables=(_CONDITIONS, _MEASURES),
-        figures=(_FIGURE,),
+        tables=(_CONDITIONS, EFFECTS, _MEASURES),
     ),
     Section(name="effects", title="Every condition against the control", rows=_effects),
     Section(name="measures", title="Measures", rows=measure_rows),

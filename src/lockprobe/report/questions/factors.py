@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
@@ -12,16 +11,13 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
 from lockprobe.statistics.factorial import factorial_effects
 from lockprobe.studies.study_design import design_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -35,7 +31,7 @@ def _compared(found: Results) -> list[Estimate]:
     return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # readings.py has these
 
 
-_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)))
+_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)), 3, drawn=_compared)
 
 _NOTE = Note(
     Markup(
@@ -95,32 +91,7 @@ def _factorial(found: Results) -> TextTable:
     ]
 
 
-def draw(found: Results) -> Drawing | None:
-    """A panel for each agent and measure: the effects of the factors, the largest on top."""
-    from lockprobe.report.figures.differences import Panel, difference, panels_sheet
-    from lockprobe.report.figures.frame import safe_name
-
-    panels = []
-    for (agent, of), own in grouped(found.where("factor_effect"), lambda row: (row.agent, row.of)).items():
-        rows = [difference(safe_name(_name(row)), row, detected=row.detected) for row in sorted(own, key=_size)]
-        blocks = f"n = {own[0].clusters} blocks of scenes; filled: detected"
-        panels.append(Panel.of(rows, safe_name(agent, 38), blocks, label=f"change of {of}, points"))
-    return panels_sheet(panels, min(2, len(panels)) or 1)
-
-
-_TABLE = Table("factorial", _factorial, numeric_from=3)
-
-_FIGURE = Figure(
-    "factorial",
-    "What each factor does to misreading and to success",
-    Caption(
-        "The named level of every factor minus its level in the plain scene, in points, over trials of equal luck. "
-        "Filled: detected.",
-        "Bars are 95 % intervals over blocks, corrected for the number of factors.",
-    ),
-    draw=f"{__name__}:draw",
-    applies=lambda found: bool(found.where("factor_effect")),
-)
+FACTORIAL = Table("factorial", _factorial, 3, drawn=lambda found: found.where("factor_effect"))
 
 _FRACTION = Note(
     Markup(
@@ -143,7 +114,7 @@ def _show_factorial(found: Results) -> Iterator[Part]:
     agents = grouped(found.where("factor_effect"), lambda row: (row.agent, row.modality))
     if agents:
         said = " ".join(map(factorial_said, agents.values()))
-        yield Part("Which features matter?", said, [_FIGURE, _TABLE, _FRACTION], "factorial")
+        yield Part("Which features matter?", said, [FACTORIAL, _FRACTION], "factorial")
 
 
 SECTIONS = (
@@ -152,8 +123,7 @@ SECTIONS = (
         title="Factors of a factorial design",
         rows=_of_factorial,
         show=_show_factorial,
-        tables=(_TABLE,),
-        figures=(_FIGURE,),
+        tables=(FACTORIAL,),
     ),
     Section(name="factors", title="Options compared", rows=_rows, show=_show, tables=(_FACTORS,)),
 )

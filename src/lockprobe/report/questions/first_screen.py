@@ -17,7 +17,8 @@ from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
 from lockprobe.report.questions import why
 from lockprobe.report.questions.boxes import boxes_said
-from lockprobe.report.questions.factors import factorial_said
+from lockprobe.report.questions.conditions import EFFECTS
+from lockprobe.report.questions.factors import FACTORIAL, factorial_said
 from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
@@ -40,7 +41,10 @@ _MODEL = ("served", "model", "temperature", "host")
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_FIGURES = ("why", "stopping", "factorial", "effects", "fig3")
+_ROWS = 13
+"""Lines of a table of changes that the first screen has room for, its head included."""
+
+_FIGURES = ("why", "stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
 
 
@@ -227,6 +231,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
+        "compared_rows": [table for table in (FACTORIAL, EFFECTS) if 1 < len(table.cells(found)) <= _ROWS][:1],
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 

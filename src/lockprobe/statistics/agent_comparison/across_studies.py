@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import BlockMean, paired_success, people_of, sheets
+from lockprobe.statistics.agent_comparison.paired import ONE_BOX, BlockMean, paired_success, people_of, sheets
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference, share_of
 from lockprobe.statistics.inference.holm import holm_by_family
@@ -95,6 +95,11 @@ class StudyDifference:
     broken: int
 
     @property
+    def detected(self) -> bool:
+        """Whether one of the two is shown to solve the box more often."""
+        return bool(self.verdict)
+
+    @property
     def verdict(self) -> int:
         """1 if the second side is shown to solve the box more often, -1 if less often, else 0.
 
@@ -139,11 +144,12 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         if paired:
             _, laid = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
             both, person = ~np.isnan(laid[0].solved - laid[1].solved), people_of(*laid)
+            box = laid[0].box[np.flatnonzero(both)] if len(laid[0].box) else ONE_BOX
             solved = [one.solved[both] for one in laid]
         before, after = (proportion(int(own.sum()), len(own)) for own in solved)
         apart: BlockMean | Difference | ClusteredDifference | None
         if paired:
-            apart = paired_success(solved[0], solved[1], None if person is None else person[both])
+            apart = paired_success(solved[0], solved[1], None if person is None else person[both], box)
         elif any(group.crossed for group in groups):
             together = joined(groups)
             later = together.dose == 1
