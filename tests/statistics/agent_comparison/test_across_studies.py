@@ -113,6 +113,8 @@ def test_broken_trials_that_could_turn_the_difference_leave_nothing_shown(luck):
     assert (whole.broken, few.broken, turned.broken) == (0, 1, 12)
     assert few.p_value >= whole.p_value
     assert (turned.p_value, turned.verdict) == (1.0, 0)
+    assert (turned.first_success.count, turned.first_success.broken) == (0, 12)
+    assert turned.first_success.high > 0.6  # all that broke may have been solved
 
 
 def test_people_count_once_however_many_boxes_they_play():

@@ -143,7 +143,7 @@ def some(n, seed):
     return set(np.random.default_rng(seed).permutation(40)[:n].tolist())
 
 
-def test_an_agent_whose_failures_break_is_not_called_better_however_they_ended():
+def test_an_agent_whose_failures_break_is_not_called_better():
     """Both solve 20 of 40. Of the second all failures but two break: it solved 20 of 22."""
     second, first = some(20, 2), with_broken("llm:a", some(20, 1))
     failures = sorted(set(range(40)) - second)
@@ -152,12 +152,22 @@ def test_an_agent_whose_failures_break_is_not_called_better_however_they_ended()
     assert found.bounded
     assert found.shares[1] > 0.85
     assert not found.means[SUCCESS, None].clear
-    few = failures[:4]
-    held = pair(with_broken("llm:b", second, few), first).means[SUCCESS, None]
-    for ways in product((True, False), repeat=4):
-        ended = second | {i for i, way in zip(few, ways, strict=True) if way}
-        whole = pair(with_broken("llm:b", ended), first).means[SUCCESS, None]
-        assert held.low <= whole.low < whole.high <= held.high
+
+
+def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_doses():
+    def of(ways):
+        return pair(
+            *(
+                with_broken(f"llm:{agent}", some(n, i) | {39} if way else some(n, i) - {39}, [39] * (way is None), p=p)
+                for i, (agent, p, n, way) in enumerate(zip("bbaa", (0, 0.3) * 2, (12, 28, 22, 16), ways, strict=True))
+            )
+        )
+
+    held, ends = of([None] * 4), [of(ways) for ways in product((True, False), repeat=4)]
+    for key in ((SUCCESS, None), (SUCCESS, 0.0), (SUCCESS, 0.3), (CHANGE, 0.3), (CHANGE, None)):
+        own = [end.means[key] for end in ends]
+        assert held.means[key].low == pytest.approx(min(one.low for one in own))
+        assert held.means[key].high == pytest.approx(max(one.high for one in own))
 
 
 def test_a_change_has_the_largest_p_value_of_both_ends():
