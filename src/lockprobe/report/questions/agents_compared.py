@@ -305,7 +305,8 @@ def _table(found: Results) -> TextTable:
                 "play alike" if _ALIKE in success.note else DETECTED[success.detected],
             ]
         )  # fmt: skip
-    return table if len(table) > 1 else []
+    said = [i for i, column in enumerate(zip(*table, strict=True)) if {*column[1:]} - {NONE}]
+    return [[row[i] for i in said] for row in table] if len(table) > 1 else []
 
 
 def _places(found: Results) -> Iterator[tuple[_Pair, str]]:
