@@ -67,7 +67,7 @@ def _exact(numbers: StudyNumbers) -> list[Row]:
     for of, repeats in (("uniform", True), ("no-repeat", False)):
         share = random_curve(box, budget, repeats=repeats)
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
-        found.append(Estimate(quantity="success", of=of, value=share[-1], note="exact"))
+        found.append(Estimate(quantity="success_by_step", of=of, value=share[-1], note="exact"))
     if (steps := optimum(box)) is not None:
         found.append(Estimate(quantity="optimum", value=steps, unit="steps", note="exact"))
     return found
