@@ -113,7 +113,7 @@ def chance_said(found: Results, lines: Sequence[Line]) -> str:
     those that it does not name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say
     *fewer* too often. At every look nothing is said.
     """
-    level = found.get("success", agent="", of="no-repeat")
+    level = found.get("success_by_step", agent="", of="no-repeat")
     own = [line for line in lines if not line.baseline and line.first and line.first.n]
     if level is None or level.value is None or not own or found.progress.every_look:
         return ""

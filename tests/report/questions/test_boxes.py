@@ -60,6 +60,6 @@ def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
 def test_random_play_is_that_of_all_boxes(six, tmp_path):
     alone = [played(tmp_path / name, name, strategy_trials=6) for name in ("random-4-2", "random-4-7")]
     both = played(tmp_path / "both", "random-4-2,random-4-7", strategy_trials=6)
-    chance = [one.one("success", agent="", of="uniform").value for one in (*alone, both)]
+    chance = [one.one("success_by_step", agent="", of="uniform").value for one in (*alone, both)]
     assert chance[2] == pytest.approx((chance[0] + chance[1]) / 2)
     assert run_trial(agent="random").box == "chain-4"

@@ -210,7 +210,7 @@ def _panel(axes: Axes, course: Shown) -> None:
     primitives.by_dose(axes, course.played, "success", style)
     primitives.second_order_fit(axes, course.curve("success_fit"), style)
     frame.dose_axes(axes, course, "success rate")
-    chance = [course.found.get("success", agent="", of=of) for of in ("uniform", "no-repeat")]
+    chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
     if course.axis == FLIPS.name:
         primitives.published(axes, primitives.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
