@@ -16,7 +16,7 @@ ASKED = {
     "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 2, "name": "lab",
 }  # fmt: skip
 SMALL = {"p": [0], "trials": 6, "repetitions": 1}
-REAL = ("effects", "series-1-success")
+REAL = ("fig3", "series-1-success")
 
 
 def reported_in(directory, played=None, **asked):

@@ -164,7 +164,7 @@ def test_a_directory_without_a_study_is_refused(tmp_path):
 def test_text_is_escaped_and_a_missing_value_is_an_error():
     study = SimpleNamespace(name="<img src=x>", partial=False, looked_at=False)
     content = SimpleNamespace(studies=[study], box="<b>", said="A & B\u202e", unlike=["<i>"], differences=())
-    values = {"lockprobe": "1", "images": {}, "caption": (), "tables": {}}
+    values = {"lockprobe": "1", "plots": {"differences": [], "rest": []}, "tables": {}}
     with pytest.raises(UndefinedError):
         rendered("compare", content=content, **values)
     rows = [["study"], ["<script>"]]

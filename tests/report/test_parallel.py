@@ -172,5 +172,5 @@ def test_every_figure_of_a_report_can_be_drawn_by_another_process(tmp_path):
 
     files = dict(report_files.report_files(open_study(directory), tell=lambda said: None, each=each))
     drawn = {name for name, content in files.items() if name.endswith(".svg") and content}
-    assert {f"figures/{name}.svg" for name in ("box", "fig4", "fig3", "effects")} <= drawn
+    assert {f"figures/{name}.svg" for name in ("box", "fig4", "fig3")} <= drawn
     assert posted.jobs >= len(drawn)

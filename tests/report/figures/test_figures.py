@@ -89,7 +89,7 @@ def readings(directory):
     [
         (controls, ("why", "forks")),
         (decided, ("stopping",)),
-        (readings, ("readings", "effects", "agents-compared")),
+        (readings, ("readings",)),
     ],
 )
 def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, names):

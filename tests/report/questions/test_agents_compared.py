@@ -10,7 +10,6 @@ from statsmodels.stats.multitest import multipletests
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions import agents_compared
-from lockprobe.report.questions.agents_compared import draw
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
 from lockprobe.report.section import Text, nested
@@ -133,7 +132,6 @@ def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_com
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in page_of(found)
     assert table(found) == []
-    assert draw(found) is None
 
 
 # Under other conditions
@@ -197,27 +195,17 @@ def test_the_doses_of_an_axis_are_a_family_that_a_condition_beside_them_does_not
     ]
 
 
-def test_every_pair_is_in_the_figure_or_the_figure_says_how_many_are_not(beside_flips, tmp_path):
+def test_every_pair_is_drawn_beside_its_row(beside_flips, tmp_path):
     _, found = beside_flips
-    titles = {axes.get_title(loc="left").split("\n")[0]: axes for axes in draw(found).axes if axes.get_visible()}
-    assert list(titles) == [
-        "success over all flip rates",
-        "steps over all flip rates",
-        "success under other conditions",
-        "steps under other conditions",
-        "most that false reports change",
-        "what other conditions change",
-    ]
-    names = [text.get_text() for text in titles["success over all flip rates"].texts]
-    assert sum(text.startswith("\N{MINUS SIGN} ") for text in names) == 3
+    drawn = agents_compared._TABLE.drawn(found)
+    assert [(row.agent, row.versus) for row in drawn] == [(one["agent"], one["compared with"]) for one in table(found)]
+    assert all(row.quantity == SUCCESS for row in drawn)
     agents = [f"llm:{name}" for name in "abcdefghi"]
     many = of_trials(tmp_path, *(trial for i, agent in enumerate(agents) for trial in some(agent, i, 9 - i)))
-    title = draw(many).axes[0].get_title(loc="left")
-    assert "the first 30 of 36; all are in the table" in title.replace("\n", " ")
-    assert len(table(many)) == 36 * 3
+    assert len(table(many)) == 36 * 3 == len(agents_compared._TABLE.drawn(many))
 
 
-def test_the_change_that_is_drawn_and_said_is_the_one_that_the_test_speaks_of(tmp_path):
+def test_the_change_that_is_said_is_the_one_that_the_test_speaks_of(tmp_path):
     """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
     apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
     rates = (0.0, 0.2, 0.4)
@@ -228,10 +216,5 @@ def test_the_change_that_is_drawn_and_said_is_the_one_that_the_test_speaks_of(tm
         for p, ahead in zip(rates, signs, strict=True)
     ]
     found = of_trials(tmp_path, *made, *some("random", 9, 9, 9, of=40, p=rates), p=rates)
-    *_, axes = (axes for axes in draw(found).axes if axes.get_visible())
-    (mark,) = [line for line in axes.lines if line.get_marker() not in ("None", None, "")]
-    assert mark.get_xdata()[0] == pytest.approx(9 / 40)
-    assert mark.get_markerfacecolor() == mark.get_color()
-    assert any(text.get_text().startswith("to 0.2: +22 [") for text in axes.texts)
-    more = "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b"
+    more = "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b (+22 points"
     assert any(more in text for text in said(found))

@@ -34,7 +34,7 @@ def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_thei
     assert six.one("success", **of).value == pytest.approx(sum(row.value for row in shares) / 6)
     assert [row.n for row in changes] == [10] * 6
     assert whole.low < min(six.one("success_difference", **of, axis="flip rate").value, whole.value) < whole.high
-    between = six.one("effect_between_boxes", **of, control="truth")
+    between = six.one("success_difference", **of, control="truth", axis="", of="SD between boxes")
     assert (between.clusters, between.n) == (6, 60)
     assert [row[1] for row in tables_of(six)["boxes"][1:7]] == names
 
@@ -54,7 +54,7 @@ def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
     one = played(tmp_path, "fork", strategy_trials=6)
     assert not part(page_of(one), "boxes")
     assert "All trials are of fork." in re.sub(r"\s+", " ", part(page_of(one), "limits"))
-    assert not one.where("effect_between_boxes")
+    assert not one.where("success_difference", of="SD between boxes")
 
 
 def test_random_play_is_that_of_all_boxes(six, tmp_path):

@@ -5,8 +5,9 @@ from itertools import combinations
 import pytest
 from builders import write_study
 
-from lockprobe.foundation.formatting import NONE, p_cell
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.results import results
 from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
@@ -77,15 +78,15 @@ def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(l
     assert all(facts["{:g}, {:g}".format(*both)] == name for name, both in doses.items())
 
 
-def test_the_table_of_all_conditions_has_what_each_changes_and_the_answer_counts_what_was_detected(lab):
-    head, *rows = tables_of(lab)["conditions"]
-    shown = {(row[0], row[1]): dict(zip(head, row, strict=True)) for row in rows}
+def test_the_tables_of_conditions_have_every_one_and_what_each_changes_and_the_answer_counts_what_was_detected(lab):
+    shown = [(row[0], row[1]) for row in tables_of(lab)["conditions"][1:]]
+    assert shown == [(cell.agent, cell.condition) for cell in lab.cells]
     compared = lab.against_control()
-    assert {*shown} == {(cell.agent, cell.condition) for cell in lab.cells}
-    for row in compared:
-        own = shown[row.agent, row.condition]
-        assert (own["minus the control, points"], own["P"]) == (points_cell(row), p_cell(row.p_value))
-    assert shown[READER, "truth"]["P"] == shown["random", "flip?p=0.3"]["P"] == NONE
+    rows = tables_of(lab)["effects"][1:]
+    assert [(row[0], row[1], *row[5:7]) for row in rows] == [
+        (row.agent, row.condition, points_cell(row), p_cell(row.p_value)) for row in compared
+    ]
+    assert EFFECTS.drawn(lab) == compared
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences were detected."
 

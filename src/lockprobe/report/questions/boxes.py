@@ -24,6 +24,9 @@ from lockprobe.studies.study_design import design_of
 _LIKE = "boxes like these"
 """Part of a difference: over boxes, where these are too few for the interval of the difference itself."""
 
+_BETWEEN = "SD between boxes"
+"""Part of a difference: its standard deviation between boxes, with the test of whether it differs."""
+
 _FURTHER = "a further box"
 """Part of a difference: the range in which it lies on one more box."""
 
@@ -61,9 +64,9 @@ def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
     if between := between_boxes(pairs):
         counted: dict[str, Any] = {"n": int(pairs.n.sum()), "clusters": len(pairs.n)} | of
         tested: dict[str, Any] = {"p_value": between.p_value, "test": _TEST}
-        yield cell.estimate("effect_between_boxes", between.deviation, **tested, **counted)
+        yield cell.estimate("success_difference", between.deviation, of=_BETWEEN, **tested, **counted)
         mean = float(pairs.differences.mean())
-        yield cell.estimate("effect_between_boxes", mean, low=between.low, high=between.high, of=_FURTHER, **counted)
+        yield cell.estimate("success_difference", mean, low=between.low, high=between.high, of=_FURTHER, **counted)
 
 
 def boxes_said(found: Results) -> str:
@@ -89,14 +92,15 @@ def _lines(found: Results) -> list[Line]:
     return [line for line in primary_lines(found) if line.change and line.second and not line.alike]
 
 
-def _of(found: Results, quantity: str, line: Line, of: str) -> Estimate | None:
+def _of(found: Results, line: Line, of: str) -> Estimate | None:
+    """A part of the change of an agent."""
     control, condition = line.conditions
-    return found.get(quantity, agent=line.agent, condition=condition, control=control, axis="", of=of)
+    return found.get("success_difference", agent=line.agent, condition=condition, control=control, axis="", of=of)
 
 
 def _said(found: Results) -> str:
     """Whether the effect on each agent differs between boxes."""
-    tested = {line.label: row for line in _lines(found) if (row := _of(found, "effect_between_boxes", line, ""))}
+    tested = {line.label: row for line in _lines(found) if (row := _of(found, line, _BETWEEN))}
     differ = [label for label, row in tested.items() if (row.p_value or 0.0) < 0.05]
     rest = [label for label in tested if label not in differ]
     said = [f"the effect on {listed(differ, named=3)} differs between boxes"] if differ else []
@@ -109,7 +113,7 @@ def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
     for line in _lines(found):
         for box in found.boxes:
             name = str(box.get("name", ""))
-            yield line, name, _of(found, "success_difference", line, name)
+            yield line, name, _of(found, line, name)
         yield line, "all boxes", line.change
 
 
@@ -132,8 +136,8 @@ def _show(found: Results) -> Iterator[Part]:
         return
     more = []
     for line in _lines(found):
-        whole, further = (_of(found, "effect_between_boxes", line, of) for of in ("", _FURTHER))
-        few = _of(found, "success_difference", line, _LIKE)
+        whole, further = (_of(found, line, of) for of in (_BETWEEN, _FURTHER))
+        few = _of(found, line, _LIKE)
         if few is not None:
             more.append(f"{line.label}: over boxes like these the change would be {points_cell(few)} points.")
         if whole is not None and further is not None and len(found.boxes) >= FEWEST:
