@@ -41,8 +41,8 @@ _MODEL = ("served", "model", "temperature", "host")
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_ROWS = 13
-"""Lines of a table of changes that the first screen has room for, its head included."""
+_CHANGES = ((FACTORIAL, 41), (EFFECTS, 13))
+"""Tables of changes that the first screen shows in place of a curve, and how many lines it has room for."""
 
 _FIGURES = ("why", "stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
@@ -231,7 +231,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
-        "compared_rows": [table for table in (FACTORIAL, EFFECTS) if 1 < len(table.cells(found)) <= _ROWS][:1],
+        "compared_rows": [table for table, most in _CHANGES if 1 < len(table.cells(found)) <= most][:1],
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 
