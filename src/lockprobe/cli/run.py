@@ -66,7 +66,7 @@ def run(
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
     flips: what false reports do. Without options a short study: 300 trials at each flip rate of a cognitive model, the
-    human-inspired strategy and random, and 6 of the embedded model, in two minutes. modalities:
+    human-inspired strategy and random, and 6 of the embedded model at 0 and 0.4, in a minute. modalities:
     what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
     scripted agent, human-inspired and random. why: whether lies change success through what they say or as any odd
     report does; seven conditions, 50 trials of a model in each and 150 of a strategy; without options three strategies.

@@ -42,9 +42,10 @@ def test_asked_for_they_are_played_by_every_agent_beside_other_conditions():
 def test_the_short_study_and_the_papers_play_lies_that_stay_where_that_costs_nothing():
     short, full = (study("flips", agent=[MODEL, STRATEGY], full=whole) for whole in (False, True))
     rates = [f"flip?p={p:g}" for p in SHORT.p if p]
-    assert labels(short, MODEL) == ["truth", *rates]
+    assert labels(short, MODEL) == ["truth", "flip?p=0.4"]
     assert labels(short, STRATEGY) == ["truth", *rates, *KEPT, "no-feedback"]
-    assert short.size_of(MODEL) == len(SHORT.p) * SHORT.repetitions * SHORT.trials
+    assert short.size_of(MODEL) == 2 * SHORT.repetitions * SHORT.trials
+    assert labels(study("flips", agent=MODEL), MODEL) == ["truth", *rates]  # which nobody else would play
     assert len(labels(full, STRATEGY)) == 2 * len(FULL.p) - 1
     assert labels(full, MODEL) == labels(full)[: len(FULL.p)]
 

@@ -41,8 +41,11 @@ FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 """Sec. 3.2: 0 % to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials in all."""
 
 SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=2, strategy_trials=100)
-"""Ours: what the embedded model plays in two minutes on two cores, and enough trials of the others, which cost
-nothing, to see what false reports do to them."""
+"""Ours: what the embedded model plays in a minute on two cores, and enough trials of the others, which cost nothing, to
+see what false reports do to them."""
+
+SHORT_OF_MODELS = (0.0, 0.4)
+"""Ours: the flip rates at which models play the short study beside strategies; six trials at more would say no more."""
 
 EACH_BOX = Extent(p=SHORT.p, repetitions=1, trials=5, strategy_trials=20)
 """Ours: the trials on each of several boxes. With 10 boxes the first find the paper's effect in .9 of studies if it

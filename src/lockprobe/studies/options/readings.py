@@ -51,6 +51,11 @@ def flips_of_readings(
     return (*flips(p, kinds[0], modalities), *others)
 
 
+def rates_of_models(extent: paper.Extent) -> Sequence[float]:
+    """The flip rates that models play beside strategies: all, but in the short study."""
+    return paper.SHORT_OF_MODELS if extent == paper.SHORT else extent.p
+
+
 def conditions_for_strategies(extent: paper.Extent) -> Iterator[Condition]:
     """What strategies play besides the flip rates, since it costs nothing: false reports that stay.
 

@@ -31,7 +31,12 @@ from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
 from lockprobe.studies.options.misreadings import with_misreadings
-from lockprobe.studies.options.readings import conditions_for_strategies, flips_of_readings, readings_of
+from lockprobe.studies.options.readings import (
+    conditions_for_strategies,
+    flips_of_readings,
+    rates_of_models,
+    readings_of,
+)
 from lockprobe.studies.options.settings import LONGEST_SPEC
 from lockprobe.studies.options.sizes import sizes_of
 from lockprobe.studies.options.study_defaults import (
@@ -111,6 +116,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     conditions = _conditions(request, extent, modalities, plant)
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
+    spared += [one for one in conditions if one.p not in rates_of_models(extent)] if spared else []
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     allow(*planned.plants)
     planned.check_agents()
