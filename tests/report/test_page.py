@@ -21,7 +21,8 @@ from lockprobe.report.format import as_csv
 from lockprobe.report.page import page_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import _breakable, rendered
-from lockprobe.report.rows import LeftOut, Results
+from lockprobe.report.rows import Estimate, LeftOut, Results
+from lockprobe.report.section import Table
 from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
@@ -172,6 +173,20 @@ def test_text_is_escaped_and_a_missing_value_is_an_error():
     page = rendered("compare", content=content, **values)
     assert not any(attack in page for attack in ("<img src=x", "<b>", "<script>", "\u202e"))
     assert "&lt;img src=x&gt;" in page
+
+
+def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(found):
+    ends = [(-0.5, -0.4, -0.3), (-0.1, 0.0, 0.1), (None, 0.2, None)] * 100
+    rows = [Estimate(quantity="x", value=value, low=low, high=high) for low, value, high in ends]
+    rows[0] = rows[0].model_copy(update={"p_value": 0.01})
+    shown = Table("long", lambda found: [["agent", "x"], *([str(i), "1"] for i in range(300))], 1, lambda found: rows)
+    page = rendered("written", blocks=[shown], page=made.Page(found=found))
+    assert page.count("<tr>") - 1 == page.count('<td class="pl">') == 200
+    assert "100 more rows are in <code>tables/long.csv</code>" in page
+    assert page.count("fd") == 1  # detected: filled
+    places = [float(place) for place in re.findall(r'<b class="d[^"]*" style="left:([\d.]+)%', page)]
+    axis = 1.05 * 0.5
+    assert places == [pytest.approx(50 + 50 * row.value / axis, abs=0.01) for row in rows[:200]]
 
 
 def test_a_spec_breaks_after_its_marks_and_never_within_a_tag():
