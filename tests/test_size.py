@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 71_660,
-    "lines of code": 44_420,
-    "lines of tests": 59_430,
-    "words of docs": 38_380,
+    "lines of source": 71_250,
+    "lines of code": 44_140,
+    "lines of tests": 59_270,
+    "words of docs": 38_370,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

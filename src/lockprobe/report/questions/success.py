@@ -156,8 +156,8 @@ def _note(found: Results) -> Note:
     tested = (
         "hold at every look: a confidence sequence and an e-process of the mean over blocks, by betting."
         if found.progress.every_look
-        else "are of pairs of trials with the same luck: the larger P of a permutation within blocks, which is never below "
-        "0.0005 since 2000 are drawn, and of the interval."
+        else "are of pairs of trials with the same luck: the larger P of the interval and of a permutation "
+        "within blocks (never below 0.0005, since 2000 are drawn)."
     )
     broken = " and hold whatever became of broken trials" if any(row.value for row in found.where("broken")) else ""
     return Note(
