@@ -78,6 +78,14 @@ def test_csv_and_jsonl_hold_the_same():
     assert from_csv[0]["state"] == "b0000"
 
 
+def test_where_two_readings_have_one_flip_rate_each_row_names_its_condition():
+    planned = lockprobe.study("flips", agent="random", p=[0, 0.4], readings="fresh,kept", trials=1, repetitions=1)
+    for rows in (tidy_rows, trial_rows):
+        found = {(row["p"], row["condition"]) for row in rows(play_study(planned))}
+        assert found == {(0.0, "truth"), (0.4, "flip?p=0.4"), (0.4, "flip?p=0.4&others=kept")}
+    assert not any("condition" in row for row in trial_rows(play_study(small_study())))
+
+
 def test_where_a_robot_played_its_verdict_comes_last():
     robot = make_trial([3, 0], budget=2, verdicts=["moved", "failed"])
     rows = list(tidy_rows([robot, make_trial([1])]))

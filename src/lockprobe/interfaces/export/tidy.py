@@ -63,8 +63,8 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     ``target`` is 1 on the row that moved the target. ``reply`` is the model's reply that chose the joint. A trial that
     broke before its first step has no row. In a modality with pictures ``told`` is what the picture shows: the truth.
 
-    Columns that come last, and only where they say something: ``condition``, its name, where others than
-    flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
+    Columns that come last, and only where they say something: ``condition``, its name, where flip rates
+    do not tell all apart (``p`` is empty for other interventions); ``chosen``, the joint that the agent had chosen,
     where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``camera``, the positions that a camera read after the step, in panel order
@@ -125,14 +125,17 @@ def _which(trial: Trial) -> dict[str, TidyCell]:
     return {**found, "agent": trial.called or trial.agent}
 
 
-def _has_others_than_flips(trials: Sequence[Trial]) -> bool:
-    return any(trial.p is None for trial in trials)
+def _are_named(trials: Sequence[Trial]) -> bool:
+    """Whether flip rate and modality do not tell all conditions apart."""
+    conditions = {(trial.modality, trial.condition) for trial in trials}
+    rates = {(trial.modality, trial.p) for trial in trials}
+    return any(trial.p is None for trial in trials) or len(conditions) > len(rates)
 
 
 def tidy_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
     says = {
-        "condition": _has_others_than_flips(trials),
+        "condition": _are_named(trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
         "panel": len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials}),
         "verdict": any(VERDICT in step.sensed for trial in trials for step in trial.steps),
@@ -143,7 +146,7 @@ def tidy_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
 
 def trial_columns(trials: Sequence[Trial], seconds: Mapping[str, float] = NO_SECONDS) -> tuple[str, ...]:
     """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, the condition if it has a name, durations."""
-    named = ("condition",) if _has_others_than_flips(trials) else ()
+    named = ("condition",) if _are_named(trials) else ()
     return (*TRIAL_COLUMNS, *named, *(("trial_seconds",) if seconds else ()))
 
 
@@ -153,9 +156,9 @@ def trial_rows(
     """One row per trial, including trials that broke before their first step.
 
     ``solved`` is 1 or 0, and empty if the trial ended as an error, which is not a failure to solve.
-    ``misinterpretations`` counts the claims that contradict the report. In studies of conditions other than flip
-    rates there is a column ``condition``, and ``p`` is empty unless only flips acted. ``trial_seconds`` is how long
-    each box took, by key, where people played (``seconds``).
+    ``misinterpretations`` counts the claims that contradict the report. Where flip rates do not tell all
+    conditions apart there is a column ``condition``, and ``p`` is empty unless only flips acted. ``trial_seconds`` is
+    how long each box took, by key, where people played (``seconds``).
 
     >>> import lockprobe
     >>> (row,) = trial_rows([lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)])
@@ -164,7 +167,7 @@ def trial_rows(
     """
     trials = _several(trials)
     loops = measure([trial.actions for trial in trials])
-    named = _has_others_than_flips(trials)
+    named = _are_named(trials)
     for place, trial in enumerate(trials):
         said = claims(trial)
         yield {
