@@ -84,10 +84,12 @@ def test_with_too_few_boxes_or_pairs_nothing_is_said_of_others():
     few = Pairs(first=np.zeros(2), second=np.full(2, 4.0), n=np.full(2, 10.0))
     assert between_boxes(few) is None
     assert between_boxes(Pairs(first=np.zeros(3), second=np.ones(3), n=np.full(3, 4.0))) is None
-    uneven = Pairs(first=np.zeros(4), second=np.array([0.0, 9, 9, 0]), n=np.full(4, 9.0))
-    these, others = (difference_over_boxes(uneven, fewest=fewest) for fewest in (FEWEST, 4))
+    uneven = [
+        Pairs(first=np.zeros(k), second=np.array([0.0, 9, 9, 0, 4.5][:k]), n=np.full(k, 9.0)) for k in (4, FEWEST)
+    ]
+    these, others = map(difference_over_boxes, uneven)
     assert these.value == others.value == 0.5
-    assert others.low < 0 < these.low  # of these boxes it is known, of others not
+    assert others.low < 0 < these.low  # of four boxes it is known of these, of five it is said of others
 
 
 def test_means_and_small_changes_hold_over_boxes_too():

@@ -31,6 +31,24 @@ def test_what_may_differ():
     check_comparable({A: FLIPS, B: study_of((0.3, 0.9), name="flips", agents=("random",), box=box("chain-4"))})
 
 
+SEVERAL = replace(FLIPS, more_boxes=(box("fork"), box("reset")))
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"more_boxes": ()}, "the boxes are chain-4, not chain-4, fork and reset"),
+        ({"more_boxes": (box("reset"), box("fork"))}, "in another order, not chain-4, fork and reset"),
+        ({"seed": 9}, "studies of several boxes are compared in pairs of equal luck"),
+    ],
+    ids=str,
+)
+def test_boxes_of_several_are_the_same_in_one_order_with_one_luck(change, why):
+    check_comparable({A: SEVERAL, B: replace(SEVERAL, agents=("round-robin",))})
+    with pytest.raises(BadFile, match=why):
+        check_comparable({A: SEVERAL, B: replace(SEVERAL, **change)})
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [

@@ -49,7 +49,9 @@ def test_so_many_boxes_are_of_one_difficulty():
     [
         ({"box": "chain-4,chain-4"}, "every box once"),
         ({"box": "chain-4,fork", "until": "decided"}, "none with several boxes"),
-        ({"box": "chain-4", "boxes": 3}, "none with --box chain-4"),
+        ({"box": "chain-4", "boxes": 3}, "none with the box chain-4"),
+        ({"box": "random-3", "boxes": 3}, "random-4 to random-8"),
+        ({"box": []}, "at least one box"),
         ({"boxes": 1}, "boxes"),
         ({"box": "chain-4,nowhere"}, "nowhere"),
     ],

@@ -118,7 +118,7 @@ def _system(found: Results) -> Iterator[str]:
     yield f"An agent has {count(int(study.get('max_steps', 0)), 'step')} to open a box whose joints lock each other."
     names = [_name(str(box.get("name", ""))) for box in boxes]
     sizes = sorted({len(box.get("joints", ())) for box in boxes})
-    of = f"with {'to '.join(map(str, sizes))} joint{'s' * (sizes[-1] != 1)}"
+    of = f"with {' to '.join(map(str, sizes))} joint{'s' * (sizes[-1] != 1)}"
     yield f"The box was {names[0]}, {of}." if len(boxes) == 1 else f"The {len(boxes)} boxes were {listed(names)}, {of}."
     if any(box.get("name") == "chain-4" for box in boxes):
         yield "The interlock of their box is not public; ours is a reconstruction."
@@ -224,7 +224,8 @@ def _tested(found: Results) -> Iterator[str]:
     if found.progress.every_look:
         yield from _at_every_look(found, rows)
         return
-    said = share_intervals_said(map(str, found.study.get("agents", ())), "Intervals of shares")
+    boxes = len(found.boxes)
+    said = share_intervals_said(map(str, found.study.get("agents", ())), "Intervals of shares", boxes=boxes)
     yield tex_text(said).replace("Wilson intervals", r"Wilson intervals~\cite{wilson1927}")
     if tests := dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test):
         by = listed([tex_text({"McNemar": "McNemar's exact test"}.get(one, one)) for one in tests])

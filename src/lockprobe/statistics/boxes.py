@@ -94,13 +94,12 @@ def pairs_by_box(solved: NDArray[np.bool_], box: NDArray[np.str_]) -> Pairs:
     )
 
 
-def difference_over_boxes(pairs: Pairs, *, choices: int = 1, fewest: int = FEWEST) -> OverBoxes:
-    """The mean difference of boxes: of boxes like these from so many boxes on, else of these.
+def difference_over_boxes(pairs: Pairs, *, choices: int = 1) -> OverBoxes:
+    """The mean difference of boxes: of boxes like these from :data:`FEWEST` boxes on, else of these.
 
     Args:
         pairs: The pairs of each box.
         choices: How many differences are judged together; the interval has the level 1 - 0.05 / choices.
-        fewest: Boxes.
     """
     k, n, level = len(pairs.n), float(pairs.n.sum()), 1 - (1 - LEVEL) / choices
     weights = n / (k * pairs.n)
@@ -118,7 +117,7 @@ def difference_over_boxes(pairs: Pairs, *, choices: int = 1, fewest: int = FEWES
 
     if pairs.first.sum() + pairs.second.sum() <= FEW:
         few_differ(int(pairs.first.sum()), int(pairs.second.sum()), int(n))
-    if k >= fewest:
+    if k >= FEWEST:
         low, high, p_value = _student(pairs.differences, level)
         ends.append((low, high))
         tests.append(p_value)

@@ -13,6 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.statistics.conditions.axis import axis_key
@@ -86,10 +87,18 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
 
 def _another_task(ours: Study, theirs: Study) -> str:
     """The first difference between the tasks of two studies, in words; empty if there is none."""
-    if ours.box.name != theirs.box.name:
-        return f"the box is {theirs.box.name}, not {ours.box.name}"
-    if ours.box.as_data() != theirs.box.as_data():
-        return f"{theirs.box.name} is another box there under the same name"
+    here, there = ([box.name for box in one.boxes] for one in (ours, theirs))
+    if here != there:
+        several = "boxes are" if {*map(len, (here, there))} - {1} else "box is"
+        order = ", in another order" * (sorted(here) == sorted(there))
+        return f"the {several} {listed(there, named=3)}{order}, not {listed(here, named=3)}"
+    for own, other in zip(ours.boxes, theirs.boxes, strict=True):
+        if own.as_data() != other.as_data():
+            return f"{other.name} is another box there under the same name"
+    if ours.more_boxes and ours.seed != theirs.seed:
+        return (
+            f"the seed is {theirs.seed}, not {ours.seed}: studies of several boxes are compared in pairs of equal luck"
+        )
     for setting, said in _ALIKE.items():
         there, here = getattr(theirs, setting), getattr(ours, setting)
         if there != here:

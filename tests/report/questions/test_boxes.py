@@ -45,7 +45,7 @@ def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
     three = played(tmp_path, "chain-4,fork,reset", strategy_trials=6)
     said = "Intervals are for more trials on these three boxes. Three are too few to speak of boxes like these."
     assert boxes_said(three) == said
-    assert "over boxes like these the change would be" in part(page_of(three), "boxes")
+    assert "one more box" not in part(page_of(three), "boxes")
     by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
     assert "if these are taken as a sample" in boxes_said(by_hand)
 
@@ -55,6 +55,12 @@ def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
     assert not part(page_of(one), "boxes")
     assert "All trials are of fork." in re.sub(r"\s+", " ", part(page_of(one), "limits"))
     assert not one.where("success_difference", of="SD between boxes")
+
+
+def test_where_nothing_is_compared_the_part_says_of_what_intervals_are(tmp_path):
+    alone = found_in(tmp_path, study("flips", agent="random", p=[0], box="chain-4,fork", trials=2, repetitions=1))
+    assert "these two boxes" in part(page_of(alone), "boxes")
+    assert not alone.sections_left_out
 
 
 def test_random_play_is_that_of_all_boxes(six, tmp_path):

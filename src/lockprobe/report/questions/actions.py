@@ -54,7 +54,12 @@ def _show(found: Results) -> Iterator[Part]:
     said = [f"{percent(cell.value('optimal_actions', _NAIVE))} {label}" for label, cell in reversed(first.items())]
     prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]
     contradicted = any(row.note for row in found.where("optimal_actions"))
-    doubt = " On this box true reports contradict this prior, so these numbers say little about it." * contradicted
+    doubt = (
+        " On {} true reports contradict this prior, so these numbers say little about it.".format(
+            "this box" if len(found.boxes) == 1 else "some of these boxes"
+        )
+        * contradicted
+    )
     yield Part(
         "Optimal actions",
         f"Optimal under the first condition: {first_three(said, '; ')}." if said else "",

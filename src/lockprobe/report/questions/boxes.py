@@ -12,17 +12,14 @@ from lockprobe.foundation.formatting import capital, listed, p_value, points
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.report.section import Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.boxes import FEWEST, between_boxes, difference_over_boxes, pairs_by_box
+from lockprobe.statistics.boxes import FEWEST, between_boxes, pairs_by_box
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
 from lockprobe.statistics.proportions import paired, proportion
 from lockprobe.studies.study_design import design_of
-
-_LIKE = "boxes like these"
-"""Part of a difference: over boxes, where these are too few for the interval of the difference itself."""
 
 _BETWEEN = "SD between boxes"
 """Part of a difference: its standard deviation between boxes, with the test of whether it differs."""
@@ -58,9 +55,6 @@ def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
         found = paired(*solved[box == name].T)
         yield cell.estimate("success_difference", found.value, low=found.low, high=found.high, n=found.n, of=name, **of)
     pairs = pairs_by_box(solved, box)
-    if 2 < len(pairs.n) < FEWEST:
-        over = difference_over_boxes(pairs, fewest=len(pairs.n))
-        yield cell.estimate("success_difference", over.value, low=over.low, high=over.high, of=_LIKE, **of)
     if between := between_boxes(pairs):
         counted: dict[str, Any] = {"n": int(pairs.n.sum()), "clusters": len(pairs.n)} | of
         tested: dict[str, Any] = {"p_value": between.p_value, "test": _TEST}
@@ -137,23 +131,24 @@ def _show(found: Results) -> Iterator[Part]:
     more = []
     for line in _lines(found):
         whole, further = (_of(found, line, of) for of in (_BETWEEN, _FURTHER))
-        few = _of(found, line, _LIKE)
-        if few is not None:
-            more.append(f"{line.label}: over boxes like these the change would be {points_cell(few)} points.")
         if whole is not None and further is not None and len(found.boxes) >= FEWEST:
             more.append(
-                f"{line.label} {line.under}: the change differs between boxes with a standard deviation of "
-                f"{100 * (whole.value or 0.0):.0f} points ({p_value(whole.p_value)}); on a further box like these it "
-                f"lies between {points(further.low or 0.0)} and {points(further.high or 0.0)} points."
+                f"{line.label} {line.under}: standard deviation of the change between boxes "
+                f"{100 * (whole.value or 0.0):.0f} points ({p_value(whole.p_value)}). With as many trials on one more "
+                f"box like these, a change between {points(further.low or 0.0)} and {points(further.high or 0.0)} "
+                "points would be seen."
             )
     note = Note(
         "The table has success on each box under the two conditions of the answer, and its change in pairs of trials; "
         "intervals are for more trials on that box, one by one.",
         "Over boxes: Student's interval over their changes, joined with that of these boxes. Whether effects differ: "
         "the larger P of an F test and of Cochran's Q.",
-        "Curves by step, mean steps, loops and fits count trials and not boxes: they are for more trials on these.",
+        "Where few boxes differ at all, the interval allows for boxes with large changes that are not among these. "
+        "Curves, mean steps, loops, fits and the paper's claims count trials: they are for more trials on these.",
     )
-    yield Part("Does it hold on every box?", _said(found), [*([Listed(more)] if more else []), _TABLE, note])
+    blocks: list[Block] = [Listed(more)] if more else []
+    blocks += [_TABLE, note] if _lines(found) else []
+    yield Part("Does it hold on every box?", _said(found), blocks)
 
 
 SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,)),)

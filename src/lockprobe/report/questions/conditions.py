@@ -228,8 +228,8 @@ def _show(found: Results) -> Iterator[Part]:
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
         "in the same true configuration, mean over trials.",
-        f"{success_and_loops_said(agents, of, every_look=every_look)} By chance: loop rate of random actions in trials "
-        "of the same lengths, from uniform to without immediate repeats.",
+        f"{success_and_loops_said(agents, of, every_look=every_look, boxes=len(found.boxes))} By chance: loop rate of "
+        "random actions in trials of the same lengths, from uniform to without immediate repeats.",
     )
     means = Note(
         "Means over trials with 95 % intervals.",

@@ -142,7 +142,7 @@ def _draw(
 
 def _caption(found: Results) -> Caption:
     agents = (cell.agent for cell in found.cells)
-    said = share_intervals_said(agents, every_look=bool(found.progress.every_look))
+    said = share_intervals_said(agents, every_look=bool(found.progress.every_look), boxes=len(found.boxes))
     return Caption(
         "Share of trials solved under every combination of two doses, with count and interval where there is room. "
         "Darker cells are higher, crossed cells were not played, and the interaction is in points.",

@@ -219,7 +219,7 @@ def _show(found: Results) -> Iterator[Part]:
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
         "rest": list(filter(None, (chance_said(found, listing.lines), *found.said("readings", "untested")))),
-        "needed": "" if found.progress.every_look else needed_said(listing.lines),
+        "needed": "" if found.progress.every_look or len(found.boxes) > 1 else needed_said(listing.lines),
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((row.corrected_for for row in tested), default=1),

@@ -197,7 +197,7 @@ def _caption(found: Results) -> Caption:
     return Caption(
         f"Share of trials with an action loop by flip rate (the paper's Fig. 5b){fit}. Grey: random actions in trials "
         "of the same lengths, between uniform ones and those without immediate repeats.",
-        share_intervals_said(course.agent for course in shown) + stars,
+        share_intervals_said((course.agent for course in shown), boxes=len(found.boxes)) + stars,
     )
 
 

@@ -70,9 +70,8 @@ def _exact(numbers: StudyNumbers) -> list[Row]:
         share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
         found.append(Estimate(quantity="success_by_step", of=of, value=share[-1], note="exact"))
-    steps = [shortest for box in boxes if (shortest := optimum(box)) is not None]
-    if len(steps) == len(boxes):
-        found.append(Estimate(quantity="optimum", value=float(np.mean(steps)), unit="steps", note="exact"))
+    if len(steps := {optimum(box) for box in boxes}) == 1 and (shortest := steps.pop()) is not None:
+        found.append(Estimate(quantity="optimum", value=shortest, unit="steps", note="exact"))
     return found
 
 

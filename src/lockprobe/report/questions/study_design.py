@@ -30,7 +30,14 @@ _RECONSTRUCTED = "a reconstruction of the paper's strategy, whose algorithm is n
 
 
 _PANEL = "The panel at the start and, below, the interlock, which no agent sees."
-BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
+
+
+def _caption(found: Results) -> Caption:
+    more = f" {found.boxes[0].get('name', '')}, the first of {len(found.boxes)} boxes." if len(found.boxes) > 1 else ""
+    return Caption(_PANEL + more)
+
+
+BOX = Figure("box", _PANEL, _caption, draw="lockprobe.report.figures.boxes:box_of_study")
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:

@@ -172,7 +172,9 @@ def _note(found: Results) -> Note:
 
 
 def _intervals(found: Results, shown: Sequence[Shown]) -> str:
-    return share_intervals_said((course.agent for course in shown), every_look=bool(found.progress.every_look))
+    return share_intervals_said(
+        (course.agent for course in shown), every_look=bool(found.progress.every_look), boxes=len(found.boxes)
+    )
 
 
 def _fig4_caption(found: Results) -> Caption:

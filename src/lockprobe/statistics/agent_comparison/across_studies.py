@@ -59,7 +59,7 @@ class Sample:
     def success(self) -> Proportion:
         """The share solved, with an interval that holds whatever became of broken trials."""
         every, solved = begun(outcomes(self.trials), broken_off(self.trials))
-        return share_of(solved, every.player, every.luck)
+        return share_of(solved, every.player, every.luck, every.box)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -53,6 +53,8 @@ def _number(given: object) -> object:
 
 
 def _box(given: object) -> object:
+    if isinstance(given, list | tuple) and not given:
+        raise ValueError("expected at least one box")
     for one in given if isinstance(given, list | tuple) else [given]:
         if one is not None and not isinstance(one, str | Path | Lockbox):
             raise ValueError("expected a name, a Lockbox or the path of a TOML file")
@@ -120,8 +122,8 @@ class StudyOptions(BaseModel):
     boxes: Annotated[
         Whole | None,
         _about(
-            "So many boxes instead: random-4-SEED from a seed of 1 on, those that take four steps at least, as chain-4 "
-            "does; with --box random-N, of N joints (none)."
+            "So many boxes instead: random-4-SEED from a seed of 1 on, those whose shortest plan has four steps, as "
+            "chain-4's; with --box random-N, of N joints, 4 to 8 (none)."
         ),
     ] = None
     p: Annotated[

@@ -199,9 +199,9 @@ def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
     named = request.boxes_named or [paper.BOX]
     if request.boxes is None:
         return tuple(find_box(one) for one in named)
-    family = "random-4" if request.box is None else str(request.box)
-    if not (drawn := re.fullmatch(r"random-([2-8])", family)):
-        raise BadValue("boxes", request.boxes, f"none with --box {family}, but with --box random-2 to random-8")
+    family = ", ".join(map(str, request.boxes_named)) or "random-4"
+    if not (drawn := re.fullmatch(r"random-([4-8])", family)):
+        raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
     check_whole("boxes", request.boxes, 2, MOST_BOXES)
     return alike_boxes(int(drawn[1]), request.boxes)
 

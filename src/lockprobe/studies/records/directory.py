@@ -217,6 +217,8 @@ def told_apart(name: str, there: object, asked: object) -> tuple[object, object]
         return _conditions_said(there), _conditions_said(asked)
     if name == "until":
         return _until_said(there), _until_said(asked)
+    if name == "more_boxes":
+        return _boxes_said(there), _boxes_said(asked)
     if not (isinstance(there, dict) and isinstance(asked, dict)):
         return there, asked
     parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
@@ -224,6 +226,11 @@ def told_apart(name: str, there: object, asked: object) -> tuple[object, object]
     if first == "name":
         return there.get("name"), asked.get("name")
     return {first: there.get(first)}, {first: asked.get(first)}
+
+
+def _boxes_said(boxes: object) -> str:
+    """The names of further boxes."""
+    return ", ".join(str(box.get("name")) for box in boxes) if isinstance(boxes, list) else "none"
 
 
 def _until_said(until: object) -> str:
