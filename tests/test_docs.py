@@ -133,7 +133,7 @@ def test_a_line_on_power_gives_a_share_for_every_condition(line):
     value = dict(pairwise(words))
     if value["--success"] == "T,F,TT,FT,TF,FF,R":
         return
-    fixed = 7 if "why" in words else 2 if {"--people", "--boxes"} & {*words} else 0
+    fixed = 7 if "why" in words else 2 if {"--people", "--over-boxes"} & {*words} else 0
     rates = value.get("--p", "0,0.1,0.2,0.3,0.4,0.5,0.6").split(",")
     assert len(value["--success"].split(",")) == (fixed or len(rates) + words.count("--condition"))
 

@@ -19,7 +19,7 @@ def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprob
 
 
 def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
-    asked = ("--success", "0.4,0.6,0.5", "--boxes", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9)
+    asked = ("--success", "0.4,0.6,0.5", "--boxes-each", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9)
     found = json.loads(lockprobe("power", "--people", *asked, "--json")[1])
     model = People(success=(0.4, 0.6, 0.5), boxes=2, person_sd=1.5, effect_sd=0.2)
     assert (found["boxes"], found["person_sd"], found["effect_sd"], found["target"]) == (2, 1.5, 0.2, 0.9)
@@ -50,10 +50,10 @@ def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(loc
         (("--people", "--success", "0.4"), "two or more shares"),
         (("why", "--people", "--success", "0.4,0.6"), "--people cannot be combined with why"),
         (("--people", "--success", "0.4,0.6", "--p", "0,0.4", "--trap", "0.5,0.1"), "--p, --trap"),
-        (("--boxes", "2", "--success", "0.2,0.4"), "at least 5, for a sentence on boxes like these"),
-        (("--boxes", "5", "--persons", "40"), "--boxes cannot be combined with --persons"),
-        (("--people", "--success", "0.4,0.6", "--boxes", "1,2"), "one number from 1 to 1000"),
-        (("--boxes", "5"), "--success is missing"),
+        (("--boxes-each", "2"), "they need --people"),
+        (("--over-boxes", "2", "--success", "0.2,0.4"), "at least 5, for a sentence on boxes like these"),
+        (("--over-boxes", "5", "--persons", "40"), "--over-boxes cannot be combined with --persons"),
+        (("--over-boxes", "5"), "--success is missing"),
         (("--persons", "40"), "they need --people"),
         (("--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more persons"),
         (("--people", "--success", "0.4,0.6", "--persons", "x"), "persons: got 'x'"),

@@ -60,7 +60,7 @@ def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_fir
     short = study("flips", agent=["llm:local", "random", "cognitive:careful"], name="s")
     per_condition = {agent: short.size_of(agent) / len(short.conditions_of(agent)) for agent in short.agents}
     assert per_condition == {"llm:local": 6, "random": 300, "cognitive:careful": 300}
-    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 4 * 6 + 8 * 600
+    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 2 * 6 + 8 * 600
     fewer = replace(short, strategy_trials=None)
     first = {plan.key: plan for plan in fewer.plans("random")}
     assert first.items() <= {plan.key: plan for plan in short.plans("random")}.items()

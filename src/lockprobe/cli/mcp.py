@@ -32,7 +32,7 @@ _OUT = options.with_brackets(
 _EACH = options.with_brackets(options.TRIALS_EACH, "any number; else at most N each time that this command is started")
 
 
-@with_study_options(without=("agent",))
+@with_study_options(without=("agent", "boxes"))
 def mcp(
     what: Annotated[str, typer.Argument(metavar="flips|modalities|why|FILE.toml", help="The study.")],
     asked: Mapping[str, object],

@@ -40,13 +40,12 @@ _SUCCESS = (
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
 _PERSONS = "With --people: persons in all whose power is asked for, as 40 or 40,80 (as many as --target needs)."
-_BOXES = (
-    "Numbers of boxes to measure at, as 5,10,20, with --success of two conditions; with --people: of each person (1)."
-)
+_BOXES = "With --people: boxes that a person plays under each condition (1)."
+_OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, with --success of two conditions (none)."
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
 _EFFECT_SD = (
     f"Standard deviation of the effect: with --people between persons, in logits ({EFFECT_SD:g}, by eye); else between "
-    f"--boxes, as a share ({EFFECT_SD_OF_BOXES:g}, by eye)."
+    f"--over-boxes, as a share ({EFFECT_SD_OF_BOXES:g}, by eye)."
 )
 _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
@@ -63,7 +62,8 @@ def power(
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
     persons: Annotated[str | None, typer.Option(help=_PERSONS)] = None,
-    boxes: Annotated[str | None, typer.Option(help=_BOXES)] = None,
+    boxes_each: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
+    over_boxes: Annotated[str | None, typer.Option(help=_OVER_BOXES)] = None,
     person_sd: Annotated[float | None, typer.Option(help=_PERSON_SD)] = None,
     effect_sd: Annotated[float | None, typer.Option(help=_EFFECT_SD)] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help=options.STUDIES)] = 100,
@@ -79,7 +79,7 @@ def power(
     an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
     controls needs to name the reason for a change of success.
 
-    --boxes: how often a study on so many boxes, with --trials on each, detects the change on boxes like these.
+    --over-boxes: how often a study on so many boxes, with --trials on each, detects the change on boxes like these.
 
     --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
     many and the smallest effect that they detect.
@@ -89,14 +89,12 @@ def power(
     if what == "why" and (shared or rates or beside):
         raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
     shares = None if success is None else _numbers("success", success)
-    many = _whole_numbers("boxes", boxes)
-    if many and not people:
-        refuse_beside_boxes(what, [*asked.keys() - {"seed"}, *_given(persons=persons, trap=trap, person_sd=person_sd)])
+    of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
+    if many := _whole_numbers("over-boxes", over_boxes):
+        given = _given(persons=persons, trap=trap, person_sd=person_sd, boxes_each=boxes_each, people=people or None)
+        refuse_beside_boxes(what, [*asked.keys() - {"seed"}, *given])
         _power_over_boxes(shares, many, sizes, effect_sd, seed, json=json)
         return
-    if many[1:] or not all(1 <= one <= 1000 for one in many):
-        raise BadValue("boxes", boxes, "one number from 1 to 1000 with --people")
-    of_people = {"boxes": many[0] if many else None, "person_sd": person_sd, "effect_sd": effect_sd}
     if people or persons or set(of_people.values()) != {None}:
         refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)])
         power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)

@@ -24,7 +24,7 @@ _DESIGNS: tuple[Design, ...] = ("within", "between")
 _FACTORS = (0.5, 1.0, 1.5)
 """What the assumed standard deviations are multiplied by, to show how much they decide."""
 
-_OPTIONS = "--persons, --boxes, --person-sd, --effect-sd"
+_OPTIONS = "--persons, --boxes-each, --person-sd, --effect-sd"
 
 
 def refuse_other_options(people: bool, what: str | None, given: Sequence[str]) -> None:
@@ -34,7 +34,7 @@ def refuse_other_options(people: bool, what: str | None, given: Sequence[str]) -
         Conflict: If there is anything.
     """
     if not people:
-        raise Conflict("--persons, --person-sd and --effect-sd", "trials of agents", "they need --people")
+        raise Conflict("--persons, --boxes-each, --person-sd and --effect-sd", "trials of agents", "they need --people")
     names = [*([what] if what else []), *(f"--{name.replace('_', '-')}" for name in given)]
     if names:
         raise Conflict("--people", ", ".join(names), f"it takes --success, {_OPTIONS} and --target")
@@ -47,7 +47,7 @@ def refuse_beside_boxes(what: str | None, given: Sequence[str]) -> None:
         Conflict: If there is anything.
     """
     if names := [*([what] if what else []), *(f"--{name.replace('_', '-')}" for name in given)]:
-        raise Conflict("--boxes", ", ".join(names), "it takes --success, --trials, --effect-sd and --seed, or --people")
+        raise Conflict("--over-boxes", ", ".join(names), "it takes --success, --trials, --effect-sd and --seed")
 
 
 def power_people(

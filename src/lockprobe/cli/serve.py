@@ -78,7 +78,7 @@ WritePeople = Annotated[
         "Files to edit": "write_people write_texts",
     }
 )
-@with_study_options(without=("agent", "until", "most"))
+@with_study_options(without=("agent", "until", "most", "boxes"))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,

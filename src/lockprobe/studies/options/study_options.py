@@ -117,7 +117,7 @@ class StudyOptions(BaseModel):
         ),
     ] = None
     box: Annotated[
-        Box | None, _about("A box by name, random-N-SEED, or a TOML file; several with commas between (chain-4).")
+        Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
     ] = None
     boxes: Annotated[
         Whole | None,
