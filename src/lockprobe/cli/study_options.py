@@ -25,6 +25,10 @@ Name = Annotated[
 ]
 
 
+FILE_ONLY = frozenset({"contrasts"})
+"""What a study file and Python say and a command line does not: a table."""
+
+
 def study_help(name: str, here: str) -> str:
     """What an option of a study means, with what holds in one command in place of its default.
 
@@ -45,7 +49,7 @@ def with_study_options(
         without: Names to leave out.
         explained: Whether the help of the command explains them, as that of ``lockprobe run`` alone does.
     """
-    names = [name for name in only or StudyOptions.model_fields if name not in {"study", *without}]
+    names = [name for name in only or StudyOptions.model_fields if name not in {"study", *FILE_ONLY, *without}]
 
     def give(command: Callable[..., None]) -> Callable[..., None]:
         hints = get_type_hints(command, include_extras=True)

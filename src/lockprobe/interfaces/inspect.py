@@ -47,7 +47,7 @@ def _with_options(make: Callable[..., Task]) -> Callable[..., Task]:
     """Give a task the options of a study as parameters; what is none of them comes too, and is refused."""
     from lockprobe.studies.options.study_options import StudyOptions
 
-    names = [name for name in StudyOptions.model_fields if name not in {"study", "agent"}]
+    names = [name for name in StudyOptions.model_fields if name not in {"study", "agent", "contrasts"}]
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names]
     unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)
     make.__signature__ = inspect.Signature([*parameters, unknown])  # type: ignore[attr-defined]

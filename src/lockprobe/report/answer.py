@@ -30,6 +30,8 @@ def answer(found: Results) -> str:
     own = [line for line in lines if not line.baseline] or lines
     if not own:
         return "No trial has ended yet."
+    if found.design.contrasts and any(line.cause for line in own):
+        return headline(own, own[0].cause, several=False)
     if found.several_p:
         return headline(own, "false reports") or solved_said(found, own)
     axes = [axis for axis in found.design.axes if not axis.of_flips]
@@ -40,12 +42,13 @@ def answer(found: Results) -> str:
     return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(found, own)
 
 
-def headline(lines: Sequence[Line], causes: str) -> str:
+def headline(lines: Sequence[Line], causes: str, *, several: bool = True) -> str:
     """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
 
     Args:
         lines: The agents.
-        causes: What may change their success, in the plural: false reports.
+        causes: What may change their success: false reports.
+        several: Whether that is a plural.
 
     >>> headline([], "false reports")
     ''
@@ -54,8 +57,9 @@ def headline(lines: Sequence[Line], causes: str) -> str:
     more, fewer, hidden = of.values()
     if not (more or fewer):
         return f"No effect of {causes} on {_whose(hidden)} was detected{_open(lines)}." if hidden else ""
-    changed = [f"raise {_whose(more)}"] if more else []
-    changed += [f"lower {_whose(fewer, 'that' if more else '')}"] if fewer else []
+    raise_, lower = (_DOES[verdict][not several] for verdict in _DOES)
+    changed = [f"{raise_} {_whose(more)}"] if more else []
+    changed += [f"{lower} {_whose(fewer, 'that' if more else '')}"] if fewer else []
     rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
     return f"{capital(causes)} {' and '.join(changed)}{rest}."
 

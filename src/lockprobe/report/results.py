@@ -15,6 +15,7 @@ from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import (
     Condition,
+    Contrast,
     Curve,
     Design,
     DoseAxis,
@@ -107,6 +108,7 @@ def _design(numbers: StudyNumbers) -> Design:
         ),
         players=tuple(players),
         axes=(*_flip_axes(numbers), *_other_axes(numbers)),
+        contrasts=tuple(Contrast(name=name, of=one.of, minus=one.minus) for name, one in study.contrasts.items()),
         flip_kind=study.flip_kind,
     )
 

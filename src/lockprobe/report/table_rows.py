@@ -11,8 +11,10 @@ from lockprobe.report.rows import Cell, Course, Estimate, Results
 
 
 def share_of_row(row: Estimate | None) -> str:
-    """A share with its interval, in per cent."""
-    return NONE if row is None else share(row.value, row.low, row.high)
+    """A share in per cent, with its interval where it has one."""
+    if row is None or row.low is not None:
+        return NONE if row is None else share(row.value, row.low, row.high)
+    return percent(row.value, 0)
 
 
 def points_cell(row: Estimate | None) -> str:

@@ -13,11 +13,20 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
+from lockprobe.statistics.agent_comparison.paired import (
+    Array,
+    BlockMean,
+    block_mean,
+    mean_at_every_look,
+    sheets,
+    sign_flip,
+)
 from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, opposed
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.conditions.design import Comparison, Design
 from lockprobe.statistics.conditions.factors import Factor
@@ -25,6 +34,8 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, heeded_at_most
+from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
 
 CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
@@ -95,6 +106,8 @@ def contrast(
     def of(trials: Sequence[Outcomes]) -> BlockMean:
         _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in trials])
         sums = np.asarray(sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True)))
+        if made[0].planned:
+            return mean_at_every_look(factor * sums[:, None], bound=most, agents=choices)
         sums = sums[~np.isnan(sums)]
         mean = block_mean(factor * sums[:, None], unit=most, choices=choices)
         mean = replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
@@ -105,6 +118,71 @@ def contrast(
     if any(map(len, broken)):
         found = bounded(found, *opposed(of, groups, broken, [weight > 0 for weight in weights]))
     return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Declared:
+    """A contrast that a study declares, of one agent.
+
+    Attributes:
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown under the first condition.
+        name: What the study calls it.
+        change: Mean success under the conditions of one side minus that under those of the other.
+        of: Success under the conditions of one side, in the blocks that count; of several its mean, without interval.
+        minus: That under those of the other side.
+        choices: How many contrasts of how many agents are judged together.
+    """
+
+    agent: str
+    modality: str
+    name: str
+    change: BlockMean
+    of: BlockMean
+    minus: BlockMean
+    choices: int
+
+
+def declared(cells: Cells, contrasts: Mapping[str, Contrast], design: Design) -> Iterator[Declared]:
+    """What a study asks of each agent that has trials under all conditions of a contrast, in blocks of equal luck.
+
+    All contrasts of all agents that the study is about are one family, and those of baselines another. A condition in
+    which nothing was changed is in no contrast; people, whose boxes lie in several blocks, have none.
+    """
+    cells = acting(cells, design)
+    asked = [
+        (agent, name, [cells[agent, label] for label in (*one.of, *one.minus)], one)
+        for agent in design.agents
+        for name, one in contrasts.items()
+        if all((agent, label) in cells for label in (*one.of, *one.minus))
+        if not any(cells[agent, label].ended.crossed for label in (*one.of, *one.minus))
+    ]
+    sizes = Counter(is_baseline(design.spec_of(agent)) for agent, *_ in asked)
+    for agent, name, own, one in asked:
+        weights = [len(one.minus)] * len(one.of) + [-len(one.of)] * len(one.minus)
+        choices, factor = sizes[is_baseline(design.spec_of(agent))], 1 / (len(one.of) * len(one.minus))
+        groups, broken = [cell.ended for cell in own], [cell.broke for cell in own]
+        change = contrast(groups, broken, weights, factor=factor, choices=choices)
+        if change is not None:
+            _, laid = sheets([replace(cell, dose=np.zeros(len(cell))) for cell in groups])
+            ended = ~np.isnan(np.stack([sheet.solved[:, 0] for sheet in laid])).any(axis=0)
+            of, minus = (
+                _success([sheet.solved[ended, 0] for sheet in side], boxes_of_blocks(*groups), planned=laid[0].planned)
+                for side in (laid[: len(one.of)], laid[len(one.of) :])
+            )
+            modality = own[0].trials[0].modality
+            yield Declared(
+                agent=agent, modality=modality, name=name, change=change, of=of, minus=minus, choices=choices
+            )
+
+
+def _success(solved: Sequence[Array], box: NDArray[np.str_], *, planned: bool) -> BlockMean:
+    """Success under some conditions, in blocks that have a trial under all of them."""
+    n, mean = len(solved[0]), float(np.mean(solved))
+    if len(solved) > 1:
+        return BlockMean(value=mean, pairs=n, blocks=n)
+    share = share_at_every_look(solved[0]) if planned else share_of(solved[0], (), (), box)
+    return BlockMean(value=share.value, low=share.low, high=share.high, pairs=n, blocks=n)
 
 
 def idle_conditions(cells: Cells, design: Design) -> list[Idle]:

@@ -24,10 +24,17 @@ from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.study_checks import check_boxes, check_doses, check_people, check_plant, check_sizes
+from lockprobe.studies.study_checks import (
+    check_boxes,
+    check_contrasts,
+    check_doses,
+    check_people,
+    check_plant,
+    check_sizes,
+)
 from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
-from lockprobe.trial.condition import Condition
+from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
@@ -67,6 +74,7 @@ class Study:
         assessment: Whether agents are asked what their last action did. Asking may change behaviour.
         hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
         until: When it stops, before ``trials`` are played; None if all of them are.
+        contrasts: What it asks, by its name; no setting, since it changes no trial.
         earlier: The sizes that it had before it was extended; no setting, since they change no trial.
         shard: The part of its trials that is played; None for all. It is no setting either.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
@@ -95,6 +103,7 @@ class Study:
     hypothesis: Ask = "before"
     more_boxes: tuple[Lockbox, ...] = ()
     until: Until | None = None
+    contrasts: Mapping[str, Contrast] = field(default_factory=dict, compare=False)
     earlier: tuple[EarlierSize, ...] = field(default=(), compare=False)
     shard: Shard | None = field(default=None, compare=False)
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
@@ -125,6 +134,7 @@ class Study:
         check_people(self)
         check_sizes(self)
         check_doses(self.conditions, self.p)
+        check_contrasts(self.contrasts, labels)
         check_plant(self)
 
     @property
@@ -203,6 +213,11 @@ class Study:
             "assessment": self.assessment,
             "hypothesis": self.hypothesis,
         }
+
+    @property
+    def contrast_settings(self) -> dict[str, dict[str, list[str]]]:
+        """What it asks, as JSON would hold it."""
+        return {name: {"of": [*one.of], "minus": [*one.minus]} for name, one in self.contrasts.items()}
 
     @property
     def unordered_settings(self) -> dict[str, object]:

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.changed_options import plant_change
 from lockprobe.studies.modality import check_distinct, check_shown, is_pictured
 from lockprobe.studies.running.playable import PERSON, check_playable
-from lockprobe.trial.condition import Condition
+from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 
 if TYPE_CHECKING:
     from lockprobe.studies.study import Study
 
 _CLOSEST_P = 1e-6
+
+_LONGEST_CONTRAST = 100
+"""Characters of the name of a contrast."""
 
 
 def check_boxes(study: Study) -> None:
@@ -49,6 +52,18 @@ def check_sizes(study: Study) -> None:
             planned, most = getattr(one, name), getattr(study, name)
             if not 1 <= planned <= most:
                 raise BadValue(f"{name} of an earlier plan", planned, f"from 1 to {most}, the present number")
+
+
+def check_contrasts(contrasts: Mapping[str, Contrast], labels: Sequence[str]) -> None:
+    """Refuse contrasts that have no name, name unknown conditions, or have one on both sides."""
+    for name, one in contrasts.items():
+        if not name.strip() or len(name) > _LONGEST_CONTRAST:
+            raise BadValue("contrasts", name, f"a name of 1 to {_LONGEST_CONTRAST} characters")
+        for label in (*one.of, *one.minus):
+            if label not in labels:
+                raise UnknownName(f"condition of the contrast {name}", label, labels)
+        if both := {*one.of} & {*one.minus}:
+            raise BadValue(f"contrasts, {name}", min(both), "every condition on one side alone")
 
 
 def check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:

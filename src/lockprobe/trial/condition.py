@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import plugin_name_of
@@ -29,6 +29,13 @@ _SHIPPED = "lockprobe.interventions."
 
 _LONGEST = 200
 """The most characters of the name of a condition."""
+
+
+class Contrast(NamedTuple):
+    """Labels of conditions: what is asked is the mean success under some, minus that under the others."""
+
+    of: tuple[str, ...]
+    minus: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -87,7 +87,7 @@ def readings(directory):
 @pytest.mark.parametrize(
     ("made", "names"),
     [
-        (controls, ("why", "forks")),
+        (controls, ("forks",)),
         (decided, ("stopping",)),
         (readings, ("readings",)),
     ],
@@ -205,16 +205,6 @@ def test_people_stand_above_agents_under_each_condition(tmp_path):
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
     clustered = found.one("success", agent="participant", condition="truth", of="by person")
     assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
-
-
-def test_marks_of_why_are_its_rows_and_filled_where_they_are_detected(tmp_path):
-    found = controls(tmp_path)
-    for axes, total in zip(pictures(found)["why"].axes, found.where("false_report_effect", of="total"), strict=True):
-        rows = [total, *found.where("arm_contrast", agent=total.agent)]
-        drawn = bars(axes, across=True)
-        assert drawn == [(i, *map(pytest.approx, (row.value, row.low, row.high))) for i, row in enumerate(rows)]
-        filled = [of.lines[0].get_markerfacecolor() != "white" for of in axes.containers]
-        assert filled[0] == total.detected
 
 
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"

@@ -4,7 +4,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.report.page import parts_of, tables_of
-from lockprobe.report.questions.why import why_said
+from lockprobe.report.questions.why import TABLE, why_said
 from lockprobe.report.results import results
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.why.arms import ARMS
@@ -44,6 +44,13 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
     assert found.where("arm_contrast", agent=AGENTS[1]) == []
     assert [row[0] for row in tables_of(found)["why"][1:]] == [AGENTS[0]] * (1 + len(CONTRASTS)) + [AGENTS[1]]
+    drawn = TABLE.drawn(found)
+    assert [row[0] for row in tables_of(found)["why"][1:]] == [row.agent for row in drawn]
+    assert [row.quantity for row in drawn] == [
+        "false_report_effect",
+        *["arm_contrast"] * len(CONTRASTS),
+        "false_report_effect",
+    ]
     (part,) = own_part(found)
     assert part.answer == "A cause is named for 1 of 2 agents."
     first, second = part.blocks[0].items

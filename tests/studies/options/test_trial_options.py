@@ -24,7 +24,7 @@ from lockprobe.trial.condition import Condition
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {
     "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "parts", "name", "sweep", "readings",
-    "until", "most", "boxes",
+    "until", "most", "boxes", "contrasts",
 }  # fmt: skip
 
 

@@ -43,7 +43,7 @@ NOT_HERE: Mapping[str, str] = {
     "seed": "reset(seed=...)",
     **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions", "until", "most"), _PLACE),
     "pictures": "no pictures: observations are not stored",
-    **dict.fromkeys(("study", "name", "boxes", "full", "as_paper", "parts", "sweep", "readings"), _ONE),
+    **dict.fromkeys(("study", "name", "boxes", "full", "as_paper", "parts", "sweep", "readings", "contrasts"), _ONE),
 }
 """Options of a study or a trial that an environment does not have -> the alternative."""
 

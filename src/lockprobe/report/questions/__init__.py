@@ -10,10 +10,10 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "stopping", "success", "boxes", "readings", "conditions", "crossings",
-    "factors", "loops", "agents_compared",
+    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes", "readings", "conditions",
+    "crossings", "factors", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot",
-    "study_design", "agents", "broken", "limits", "claims", "why", "forks",
+    "study_design", "agents", "broken", "limits", "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and
 whether it acts through loops; agents beside each other; all numbers; the study itself."""

@@ -18,6 +18,7 @@ from lockprobe.report.prose.readings import inverted
 from lockprobe.report.questions import why
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.conditions import EFFECTS
+from lockprobe.report.questions.contrasts import CONTRASTS
 from lockprobe.report.questions.factors import FACTORIAL, factorial_said
 from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
@@ -41,10 +42,10 @@ _MODEL = ("served", "model", "temperature", "host")
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_CHANGES = ((FACTORIAL, 41), (EFFECTS, 13))
+_CHANGES = ((CONTRASTS, 13), (why.TABLE, 25), (FACTORIAL, 41), (EFFECTS, 13))
 """Tables of changes that the first screen shows in place of a curve, and how many lines it has room for."""
 
-_FIGURES = ("why", "stopping", "fig3")
+_FIGURES = ("stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
 
 
@@ -84,6 +85,8 @@ def _question(study: Study) -> str:
     design, box = design_of(study), study.boxes_in_words
     if _asks_why(study):
         return f"Why do false reports change how agents open {box}?"
+    if study.contrasts:
+        return f"Does {next(iter(study.contrasts))} change how agents open {box}?"
     if any(factorials_of(design.arms, modality) for modality in design.modalities):
         return f"Which features of the scene change how agents open {box}?"
     if study.of_flips and len(study.modalities) > 1 and not any(study.p):
@@ -206,7 +209,7 @@ def _show(found: Results) -> Iterator[Part]:
     if not said:
         return
     listing = answer_list(found)
-    drawn = [] if found.where("false_report_effect") else drawable(found)
+    drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, bracketed, change, listed, p_cell, p_value, points
+from lockprobe.foundation.formatting import NONE, change, listed, p_value
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.format import TextTable
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.questions.contrasts import Compared, contrasts_table
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Detail, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
-from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.proportions import ALPHA
@@ -153,42 +153,33 @@ def _detected(row: Estimate) -> bool:
 
 
 def _shares(row: Estimate, arms: Mapping[str, Estimate]) -> str:
-    """Success in the two arms that are compared, in per cent; empty for several pairs."""
+    """Success in the two arms that are compared; none for several pairs."""
     pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
     more, less = (100 * (arms[arm].value or 0.0) for arm in pairs[0])
-    return f"{less:.0f} \N{RIGHTWARDS ARROW} {more:.0f} %" if len(pairs) == 1 else ""
+    return f"{less:.0f} \N{RIGHTWARDS ARROW} {more:.0f} %" if len(pairs) == 1 else NONE
 
 
 def _arms(found: Results, total: Estimate) -> dict[str, Estimate]:
     return {row.of: row for row in found.where(_SUCCESS, agent=total.agent, modality=total.modality)}
 
 
+def _rows_shown(found: Results) -> list[Estimate]:
+    """The effect of false reports on each agent, and the contrasts of arms where it is detected."""
+    return [row for total in _asked(found) for row in _compared(found, total)]
+
+
 def _table(found: Results) -> TextTable:
-    """The effect of false reports, and the contrasts of arms where it is detected."""
-    table = [["agent", "what is false, or added", "arms", "success", "change, points", "P", "result", "blocks"]]
-    for total in _asked(found):
-        for row in _compared(found, total):
-            pairs = TOTAL if row is total else CONTRASTS[row.of]
-            arms = ", ".join(f"{more} \N{MINUS SIGN} {less}" for more, less in pairs)
-            size = [_shares(row, _arms(found, total)) or NONE, points_cell(row), p_cell(row.p_value)]
-            table.append([row.agent, _NAMES[row.of], arms, *size, DETECTED[_detected(row)], str(row.clusters)])
-    return table if len(table) > 1 else []
+    arms = {total.agent: _arms(found, total) for total in _asked(found)}
+    compared = []
+    for row in _rows_shown(found):
+        pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
+        said = ", ".join(f"{more} \N{MINUS SIGN} {less}" for more, less in pairs)
+        compared.append(Compared(row, _NAMES[row.of], said, _shares(row, arms[row.agent]), _detected(row)))
+    return contrasts_table(compared)
 
 
-_TABLE = Table("why", _table, numeric_from=3)
-
-_FIGURE = Figure(
-    "why",
-    "Changes of success by false reports, by false first and last statements, by a true correction and by a remark",
-    Caption(
-        "Change of success, with success without and with it. False reports at the top; below, where their effect was "
-        "detected, reports of two statements by which of them is false, a true correction, and an irrelevant remark.",
-        f"Lines are 95 % intervals in matched pairs, corrected for the number of agents; filled: detected. Grey: "
-        f"changes below {100 * MARGIN:.0f} points.",
-    ),
-    draw="lockprobe.report.questions.why:draw",
-    applies=lambda found: bool(_asked(found)),
-)
+TABLE = Table("why", _table, numeric_from=3, drawn=_rows_shown)
+"""What false reports change, and which reports of two statements change as much."""
 
 _NOTE = Note(
     "Success under false reports minus success under true ones, and differences between the other arms, in points.",
@@ -224,58 +215,8 @@ def _show(found: Results) -> Iterator[Part]:
         named = sum(bool(_decided(found, total).claims) for total in asked)
         answer = said[0] if len(said) == 1 else f"A cause is named for {named} of {len(said)} agents."
         limits = Detail("What these comparisons do not show", [Listed(_LIMITS)])
-        blocks: list[Block] = [*[Listed(said)] * (len(said) > 1), _FIGURE, _TABLE, note_at(found, _NOTE), limits]
+        blocks: list[Block] = [*[Listed(said)] * (len(said) > 1), TABLE, note_at(found, _NOTE), limits]
         yield Part("Why do false reports change success?", answer, blocks)
-
-
-_NAME, _SHARES, _NUMBERS, _ROW = 0.31, 0.16, 0.22, 0.26
-"""Room for names, success and numbers, as parts of the width of a panel; height of a row in inches."""
-
-
-def draw(found: Results) -> Any:
-    """The comparisons as intervals against 0, a panel for each agent."""
-    from lockprobe.report.figures import own_settings, sheet
-
-    panels = [(_compared(found, total), _arms(found, total)) for total in _asked(found)]
-    reach = max([0.2, *(abs(end or 0) for rows, _ in panels for row in rows for end in (row.low, row.high, row.value))])
-    most = [max(len(rows) for rows, _ in panels[i : i + 2]) for i in range(0, len(panels), 2)]
-    shown = [(rows, arms, most[i // 2], 1.05 * reach) for i, (rows, arms) in enumerate(panels)]
-    with own_settings():
-        return sheet(shown, _draw, heights=[_ROW * rows for rows in most], around=0.85, width=5.2)
-
-
-def _draw(axes: Any, panel: tuple[Sequence[Estimate], Mapping[str, Estimate], int, float]) -> None:
-    from lockprobe.report.figures.frame import safe_name, title
-    from lockprobe.report.figures.palette import SUBJECTS, Style
-    from lockprobe.report.figures.primitives import estimates
-    from lockprobe.report.figures.settings import FAINT, INK, SMALL
-
-    rows, arms, most, reach = panel
-    bottom, across, total = len(rows) - 0.5, axes.get_yaxis_transform(), rows[0]
-    axes.fill_between([-MARGIN, MARGIN], -0.5, bottom, color="#ededed", linewidth=0, zorder=0)
-    axes.plot([0, 0], [bottom, -0.5], color=FAINT, linewidth=0.8, zorder=1)
-    axes.hlines([place - 0.5 for place in range(len(rows) + 1)], 0, 1, color="#dddddd", linewidth=0.6, transform=across)
-    for place, row in enumerate(rows):
-        clear = _detected(row)
-        style = Style(colour=SUBJECTS[1] if clear else FAINT, lead=clear)
-        estimates(axes, [place], [row], style, across=True, markersize=5, elinewidth=1.4)
-        said = [(0.0, _NAMES[row.of], "left", INK), (_NAME + _SHARES, _shares(row, arms), "right", FAINT)]
-        said.append((1.0, bracketed(row.value, row.low, row.high), "right", INK if clear else FAINT))
-        for x, text, side, colour in said:
-            weight = "bold" if row is total else "normal"
-            axes.text(
-                x, place, text, transform=across, ha=side, va="center", color=colour, fontsize=SMALL, fontweight=weight
-            )
-    wide = 2 * reach / (1 - _NAME - _SHARES - _NUMBERS - 0.06)  # with a little space on both sides
-    left = -reach - wide * (_NAME + _SHARES + 0.03)
-    tick = next(one for one in (0.5, 0.4, 0.2) if one <= reach)
-    axes.set(ylim=(most - 0.5, -0.5), xlim=(left, left + wide), yticks=[])
-    axes.set_xticks([-tick, 0, tick], [points(-tick), "0", points(tick)])
-    axes.spines[["left", "bottom"]].set_visible(False)
-    axes.spines["bottom"].set_position(("data", bottom))
-    axes.set_xlabel("change of success, points", x=-left / wide)
-    sizes = f"flip rate {total.doses['flip.p']:g}; n = {total.clusters} blocks"
-    title(axes, safe_name(Subject.of(total.agent).name, 38), sizes)
 
 
 SECTIONS = (
@@ -284,7 +225,6 @@ SECTIONS = (
         title="Why false reports change success",
         rows=_rows,
         show=_show,
-        tables=(_TABLE,),
-        figures=(_FIGURE,),
+        tables=(TABLE,),
     ),
 )

@@ -5,7 +5,7 @@ sentence) or a :class:`Fact` (a property, as text). A quantity that could not be
 """
 
 from lockprobe.report.rows.course import Cell, Course
-from lockprobe.report.rows.design import Condition, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
+from lockprobe.report.rows.design import Condition, Contrast, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
 from lockprobe.report.rows.results import MEASURES, NoSuchRow, Results
 from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Finding, Row
 
@@ -14,6 +14,7 @@ __all__ = [
     "UNITS",
     "Cell",
     "Condition",
+    "Contrast",
     "Course",
     "Curve",
     "Design",

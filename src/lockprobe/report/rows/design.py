@@ -21,6 +21,14 @@ class Condition(Part):
     control: str = Field(default="", description="The condition that it is compared with; empty for a control.")
 
 
+class Contrast(Part):
+    """What the study asks by itself: mean success under some conditions minus that under others."""
+
+    name: str = Field(description="What the study calls it.")
+    of: tuple[str, ...] = Field(description="The conditions of one side.")
+    minus: tuple[str, ...] = Field(description="The conditions of the other side.")
+
+
 class Player(Part):
     """An agent in one modality."""
 
@@ -68,6 +76,7 @@ class Design(Part):
     conditions: tuple[Condition, ...] = Field(description="Its conditions, in the order of the settings.")
     players: tuple[Player, ...] = Field(description="The agents that have trials, each in each of its modalities.")
     axes: tuple[DoseAxis, ...] = Field(default=(), description="The doses; flip rates first.")
+    contrasts: tuple[Contrast, ...] = Field(default=(), description="What it asks by itself; the first is primary.")
     flip_kind: str = Field(default="", description="What a false report is.")
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows.course import Course
 from lockprobe.report.rows.design import DoseAxis
 from lockprobe.report.rows.results import Results
@@ -13,6 +14,13 @@ from lockprobe.trial.condition import TRUTH
 
 CONTROL = "the control"
 """Part of a share in pairs: that of the condition that is subtracted."""
+
+
+DECLARED = "contrasts"
+"""The family of contrasts that a study declares."""
+
+SIDES = ("minus", "of")
+"""Parts of a share in pairs: that of the conditions which a contrast subtracts, and of those from which it does."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +37,7 @@ class Line:
         change: The second minus the first; None where it was not tested.
         control: The control in words.
         under: Under what the second is, in words: at flip rate 0.4.
+        cause: The contrast that the study declares, if it is that.
         alike: Whether it plays the same trials whatever it is told, so that there is nothing to test.
         baseline: Whether the study is about others.
     """
@@ -42,6 +51,7 @@ class Line:
     change: Estimate | None = None
     control: str = ""
     under: str = ""
+    cause: str = ""
     alike: bool = False
     baseline: bool = False
 
@@ -65,11 +75,12 @@ class Line:
 def primary_lines(found: Results) -> list[Line]:
     """A line for each agent: those that the study is about, then baselines.
 
-    What is compared goes by a rule: false reports of the study of controls (``why``); else flip rates, or the doses of
+    What is compared goes by a rule: the first contrast that the study declares; else false reports of the study of
+    controls (``why``); else flip rates, or the doses of
     the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
     smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
     """
-    lines = list(_of_controls(found))
+    lines = list(declared_lines(found)) or list(_of_controls(found))
     if not lines:
         others = [axis for axis in found.design.axes if not axis.of_flips]
         axis = None if found.several_p or not others else others[0]
@@ -83,6 +94,31 @@ def primary_lines(found: Results) -> list[Line]:
 def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
     """A line for each agent over the doses of an axis; over flip rates without one."""
     return [_over_doses(one) for one in found.courses(axis) if one.played]
+
+
+def declared_lines(found: Results) -> Iterator[Line]:
+    """A line for each agent, of the first contrast that the study declares; none without one."""
+    for asked in found.design.contrasts[:1]:
+        for row in found.where("success_difference", family=DECLARED, of=asked.name):
+            own = {"agent": row.agent, "modality": row.modality}
+            less, more = (found.get("success_in_pairs", **own, of=f"{asked.name}, {side}") for side in SIDES)
+            yield Line(
+                agent=row.agent,
+                modality=row.modality,
+                label=found.label(row.agent, row.modality),
+                conditions=(asked.minus[0], asked.of[0]),
+                first=less,
+                second=more,
+                change=row,
+                control=_under(asked.minus),
+                under=_under(asked.of),
+                cause=asked.name,
+                baseline=row.agent not in found.subjects,
+            )
+
+
+def _under(conditions: Sequence[str]) -> str:
+    return _control(conditions[0]) if conditions == (TRUTH,) else f"under {listed(conditions, named=2)}"
 
 
 def _of_controls(found: Results) -> Iterator[Line]:

@@ -18,6 +18,7 @@ from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.studies.until import EarlierSize, Until
+from lockprobe.trial.condition import Contrast
 
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 LONGEST_SPEC = 1000
@@ -45,6 +46,12 @@ class _Earlier(BaseModel):
     strategy_trials: Count | None
 
 
+class _Contrast(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    of: list[Text]
+    minus: list[Text]
+
+
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     study: Text
@@ -57,6 +64,7 @@ class _Settings(BaseModel):
     trials: Count
     strategy_trials: Count | None
     until: _Until | None = None
+    contrasts: dict[Text, _Contrast] = {}
     extended: list[_Earlier] = []
     shard: Text | None = None
     strategy_conditions: list[Text] = []
@@ -70,7 +78,7 @@ class _Settings(BaseModel):
 
 
 _AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {
-    *("name", "agents", "box", "more_boxes", "conditions", "until", "earlier", "shard")
+    *("name", "agents", "box", "more_boxes", "conditions", "until", "contrasts", "earlier", "shard")
 }
 """The settings that a study takes from the file as they are."""
 
@@ -104,6 +112,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             conditions=tuple(one.condition() for one in found.conditions),
             until=found.until.until() if found.until else None,
             shard=None if found.shard is None else Shard.parse(found.shard),
+            contrasts={name: Contrast(tuple(one.of), tuple(one.minus)) for name, one in found.contrasts.items()},
             earlier=tuple(EarlierSize(**one.model_dump()) for one in found.extended),
             **found.model_dump(include=_AS_THEY_STAND),
         )

@@ -81,6 +81,15 @@ Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
 Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
 
 
+class AskedContrast(BaseModel):
+    """A contrast of a study file: mean success under some conditions minus that under others, by their names."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    of: Annotated[list[str], Field(min_length=1, max_length=64), BeforeValidator(_listed)]
+    minus: Annotated[list[str], Field(min_length=1, max_length=64), BeforeValidator(_listed)]
+
+
 Whole = Annotated[int, BeforeValidator(_number)]
 Number = Annotated[float, BeforeValidator(_number)]
 _OneBox = str | Path | InstanceOf[Lockbox]
@@ -193,6 +202,13 @@ class StudyOptions(BaseModel):
         _about(
             "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may "
             "be repeated (nothing; with any, truth is played too, as the control)."
+        ),
+    ] = None
+    contrasts: Annotated[
+        Annotated[dict[str, AskedContrast], Field(max_length=64)] | None,
+        _about(
+            "What is asked, by its name: mean success under the conditions of one list minus that under the conditions "
+            "of another; a table of a study file, or a dict in Python (none).",
         ),
     ] = None
     sweep: Annotated[

@@ -51,7 +51,7 @@ from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptio
 from lockprobe.studies.options.trial_options import trial_options
 from lockprobe.studies.study import Study
 from lockprobe.studies.why import arm_conditions
-from lockprobe.trial.condition import TRUTH, Condition
+from lockprobe.trial.condition import TRUTH, Condition, Contrast
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
@@ -117,7 +117,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
     spared += [one for one in conditions if one.p not in rates_of_models(extent)] if spared else []
-    planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
+    asked_for = {name: Contrast(tuple(one.of), tuple(one.minus)) for name, one in (request.contrasts or {}).items()}
+    planned = replace(planned, strategy_conditions=tuple(one.label for one in spared), contrasts=asked_for)
     allow(*planned.plants)
     planned.check_agents()
     planned = with_misreadings(planned)

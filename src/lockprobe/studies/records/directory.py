@@ -34,7 +34,7 @@ _KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
 _SIZE = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
 
-_BESIDE = frozenset({"agents", "names", "extended", "shard"})
+_BESIDE = frozenset({"agents", "names", "contrasts", "extended", "shard"})
 """What stands beside the settings that a study on disk must have in common with the one that is asked for."""
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
@@ -138,17 +138,20 @@ def _are_of_a_study(settings: Mapping[str, object]) -> bool:
 def write_settings(directory: Path, study: Study) -> None:
     """Write the settings of a study atomically.
 
-    What they say of earlier sizes is never forgotten.
+    What they say of earlier sizes is never forgotten, nor are contrasts, unless the study has others.
 
     Raises:
         BadFile: If they cannot be written.
     """
     earlier: object = [size._asdict() for size in study.earlier]
+    contrasts: object = study.contrast_settings
     if _played(directory) and (directory / SETTINGS).exists():
         there = read_settings(directory)
         earlier = there["extended"] if _plans(there) > len(study.earlier) else earlier
+        contrasts = contrasts or there.get("contrasts")
     settings = {
         **study.settings(),
+        **({"contrasts": contrasts} if contrasts else {}),
         **({"extended": earlier} if earlier else {}),
         **({"shard": str(study.shard)} if study.shard else {}),
     }
@@ -184,7 +187,8 @@ def claim(directory: Path, study: Study) -> None:
         raise SettingsChanged(directory, different)
     agents = joined_agents(_texts(there["agents"]), study.agents)
     part = study.shard if str(study.shard) == there.get("shard") else None  # of several parts it holds the whole
-    if extended or list(agents) != there["agents"] or str(part) != str(there.get("shard")):
+    asks = bool(study.contrasts) and study.contrast_settings != there.get("contrasts")
+    if extended or asks or list(agents) != there["agents"] or str(part) != str(there.get("shard")):
         joined = replace(study, agents=agents, names={**_names(there), **study.names}, shard=part)
         write_settings(directory, joined.ordered_as(there))
 

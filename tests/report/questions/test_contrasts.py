@@ -1,0 +1,143 @@
+"""What a study asks by itself: numbers that are those of the records, on the page and in the terminal before all else."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import make_trial, write_study
+
+import lockprobe
+from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.results import results
+from lockprobe.report.rows.primary import primary_lines
+from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.read_records import load
+
+FILE = """
+agent = ["cognitive:perseverant", "human-inspired", "random"]
+trials = 20
+repetitions = 1
+condition = ["kept=flip?p=0.4&others=kept", "odd=distract?p=0.4"]
+
+[contrasts]
+"a lie that stays" = { of = "kept", minus = "truth" }
+"any odd report" = { of = ["kept", "odd"], minus = ["truth"] }
+"""
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory):
+    """The directory of a study whose file declares contrasts, and its results."""
+    under = tmp_path_factory.mktemp("contrasts")
+    (under / "mine.toml").write_text(FILE)
+    directory = write_study(under / "study", study(under / "mine.toml"))
+    return directory, results(directory)
+
+
+def test_a_contrast_is_a_mean_over_blocks_of_equal_luck(asked):
+    directory, found = asked
+    solved = {(one.agent, one.condition, one.trial): one.solved for one in load(directory)}
+    rows = found.where("success_difference", family="contrasts")
+    assert len(rows) == 6
+    for row in rows:
+        (of,) = (one for one in found.design.contrasts if one.name == row.of)
+        blocks = [
+            np.mean([solved[row.agent, name, trial] for name in of.of])
+            - np.mean([solved[row.agent, name, trial] for name in of.minus])
+            for trial in range(1, 21)
+        ]
+        assert (row.value, row.n) == (pytest.approx(np.mean(blocks)), 20)
+        assert row.corrected_for == (2 if row.agent == "cognitive:perseverant" else 4)  # baselines apart
+
+
+def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
+    _, found = asked
+    lines = primary_lines(found)
+    assert [line.label for line in lines] == ["cognitive:perseverant", "human-inspired", "random"]
+    for line in lines:
+        assert line.change is found.one(
+            "success_difference", family="contrasts", agent=line.agent, of="a lie that stays"
+        )
+        assert line.change.value == pytest.approx(line.second.value - line.first.value)
+        assert line.first.low <= line.first.value <= line.first.high
+    assert found.said("overview", "question") == ["Does a lie that stays change how agents open chain-4?"]
+    assert "a lie that stays" in found.answer.lower()
+    (part,) = (one for one in parts_of(found) if one.name == "contrasts")
+    assert part.answer.endswith("of 6 contrasts were detected.")
+    assert [row[1] for row in tables_of(found)["contrasts"][1:3]] == ["a lie that stays", "any odd report"]
+
+
+def test_of_two_arms_it_is_what_the_study_of_controls_says(tmp_path):
+    pairs = {"total": TOTAL, **{name: of for name, of in CONTRASTS.items() if len(of) == 1}}
+    for name, ((more, less),) in pairs.items():  # a family of one contrast, as why has for each of its own
+        planned = study("why", agent="cognitive:perseverant", trials=60, contrasts={name: {"of": more, "minus": less}})
+        directory = tmp_path / "study"
+        (write_study(directory, planned) if not directory.exists() else None)
+        settings = json.loads((directory / "study.json").read_text())
+        settings["contrasts"] = planned.contrast_settings
+        (directory / "study.json").write_text(json.dumps(settings))
+        found = results(directory)
+        (own,) = found.where("success_difference", family="contrasts")
+        theirs = (
+            found.where("false_report_effect", of="total") if name == "total" else found.where("arm_contrast", of=name)
+        )
+        (other,) = theirs
+        for column in ("value", "low", "high", "p_value", "n", "clusters"):
+            assert getattr(own, column) == pytest.approx(getattr(other, column)), (name, column)
+
+
+def test_broken_trials_widen_it_and_the_whole_of_it_holds_whatever_became_of_them(tmp_path):
+    planned = study("flips", agent="random", p=[0, 0.4], trials=12, repetitions=1,
+                    contrasts={"lies": {"of": "flip?p=0.4", "minus": "truth"}})  # fmt: skip
+    whole = results(write_study(tmp_path / "whole", planned)).one("success_difference", of="lies")
+    error = make_trial([0], broken="model").error
+    gone = [one.condition == "truth" and one.trial < 4 for one in load(tmp_path / "whole")]
+    trials = [
+        replace(one, steps=one.steps[:2], ending="error", error=error) if broke else one
+        for one, broke in zip(load(tmp_path / "whole"), gone, strict=True)
+    ]
+    row = results(write_study(tmp_path / "broken", planned, trials)).one("success_difference", of="lies")
+    assert row.low <= whole.value <= row.high
+    assert row.high - row.low > whole.high - whole.low
+
+
+@pytest.mark.parametrize(
+    ("contrasts", "message"),
+    [
+        ({"a": {"of": "flip?p=0.4", "minus": "lie"}}, "no condition of the contrast a is called 'lie'"),
+        ({"a": {"of": "truth", "minus": "truth"}}, "contrasts, a: got 'truth', expected every condition on one side"),
+        ({"": {"of": "flip?p=0.4", "minus": "truth"}}, "contrasts: got '', expected a name"),
+        ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
+        ({"a": {"of": "truth"}}, "contrasts: "),
+    ],
+)
+def test_what_is_no_contrast_is_refused_in_one_line(contrasts, message):
+    with pytest.raises(UserMistake) as refused:
+        study("flips", agent="random", p=[0, 0.4], contrasts=contrasts)
+    assert str(refused.value).startswith(message)
+    assert "\n" not in str(refused.value)
+
+
+def test_it_changes_no_trial_and_stands_in_the_settings_until_another_is_asked(tmp_path):
+    of = {"of": "flip?p=0.4", "minus": "truth"}
+    plain = study("flips", agent="random", p=[0, 0.4], trials=2, repetitions=1)
+    first, other = (study("flips", agent="random", p=[0, 0.4], trials=2, repetitions=1, contrasts={name: of})
+                    for name in ("lies", "false reports"))  # fmt: skip
+    assert plain == first == other
+    assert plain.identity == first.identity
+    directory, played = tmp_path / "study", []
+    for planned, there in ((first, ["lies"]), (plain, ["lies"]), (other, ["false reports"])):
+        lockprobe.run_study(planned, directory)
+        played.append((directory / "trials.jsonl").read_bytes())
+        assert list(read_study(directory).contrasts) == there
+    assert len(set(played)) == 1
+    settings = json.loads((directory / "study.json").read_text())
+    (directory / "study.json").write_text(
+        json.dumps(settings | {"contrasts": {"x": {"of": ["no"], "minus": ["truth"]}}})
+    )
+    with pytest.raises(BadFile, match="no condition of the contrast x is called 'no'"):
+        read_study(directory)
