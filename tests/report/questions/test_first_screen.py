@@ -68,7 +68,7 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
         assert re.search(
             rf"{line.label} ?30 ?90[ 0-9]*\+60 ?\[{re.escape(points(row.low))}, {re.escape(points(row.high))}\]", top
         )
-    assert "those of changes and P hold for 5 comparisons at once" in top
+    assert "changes and P are corrected for 5 comparisons" in top
 
 
 def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):

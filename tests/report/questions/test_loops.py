@@ -52,7 +52,8 @@ def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, 
     trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
     found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
     assert [row[4] for row in tables_of(found)["loops"][1:]] == [said]
-    assert f"(by chance 31 % to 48 %: {said})" in page_of(found)
+    than = {"more": "more than by chance", "less": "less than by chance"}.get(said, "by chance")
+    assert f" % ({than} 31 % to 48 %)" in page_of(found)
 
 
 def test_a_study_without_an_ended_trial_has_no_loops(tmp_path):

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lockprobe.agents.reply_text import TIDIED
-from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
@@ -76,12 +75,7 @@ def _show(found: Results) -> Iterator[Part]:
         "tidied": list(grouped(tidied, lambda row: row.agent).values()),
         "plants": [found.facts_about(plant) for plant in plants],
     }
-    boxes = [str(box.get("name", "")) for box in found.boxes]
-    of = [
-        *([listed([*agents], named=3)] if agents else []),
-        f"the box{'es' * (len(boxes) > 1)} {listed(boxes, named=3)}",
-    ]
-    said = f"What is on record of {', and of '.join(of)}." if of else ""
+    said = f"What is on record of {'the agents and ' * bool(agents)}the box{'es' * (len(found.boxes) > 1)}."
     yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
 
 

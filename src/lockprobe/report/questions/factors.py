@@ -11,7 +11,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.report.section import Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
@@ -64,13 +64,22 @@ def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
             )  # fmt: skip
 
 
-def factorial_said(rows: Sequence[Estimate]) -> str:
-    """Which factors change what, and by how much, of one agent."""
+def factorial_said(rows: Sequence[Estimate], *, sized: bool = False) -> str:
+    """Which factors change what, of one agent; and by how much, if that is asked."""
     said = []
     for measure, own in grouped(rows, lambda row: row.of).items():
-        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in sorted(own, key=_size) if row.detected]
-        said.append(f"{measure} changes with {listed(clear)}" if clear else f"no factor is shown to change {measure}")
-    return f"{rows[0].agent}: {'; '.join(said)}." if said else ""
+        clear = [row for row in sorted(own, key=_size) if row.detected]
+        ways = (
+            ("more", [row for row in clear if (row.value or 0) > 0]),
+            ("less", [row for row in clear if (row.value or 0) < 0]),
+        )
+        named = [
+            f"{way} with {listed([_name(row) + f' ({points_cell(row)} points)' * sized for row in changed])}"
+            for way, changed in ways
+            if changed
+        ]
+        said.append(f"{measure}: {', '.join(named)}" if named else f"{measure}: no change detected")
+    return f"{rows[0].agent}, {'; '.join(said)}." if said else ""
 
 
 def _name(row: Estimate) -> str:
@@ -111,10 +120,13 @@ _FRACTION = Note(
 
 
 def _show_factorial(found: Results) -> Iterator[Part]:
-    agents = grouped(found.where("factor_effect"), lambda row: (row.agent, row.modality))
-    if agents:
-        said = " ".join(map(factorial_said, agents.values()))
-        yield Part("Which features matter?", said, [FACTORIAL, _FRACTION], "factorial")
+    rows = found.where("factor_effect")
+    if rows:
+        said = Listed(
+            [factorial_said(own, sized=True) for own in grouped(rows, lambda row: (row.agent, row.modality)).values()]
+        )
+        answer = f"{detected_said(rows, 'effects')} were detected."
+        yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
 
 
 SECTIONS = (

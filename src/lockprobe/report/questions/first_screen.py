@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.interventions.conditions import tells_positions
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
 from lockprobe.report.answer_list import answer_list, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
+from lockprobe.report.format import DETECTED
 from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.readings import inverted
@@ -24,7 +27,7 @@ from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.rows.primary import primary_lines
-from lockprobe.report.section import Figure, Part, Section, Template
+from lockprobe.report.section import Figure, Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial import factorials_of
@@ -32,6 +35,7 @@ from lockprobe.statistics.idle import idle_interventions, never_acted, unheeded
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.plant_change import PLANT
 
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
@@ -42,8 +46,9 @@ _MODEL = ("served", "model", "temperature", "host")
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_CHANGES = ((CONTRASTS, 13), (why.TABLE, 25), (FACTORIAL, 41), (EFFECTS, 13))
-"""Tables of changes that the first screen shows in place of a curve, and how many lines it has room for."""
+_CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 12
+"""Tables of changes that the first screen shows in place of a curve, the first that has rows; of one with more rows
+than this it shows what was detected, and says so."""
 
 _FIGURES = ("stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
@@ -112,10 +117,10 @@ def _trial(study: Study) -> str:
         told = "After each step it is shown, or told, how the joints stand."
     elif not study.of_flips:
         on_plant = any(one.plant.options for one in study.conditions)
-        told_otherwise = any(len(one.specs) > bool(one.plant.options) for one in study.conditions)
-        ways = ["what it is told, what it is asked or what it does"] * told_otherwise + [
-            "the plant on which it acts"
-        ] * on_plant
+        acting = [spec for one in study.conditions for spec in one.specs if spec_name(spec) != PLANT]
+        flips = all(spec_name(spec) == OutcomeFlip.name for spec in acting)
+        ways = ["what it is told" if flips else "what it is told, what it is asked or what it does"] * bool(acting)
+        ways += ["the plant on which it acts"] * on_plant
         told += f" Conditions change {' or '.join(ways) or 'nothing'}."
     return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
 
@@ -203,6 +208,18 @@ def answer_of(found: Results) -> str:
     )
 
 
+def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
+    """A table of changes as the first screen has room for it, and what it leaves out; None without a row."""
+    rows, drawn = table.cells(found), table.drawn(found) if table.drawn else ()
+    if len(rows) <= _MOST + 1:
+        return (table, "") if rows else None
+    clear = [(row, one) for row, one in zip(rows[1:], drawn, strict=True) if DETECTED[True] in row]
+    shown = replace(
+        table, cells=lambda found: [rows[0], *(row for row, _ in clear)], drawn=lambda found: [of for _, of in clear]
+    )
+    return (shown, f"{len(clear)} of {len(drawn)} were detected; the questions below have all.") if clear else None
+
+
 def _show(found: Results) -> Iterator[Part]:
     """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
@@ -211,7 +228,7 @@ def _show(found: Results) -> Iterator[Part]:
     listing = answer_list(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
-    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
+    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what and agent in found.subjects}
     panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")
     from lockprobe.report.questions import all_sections
 
@@ -234,7 +251,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
-        "compared_rows": [table for table, most in _CHANGES if 1 < len(table.cells(found)) <= most][:1],
+        "changes": next((one for one in (_changes(found, table) for table in _CHANGES) if one), None),
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 

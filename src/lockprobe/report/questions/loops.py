@@ -107,10 +107,11 @@ def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
     lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
-        f"{course.label} {percent(cell.value('loop_rate'))} (by chance {chance_cell(cell)}: {_compared(cell)})"
+        f"{course.label} {percent(cell.value('loop_rate'))} ({than}by chance {chance_cell(cell)})"
         for course, cell in lowest
+        for than in [_THAN.get(_compared(cell), "")]
     ]
-    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {first_three(rates, '; ')}." if rates else ""
+    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {first_three(rates)}." if rates else ""
     changes = [
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "
         f"{row.value:.2f}, {p_value(row.p_value)})"
@@ -119,6 +120,9 @@ def _said(found: Results) -> Iterator[str]:
     ]
     if changes:
         yield f"First loops at higher flip rates: {first_three(changes, '; ')}."
+
+
+_THAN = {"more": "more than ", "less": "less than "}
 
 
 def _compared(cell: Cell) -> str:

@@ -118,21 +118,14 @@ def _over_doses(course: Doses) -> list[Estimate]:
 
 def _said(found: Results) -> str:
     """Mean steps beside those of the shortest plan, and what higher flip rates change."""
-    shown = [(Subject.of(course.agent, course.shown).name, course) for course in played_subjects(found)]
-    means = [f"{course.played[0].value('mean_steps_all'):.1f} for {name}" for name, course in shown]
-    if not means:
-        return "No trial has ended."
+    means = []
+    for course in played_subjects(found):
+        said = f"{course.played[0].value('mean_steps_all'):.1f} for {Subject.of(course.agent, course.shown).name}"
+        change = course.get("steps_difference", _HIGHER)
+        means.append(f"{said}, {steps_cell(change)} at higher ones ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
     least = f" (the shortest plan: {plan.value:g})" if plan else ""
-    said = [f"Mean steps {at_lowest(found)}{least}: {first_three(means, '; ')}."]
-    changes = [
-        f"{steps_cell(row)} for {name} ({p_value(row.p_value)})"
-        for name, course in shown
-        if (row := course.get("steps_difference", _HIGHER)) is not None
-    ]
-    if changes:
-        said.append(f"All higher flip rates less the lowest: {first_three(changes, '; ')}.")
-    return " ".join(said)
+    return f"Mean steps {at_lowest(found)}{least}: {first_three(means, '; ')}." if means else "No trial has ended."
 
 
 def _speed_table(found: Results) -> TextTable:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, p_cell
+from lockprobe.foundation.formatting import capital, count, p_cell
 from lockprobe.report.answer import headline
 from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
@@ -104,9 +104,15 @@ def _differences(course: Course) -> Iterator[Row]:
             yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
 
 
+_NOTHING = "Nothing could be compared."
+
+
 def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
-        yield Part("Success and false reports", _said(found, None), [_FIG4, _SUCCESS, _note(found)])
+        tested = [line for line in dose_lines(found) if line.change]
+        changed = sum(line.change.detected for line in tested if line.change)
+        said = f"An effect was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
+        yield Part("Success and false reports", said, [_FIG4, _SUCCESS, _note(found)])
 
 
 def _show_doses(found: Results) -> Iterator[Part]:
@@ -127,15 +133,14 @@ def _show_doses(found: Results) -> Iterator[Part]:
 
 def _called(axis: DoseAxis) -> str:
     options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
-    agents = [*axis.doses] if axis.intervention == AGENT else []
-    of = f" of {agents[0]} to {agents[-1]}" if agents else ""
+    of = f" of {', '.join(one.agent for one in axis.players)}" * (axis.intervention == AGENT)
     return f"{axis.name.capitalize()}{of}{options}{rest}"
 
 
-def _said(found: Results, axis: DoseAxis | None) -> str:
-    """What the doses did, as the first screen says it; that nothing was compared, where nothing was."""
-    of = FLIPS if axis is None else Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
-    return headline(dose_lines(found, axis), cause(of)) or "Nothing could be compared."
+def _said(found: Results, axis: DoseAxis) -> str:
+    """What the doses did; that nothing was compared, where nothing was."""
+    of = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
+    return headline(dose_lines(found, axis), cause(of)) or _NOTHING
 
 
 def _cells(found: Results, axis: DoseAxis | None = None) -> TextTable:

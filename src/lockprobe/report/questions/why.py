@@ -15,7 +15,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.questions.contrasts import Compared, contrasts_table
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Block, Detail, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Detail, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.clustered import share_of
@@ -23,7 +23,17 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.why.contrasts import whys
-from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, PART, TOTAL, Decision, decision_of
+from lockprobe.statistics.why.mechanism import (
+    CONTENT,
+    CONTRASTS,
+    MARGIN,
+    NEEDS,
+    PART,
+    TOTAL,
+    Decision,
+    Verdict,
+    decision_of,
+)
 from lockprobe.studies.study_design import design_of
 
 _EFFECT, _CONTRAST, _SUCCESS, _AGENTS = "false_report_effect", "arm_contrast", "success_in_arm", "agents"
@@ -50,6 +60,17 @@ _CLAUSES = {
     "form": "a true correction and an irrelevant remark {way} it too",
 }
 """Claim -> what it says of reports in two statements, of which the last is called a correction."""
+
+_VERDICTS: Mapping[Verdict, str] = {
+    "says": "Through what they say.",
+    "form": "As any odd report does.",
+    "both": "Through what they say, and as any odd report does.",
+    "blurred": "Not decided: a true correction changes success too.",
+    "not decided": "Not decided: more blocks may tell.",
+    "no change": f"They change it by less than {100 * MARGIN:.0f} points.",
+    "inconclusive": "No effect of false reports was detected.",
+}
+"""What was decided on one agent, in a few words."""
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -211,12 +232,16 @@ _LIMITS = (
 
 def _show(found: Results) -> Iterator[Part]:
     if asked := _asked(found):
-        said = [_agent_said(found, total) for total in asked]
-        named = sum(bool(_decided(found, total).claims) for total in asked)
-        answer = said[0] if len(said) == 1 else f"A cause is named for {named} of {len(said)} agents."
+        decided = [_decided(found, total) for total in asked]
+        named = sum(bool(one.claims) for one in decided)
+        answer = (
+            _VERDICTS[decided[0].verdict]
+            if len(asked) == 1
+            else f"A cause is named for {named} of {len(asked)} agents."
+        )
         limits = Detail("What these comparisons do not show", [Listed(_LIMITS)])
-        blocks: list[Block] = [*[Listed(said)] * (len(said) > 1), TABLE, note_at(found, _NOTE), limits]
-        yield Part("Why do false reports change success?", answer, blocks)
+        said = Listed([_agent_said(found, total) for total in asked])
+        yield Part("Why do false reports change success?", answer, [said, TABLE, note_at(found, _NOTE), limits])
 
 
 SECTIONS = (

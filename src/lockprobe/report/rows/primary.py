@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows.course import Course
@@ -76,11 +76,13 @@ def primary_lines(found: Results) -> list[Line]:
     """A line for each agent: those that the study is about, then baselines.
 
     What is compared goes by a rule: the first contrast that the study declares; else false reports of the study of
-    controls (``why``); else flip rates, or the doses of
+    controls (``why``); of many factors nothing, which have a table; else flip rates, or the doses of
     the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
     smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
     """
     lines = list(declared_lines(found)) or list(_of_controls(found))
+    if not lines and found.where("factor_effect"):
+        lines = [replace(line, second=None, change=None, under="") for _, line in _of_conditions(found)]
     if not lines:
         others = [axis for axis in found.design.axes if not axis.of_flips]
         axis = None if found.several_p or not others else others[0]

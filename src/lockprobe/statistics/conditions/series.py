@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import isnan
@@ -122,13 +122,13 @@ def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
                 if can_be_fitted(number := float(value)):
                     families.setdefault((str(spec.without([option])), option), {})[agent] = number
     return tuple(
-        Series(
-            axis=Axis(kind=AGENT, dose=option),
-            doses=dict(sorted(doses.items(), key=lambda both: both[1])),
-            modality=STATES,
-            # what they are called without the option, or all of them
-            agent=", ".join(dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in doses)),
-        )
-        for (_, option), doses in families.items()
-        if len(doses) >= _FEWEST
+        Series(axis=Axis(kind=AGENT, dose=option), doses=doses, modality=STATES, agent=_called(doses, option))
+        for (_, option), own in families.items()
+        if len(doses := dict(sorted(own.items(), key=lambda both: both[1]))) >= _FEWEST
     )
+
+
+def _called(agents: Iterable[str], option: str) -> str:
+    """What agents are called together: by their names without the option, of more than three the first and the last."""
+    names = [*dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in agents)]
+    return ", ".join(names) if len(names) <= _FEWEST else f"{names[0]} to {names[-1]}"
