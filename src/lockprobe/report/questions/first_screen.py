@@ -47,8 +47,8 @@ _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
 _CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 12
-"""Tables of changes that the first screen shows in place of a curve, the first that has rows; of one with more rows
-than this it shows what was detected, and says so."""
+"""Tables of changes that the first screen shows in place of a curve, the first that has rows, and the most rows of one.
+Of more it shows what was detected, and says so. The last stands beside no list of many agents, who have it there."""
 
 _FIGURES = ("stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
@@ -217,7 +217,8 @@ def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
     shown = replace(
         table, cells=lambda found: [rows[0], *(row for row, _ in clear)], drawn=lambda found: [of for _, of in clear]
     )
-    return (shown, f"{len(clear)} of {len(drawn)} were detected; the questions below have all.") if clear else None
+    said = f"{len(clear)} of {len(drawn)} were detected; the questions below have all."
+    return (shown, said) if 0 < len(clear) <= _MOST else None
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -251,7 +252,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
-        "changes": next((one for one in (_changes(found, table) for table in _CHANGES) if one), None),
+        "changes": next(filter(None, (_changes(found, table) for table in _CHANGES[: 3 if listing.many else 4])), None),
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 
