@@ -86,9 +86,15 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "--condition", "nudge"), "success under each condition, or --agent with a strategy to be played"),
         (("power", "--condition", "nudge", "--success", "0.2,nan"), "each of 2 conditions: truth; nudge"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--shared", "2"), "shared: got 2.0"),
-        (("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"), "an effect of flip rates alone"),
-        (("power", "--shared", "0.5"), "--agent or --condition compares pairs"),
-        (("power", "why", "--condition", "nudge"), "its seven arms are its own"),
+        (
+            ("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"),
+            "conditions cannot be combined with --trap: --trap is for flip rates alone",
+        ),
+        (("power", "--shared", "0.5"), "--shared is for conditions"),
+        (
+            ("power", "why", "--condition", "nudge"),
+            "why cannot be combined with --condition: --condition is for conditions",
+        ),
         (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
         (("power", "nowhere.toml"), "cannot be read"),

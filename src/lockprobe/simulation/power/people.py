@@ -77,7 +77,7 @@ class People:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleNeeded:
-    """The persons that a design needs in all, for all its comparisons; ``per_condition`` of them see a condition."""
+    """Persons in all, for all comparisons of a design; ``per_condition`` of them see a condition."""
 
     design: Design
     people: int
@@ -85,20 +85,15 @@ class PeopleNeeded:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PowerOfPeople:
-    """What a number of persons can detect.
+class PowerOfPeople(PeopleNeeded):
+    """What a number of persons can detect. Between persons, a remainder of them is left out.
 
     Attributes:
-        people: Persons in all.
-        per_condition: Persons who see each condition. Between persons, a remainder is left out.
         power: The least power of the comparisons with the control.
         below: The largest share under the control's that a comparison detects with the target power; None for none.
         above: The smallest share over the control's, likewise.
     """
 
-    design: Design
-    people: int
-    per_condition: int
     power: float
     below: float | None
     above: float | None
