@@ -93,7 +93,7 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "--shared", "0.5"), "--shared is for conditions"),
         (
             ("power", "why", "--condition", "nudge"),
-            "why cannot be combined with --condition: --condition is for conditions",
+            "power why cannot be combined with --condition: --condition is for conditions",
         ),
         (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),

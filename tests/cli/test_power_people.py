@@ -54,7 +54,7 @@ def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(loc
         (("--over-boxes", "2", "--success", "0.2,0.4"), "at least 5, for a sentence on boxes like these"),
         (("--over-boxes", "5", "--persons", "40"), "--over-boxes cannot be combined with --persons"),
         (("--over-boxes", "5"), "--success is missing"),
-        (("--over-boxes", "5", "--studies", "9"), "--studies is for flip rates alone and conditions and why"),
+        (("--over-boxes", "5", "--studies", "9"), "--studies is for flip rates alone and conditions and power why"),
         (("--persons", "40"), "is for --people"),
         (("--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more persons"),
         (("--people", "--success", "0.4,0.6", "--persons", "x"), "persons: got 'x'"),

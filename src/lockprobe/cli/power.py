@@ -53,11 +53,17 @@ _TARGET, _STUDIES = "Power to reach (0.8).", options.with_brackets(options.STUDI
 
 _Numbers = Sequence[float]
 
-_FLIPS, _CONDITIONS, _WHY, _OF_BOXES, _OF_PEOPLE = "flip rates alone", "conditions", "why", "--over-boxes", "--people"
+_FLIPS, _CONDITIONS, _WHY, _OF_BOXES, _OF_PEOPLE = (
+    "flip rates alone",
+    "conditions",
+    "power why",
+    "--over-boxes",
+    "--people",
+)
 
 _TAKE = {
     _FLIPS: ("success", "p", "trap", "trials", "target", "studies", "seed"),
-    _CONDITIONS: ("success", "shared", "trials", "target", "studies"),  # and what describes a study
+    _CONDITIONS: ("success", "p", "shared", "trials", "target", "studies", "seed"),  # and all that describes a study
     _WHY: ("success", "trials", "studies", "seed"),
     _OF_BOXES: ("over_boxes", "success", "trials", "effect_sd", "seed"),
     _OF_PEOPLE: ("people", "success", "persons", "boxes_each", "person_sd", "effect_sd", "target"),
@@ -139,7 +145,7 @@ def _form(what: str | None, asked: Collection[str], own: Collection[str]) -> str
         said = f"{_flag(refused[0])} is for {' and '.join(users)}"
         raise Conflict(form, ", ".join(map(_flag, refused)), said)
     if what and form in (_OF_BOXES, _OF_PEOPLE):
-        raise Conflict(form, what, f"it takes {', '.join(map(_flag, _TAKE[form]))}")
+        raise Conflict(form, what, f"it takes {', '.join(map(_flag, _TAKE[form][1:]))}")
     return form
 
 
