@@ -1,12 +1,9 @@
 """``lockprobe power``, as typed."""
 
 import json
-from functools import partial
 
 import pytest
 from typed import typed
-
-from lockprobe.simulation.power.conditions import condition_power
 
 
 def test_power_for_a_stated_effect():
@@ -56,7 +53,7 @@ def test_of_every_condition_against_its_control_by_hand():
 
 def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, monkeypatch):
     """It plays fewer blocks here than the thousand that it takes by itself."""
-    monkeypatch.setattr("lockprobe.simulation.power.conditions.condition_power", partial(condition_power, pool=100))
+    monkeypatch.setattr("lockprobe.simulation.power.conditions.POOL", 100)
     file = tmp_path / "shaky.toml"
     file.write_text('study = "flips"\nagent = "human-inspired"\np = [0]\nsweep = "tremble?p=0,0.5,1"\n', "utf-8")
     found = json.loads(lockprobe("power", file, *FEW, "--json")[1])["conditions"]

@@ -24,7 +24,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.simulation.power import boxes as of_boxes
 from lockprobe.simulation.power.flip_rates import P, default_worlds, flip_power, stated_world
 from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
-from lockprobe.simulation.power.simulator import TRIALS, Needed
+from lockprobe.simulation.power.simulator import TRIALS, Needed, Simulation
 from lockprobe.simulation.power.why import BLOCKS, STATED, why_power
 from lockprobe.statistics.inference.over_doses import TESTS
 from lockprobe.statistics.why.mechanism import MARGIN
@@ -111,24 +111,26 @@ def power(
     }  # fmt: skip
     form = _form(what, asked, [name for name, value in own.items() if value is not None])
     shares, sizes, seed = _numbers("success", success), _whole_numbers("trials", trials), asked.get("seed", 1)
-    simulated: dict[str, Any] = {
-        "target": 0.8 if target is None else target,
-        "studies": 100 if studies is None else studies,
-        "workers": Processes(workers or min(os.cpu_count() or 1, 8)),
-    }
+    power_to_reach, many = 0.8 if target is None else target, 100 if studies is None else studies
     if form == _OF_BOXES:
         _power_over_boxes(shares, _whole_numbers("over-boxes", over_boxes), sizes, effect_sd, seed, json=json)
     elif form == _OF_PEOPLE:
         of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
-        power_people(shares, of_people, _whole_numbers("persons", persons), simulated["target"], json=json)
+        power_people(shares, of_people, _whole_numbers("persons", persons), power_to_reach, json=json)
     elif form == _WHY:
-        _power_why(shares, sizes or BLOCKS, simulated["studies"], seed, json=json)
-    elif form == _CONDITIONS:
-        of_conditions = simulated | {"shared": shared or 0.0, "trials": sizes or TRIALS}
-        _power_of_conditions(what, asked, shares, of_conditions, json=json)
+        _power_why(shares, sizes or BLOCKS, many, seed, json=json)
     else:
-        of_flips = simulated | {"trials": sizes or TRIALS, "seed": seed}
-        _power_of_flips(shares, asked.get("p"), _numbers("trap", trap), of_flips, json=json)
+        how = Simulation(
+            trials=sizes or TRIALS,
+            target=power_to_reach,
+            studies=many,
+            workers=Processes(workers or min(os.cpu_count() or 1, 8)),
+            progress=time_left("studies"),
+        )
+        if form == _CONDITIONS:
+            _power_of_conditions(what, asked, shares, shared or 0.0, how, json=json)
+        else:
+            _power_of_flips(shares, asked.get("p"), _numbers("trap", trap), how, seed, json=json)
 
 
 def _form(what: str | None, asked: Collection[str], own: Collection[str]) -> str:
@@ -154,22 +156,22 @@ def _flag(option: str) -> str:
 
 
 def _power_of_flips(
-    success: _Numbers, p: _Numbers | None, trap: _Numbers, simulated: Mapping[str, Any], *, json: bool
+    success: _Numbers, p: _Numbers | None, trap: _Numbers, how: Simulation, seed: int, *, json: bool
 ) -> None:
     if not success and (trap or p is not None):
         raise BadValue("--success", None, "success at each flip rate: --p and --trap need it")
     worlds = (stated_world(success, p=p or P, trap=trap),) if success else default_worlds()
-    found = flip_power(worlds, progress=time_left("studies"), **simulated)
+    found = flip_power(worlds, how, seed=seed)
     if json:
         rows = [
             {"effect": world.name, "question": question, "test": TESTS[question]} | _measured(one)
             for world, question, one in found
         ]
-        print(json_.dumps({name: simulated[name] for name in ("target", "studies")} | {"tests": rows}, indent=1))
+        print(json_.dumps({"target": how.target, "studies": how.studies, "tests": rows}, indent=1))
         return
     say = plain_console().print
     cells = [(f"[bold]{world.name}[/bold]  {world.says}", TESTS[question], one) for world, question, one in found]
-    _print_tables("test", cells, f"trials per flip rate for {simulated['target']:g}")
+    _print_tables("test", cells, f"trials per flip rate for {how.target:g}")
     if not found:
         say("No test has anything to detect: under this effect every question has the answer no.")
         return
@@ -178,7 +180,7 @@ def _power_of_flips(
 
 
 def _power_of_conditions(
-    file: str | None, asked: Mapping[str, Any], success: _Numbers, simulated: Mapping[str, Any], *, json: bool
+    file: str | None, asked: Mapping[str, Any], success: _Numbers, shared: float, how: Simulation, *, json: bool
 ) -> None:
     from lockprobe.simulation.power.conditions import condition_power
     from lockprobe.studies.options.studyfile import study
@@ -190,15 +192,11 @@ def _power_of_conditions(
     if file is not None and not file.endswith(".toml"):
         raise BadValue("power", file, "why, a study file ending in .toml, or nothing")
     found = condition_power(
-        study(file or "flips", **asked),
-        success=success or None,
-        playing=time_left("blocks"),
-        progress=time_left("studies"),
-        **simulated,
+        study(file or "flips", **asked), how, success=success or None, shared=shared, playing=time_left("blocks")
     )
     rows = [(_contrast(of, condition), one) for of, needed in found for condition, one in needed.items()]
     if json:
-        head = {name: simulated[name] for name in ("target", "studies", "shared")}
+        head = {"target": how.target, "studies": how.studies, "shared": shared}
         print(json_.dumps(head | {"conditions": [row | _measured(one) for row, one in rows]}, indent=1))
         return
     say = plain_console().print
@@ -207,7 +205,7 @@ def _power_of_conditions(
         shares = f"{percent(row['success'])} against {percent(row['control_success'])}, one of {row['choices']}"
         name = f"{escape(printable(row['condition']))}\n[dim]{shares}[/dim]"
         cells.append((f"[bold]{escape(row['agent'])}[/bold]", name, one))
-    _print_tables("condition", cells, f"trials per condition for {simulated['target']:g}")
+    _print_tables("condition", cells, f"trials per condition for {how.target:g}")
     say(
         "\nBelow each condition: success under it and under its control, and the number of comparisons that are "
         "corrected together. Flip rates, every other dose and all other conditions are corrected apart. The table "
@@ -219,7 +217,6 @@ def _power_of_conditions(
     if not success:
         say("Assumption: the agent goes on as in the blocks of luck that it has played here.")
         return
-    shared = simulated["shared"]
     alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
     say(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
 

@@ -9,6 +9,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
 from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of
+from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.studies.options.studyfile import study
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
@@ -48,7 +49,9 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
 
 
 def test_power_is_the_share_of_studies_in_which_it_is_detected_and_grows():
-    small = condition_power(planned(), success=[0.3, 0.7, 0.7, 0.3, 0.7, 0.7, 0.7], trials=(10, 60), studies=20)
+    small = condition_power(
+        planned(), Simulation(trials=(10, 60), studies=20), success=[0.3, *[0.7] * 2, 0.3, *[0.7] * 3]
+    )
     assert [(one.agent, one.choices, [*needed]) for one, needed in small] == [
         (STATED, 2, list(family.doses)[1:]) for family in families_of(planned())
     ]
@@ -63,40 +66,41 @@ def test_power_is_the_share_of_studies_in_which_it_is_detected_and_grows():
 def test_shared_luck_needs_fewer_trials():
     alone = {"p": [0], "condition": "nudge", "sweep": None}
     apart, alike = (
-        condition_power(planned(**alone), success=(0.4, 0.6), shared=share, trials=(50,), studies=30)[0][1]["nudge"]
+        condition_power(planned(**alone), Simulation(trials=(50,), studies=30), success=(0.4, 0.6), shared=share)[0][1][
+            "nudge"
+        ]
         for share in (0.0, 1.0)
     )
     assert apart.measured[0].power + 0.3 < alike.measured[0].power
 
 
 def test_without_an_effect_it_keeps_its_level():
-    rows = condition_power(planned(), success=[0.5] * 7, trials=(30,), studies=60)
+    rows = condition_power(planned(), Simulation(trials=(30,), studies=60), success=[0.5] * 7)
     detected = [needed.measured[0].detected for _, of in rows for needed in of.values()]
     assert sum(detected) <= 10  # of 360, in three families of 60 studies at 5 %
 
 
-def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count():
+def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count(monkeypatch):
+    monkeypatch.setattr("lockprobe.simulation.power.conditions.POOL", 40)
     alone = {"p": [0, 0.6], "condition": None, "sweep": None}
     agents = ["cognitive:perseverant", "cognitive:insistent", "random"]
-    found = [one for one, _ in condition_power(planned(agent=agents, **alone), trials=(5,), studies=1, pool=40)]
+    once, asked = Simulation(trials=(5,), studies=1), planned(agent=agents, **alone)
+    found = [one for one, _ in condition_power(asked, once)]
     assert [(one.agent, one.choices) for one in found] == [(agents[0], 2), (agents[1], 2), (agents[2], 1)]
     pooled = np.mean([trial.solved for trial in play_study(planned(agent=agents[0], **alone)) if trial.p == 0.6])
     assert found[0].success[1] == pytest.approx(pooled)
     assert len(set(found[2].success)) == 1
-    ((named, _),) = condition_power(planned(agent=agents, **alone), success=(0.2, 0.5), trials=(5,), studies=1)
+    ((named, _),) = condition_power(asked, once, success=(0.2, 0.5))
     assert (named.agent, named.choices) == (STATED, 2)
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"trials": (1,)}, "trials per condition"),
-        ({"trials": (5, 10_001)}, "at most 10000"),
-        ({"target": 0.0}, "target power"),
         ({"success": (0.5,)}, "for each of 7 conditions: truth; flip"),
         ({"success": (0.5,) * 7, "shared": -0.1}, "shared"),
     ],
 )
 def test_numbers_out_of_range_are_refused(given, said):
     with pytest.raises(BadValue, match=said):
-        condition_power(planned(), **given)
+        condition_power(planned(), Simulation(), **given)

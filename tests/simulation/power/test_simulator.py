@@ -2,7 +2,8 @@
 
 import pytest
 
-from lockprobe.simulation.power.simulator import Rate, needed
+from lockprobe.foundation.errors import BadValue
+from lockprobe.simulation.power.simulator import Rate, Simulation, needed
 
 
 def ladder(*detected, studies=100, trials=(15, 30, 60)):
@@ -26,3 +27,15 @@ def test_the_number_of_trials_has_the_error_of_its_simulation():
     assert (open_ended.trials, open_ended.high) == (58, None)
     at_once = needed(ladder(78, 90, 99), 0.8)
     assert (at_once.low, at_once.below) == (None, False)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"target": 1.0}, "target power"), ({"target": 0.0}, "target power"), ({"trials": ()}, "trials per condition"),
+        ({"trials": (1,)}, "at least 2"), ({"trials": (15, 10_001)}, "at most 10000"),
+    ],
+)  # fmt: skip
+def test_impossible_sizes_are_refused(settings, message):
+    with pytest.raises(BadValue, match=message):
+        Simulation(**settings)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
+from lockprobe.foundation.parallel import Pool
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
-from lockprobe.simulation.power.simulator import TRIALS, Needed, Progress, check_sizes, power
+from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, power
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
@@ -135,32 +135,22 @@ class Contrasts:
 
 def condition_power(
     study: Study,
+    how: Simulation,
     *,
     success: Sequence[float] | None = None,
     shared: float = 0.0,
-    trials: Sequence[int] = TRIALS,
-    target: float = 0.8,
-    studies: int = 100,
-    pool: int = POOL,
-    workers: Pool = THIS_PROCESS,
     playing: Progress = lambda done, of: None,
-    progress: Progress = lambda done, of: None,
 ) -> list[tuple[Contrasts, dict[str, Needed]]]:
     """The power to detect the difference of every condition from its control, and the trials that this needs.
 
     Args:
         study: Agents, conditions and seed. Agents are played, and have to be strategies that ship; with
             ``success`` they are only counted.
+        how: How much is simulated.
         success: True success under each condition, in the order of the study, [0, 1].
         shared: With ``success``, the share of blocks of luck in which one number decides under all conditions, [0, 1]:
             0 as for a sampled model, 1 if trials differ by the conditions alone.
-        trials: Trials per condition to measure at.
-        target: Power to be reached, (0, 1).
-        studies: Simulated studies of each size.
-        pool: Blocks to be played of each agent.
-        workers: The pool of processes.
-        playing: Called with the number of blocks played.
-        progress: Called with the number of studies simulated.
+        playing: Called with the number of blocks played, and of all.
 
     Returns:
         By agent and family, condition -> what its detection needs.
@@ -168,12 +158,11 @@ def condition_power(
     Raises:
         BadValue: If a number is out of range, an agent cannot be played here, or nothing is compared.
     """
-    check_sizes(trials, target, "condition")
     families, labels = families_of(study), [one.label for one in study.conditions]
     if not families:
         raise BadValue("conditions", labels, "a control and another condition")
     if success is None:
-        effects = _played(study, families, pool, workers, playing)
+        effects = _played(study, families, how.workers, playing)
     elif len(success) != len(labels) or not all(0 <= share <= 1 for share in success):
         expected = f"a share from 0 to 1 for each of {len(labels)} conditions: {'; '.join(labels)}"
         raise BadValue("success", ",".join(f"{share:g}" for share in success), expected)
@@ -191,27 +180,17 @@ def condition_power(
             )
             for family in families
         ]
-    found = power(
-        effects,
-        sorted(set(trials)),
-        target=target,
-        studies=studies,
-        seed=study.seed,
-        workers=workers,
-        progress=progress,
-    )
+    found = power(effects, sorted(set(how.trials)), how, study.seed)
     return [(replace(one, agent=study.label_of(one.agent)), of) for one, of in zip(effects, found, strict=True)]
 
 
-def _played(
-    study: Study, families: Sequence[Family], blocks: int, workers: Pool, progress: Progress
-) -> list[Contrasts]:
+def _played(study: Study, families: Sequence[Family], workers: Pool, progress: Progress) -> list[Contrasts]:
     """Every agent of a study in every family, by blocks of luck that it plays under all conditions."""
     for agent in study.agents:
         if not is_strategy(agent):
             raise BadValue("agent", agent, "a strategy that ships, or --success for any other")
     asked = [Played(study=study, agent=agent, conditions=study.conditions) for agent in study.agents]
-    pools = played_blocks(asked, blocks, workers=workers, progress=progress)
+    pools = played_blocks(asked, POOL, workers=workers, progress=progress)
     labels, found = [one.label for one in study.conditions], list[Contrasts]()
     for agent, pool in zip(study.agents, pools, strict=True):
         for family in families:

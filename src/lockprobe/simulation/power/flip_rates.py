@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
-from lockprobe.simulation.power.simulator import TRIALS, Needed, Progress, check_sizes, power
+from lockprobe.simulation.power.simulator import Needed, Simulation, power
 from lockprobe.statistics.inference.over_doses import TESTS, Question, p_values
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
@@ -188,30 +187,11 @@ def _written(values: Sequence[float]) -> str:
     return ",".join(f"{value:g}" for value in values)
 
 
-def flip_power(
-    worlds: Sequence[World],
-    *,
-    trials: Sequence[int] = TRIALS,
-    target: float = 0.8,
-    studies: int = 100,
-    seed: int = 1,
-    workers: Pool = THIS_PROCESS,
-    progress: Progress = lambda done, of: None,
-) -> list[tuple[World, Question, Needed]]:
+def flip_power(worlds: Sequence[World], how: Simulation, *, seed: int = 1) -> list[tuple[World, Question, Needed]]:
     """The power of every test whose true answer is yes, and the trials per p that it needs.
 
-    Args:
-        worlds: Effects.
-        trials: Trials per p to measure at; rounded up to three whole repetitions.
-        target: Power to be reached, (0, 1).
-        studies: Studies per world and number of trials.
-        seed: Seed of everything.
-        workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done.
+    Numbers of trials are rounded up to three whole repetitions.
     """
-    check_sizes(trials, target, "flip rate")
-    sizes = [REPETITIONS * each for each in sorted({math.ceil(count / REPETITIONS) for count in trials})]
-    found = power(worlds, sizes, target=target, studies=studies, seed=seed, workers=workers, progress=progress)
-    return [
-        (world, question, of[question]) for world, of in zip(worlds, found, strict=True) for question in world.asked
-    ]
+    sizes = [REPETITIONS * each for each in sorted({math.ceil(count / REPETITIONS) for count in how.trials})]
+    found = zip(worlds, power(worlds, sizes, how, seed), strict=True)
+    return [(world, question, needed[question]) for world, needed in found for question in world.asked]

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.proportions import proportion
 
@@ -84,12 +84,30 @@ class Needed:
     below: bool
 
 
-def check_sizes(trials: Sequence[int], target: float, each: str) -> None:
-    """Refuse sizes of studies and a power that cannot be simulated; ``each`` says what has so many trials."""
-    if not 0 < target < 1:
-        raise BadValue("target power", target, "a number between 0 and 1")
-    if not trials or min(trials) < 2 or max(trials) > MOST_TRIALS:
-        raise BadValue(f"trials per {each}", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """How much is simulated.
+
+    Attributes:
+        trials: Numbers of trials per condition.
+        target: Power to be reached, (0, 1).
+        studies: Studies of each effect and number of trials.
+        workers: The pool of processes; their number changes nothing.
+        progress: Called with the number of studies done, and of all.
+    """
+
+    trials: Sequence[int] = TRIALS
+    target: float = 0.8
+    studies: int = 100
+    workers: Pool = THIS_PROCESS
+    progress: Progress = lambda done, of: None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.target < 1:
+            raise BadValue("target power", self.target, "a number between 0 and 1")
+        if not self.trials or min(self.trials) < 2 or max(self.trials) > MOST_TRIALS:
+            expected = f"numbers of at least 2 and at most {MOST_TRIALS}"
+            raise BadValue("trials per condition", list(self.trials), expected)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,49 +120,29 @@ class _Job:
     numbers: range
 
 
-def power(
-    effects: Sequence[Effect],
-    sizes: Sequence[int],
-    *,
-    target: float,
-    studies: int,
-    seed: int,
-    workers: Pool,
-    progress: Progress,
-) -> list[dict[str, Needed]]:
-    """Simulate studies of effects, and count what the report detects.
-
-    Args:
-        effects: The effects.
-        sizes: Trials per condition, ascending.
-        target: Power to be reached, (0, 1).
-        studies: Studies of each effect and size.
-        seed: Seed of everything; the number of workers changes nothing.
-        workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done.
+def power(effects: Sequence[Effect], sizes: Sequence[int], how: Simulation, seed: int) -> list[dict[str, Needed]]:
+    """Simulate studies with so many trials per condition, ascending, and count what the report detects.
 
     Returns:
         For each effect, what is asked of it -> the trials that its detection needs.
     """
     places = [(effect, size) for effect in range(len(effects)) for size in sizes]
     jobs = [
-        (at, _Job(effect=effects[at[0]], trials=at[1], seed=seed, numbers=range(studies)[first : first + BATCH]))
+        (at, _Job(effect=effects[at[0]], trials=at[1], seed=seed, numbers=range(how.studies)[first : first + BATCH]))
         for at in places
-        for first in range(0, studies, BATCH)
+        for first in range(0, how.studies, BATCH)
     ]
     found, done = {at: Counter[str]() for at in places}, 0
-    for (at, job), detected in zip(jobs, workers.map(_simulated, [job for _, job in jobs]), strict=True):
+    for (at, job), detected in zip(jobs, how.workers.map(_simulated, [job for _, job in jobs]), strict=True):
         found[at] += detected
         done += len(job.numbers)
-        progress(done, studies * len(places))
+        how.progress(done, how.studies * len(places))
+
+    def rates(place: int, what: str) -> list[Rate]:
+        return [Rate(trials=size, studies=how.studies, detected=found[place, size][what]) for size in sizes]
+
     return [
-        {
-            what: needed(
-                [Rate(trials=size, studies=studies, detected=found[place, size][what]) for size in sizes], target
-            )
-            for what in effect.asked
-        }
-        for place, effect in enumerate(effects)
+        {what: needed(rates(place, what), how.target) for what in effect.asked} for place, effect in enumerate(effects)
     ]
 
 
