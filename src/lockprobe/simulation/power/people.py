@@ -164,7 +164,8 @@ def power_of(model: People, design: Design, group: int) -> float:
             error = sqrt(sum(parts))
             freedom = sum(parts) ** 2 / sum(part**2 / (group - 1) for part in parts)
         effect, edge = (share - control) / error, stats.t.ppf(1 - level / 2, freedom)
-        found.append(float(stats.nct.sf(edge, freedom, effect) + stats.nct.cdf(-edge, freedom, effect)))
+        tails = stats.nct.sf(edge, freedom, effect), stats.nct.cdf(-edge, freedom, effect)
+        found.append(float(np.nan_to_num(tails).sum()))  # scipy has no number for a tail far below 1e-15
     return min(found)
 
 
