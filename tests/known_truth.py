@@ -5,13 +5,25 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.simulation.power.flip_rates import default_worlds
-from lockprobe.simulation.power.simulate import BUDGET, JOINTS, actions_of, solved_at
-from lockprobe.simulation.power.worlds import Design, World
+from lockprobe.simulation.power.flip_rates import BUDGET, JOINTS, P, World, actions_of, default_worlds, solved_at
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.trial.record import Decision, Step, Trial, TrialError
 from lockprobe.trial.trial_name import TrialName
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """The size of a study; the paper's flip study by default (Sec. 3.2)."""
+
+    p: tuple[float, ...] = P
+    repetitions: int = 3
+    trials: int = 10
+
+    @property
+    def clusters(self):
+        """Trials per p."""
+        return self.repetitions * self.trials
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,12 +1,9 @@
 """``lockprobe power``, as typed."""
 
 import json
-from functools import partial
 
 import pytest
 from typed import typed
-
-from lockprobe.simulation.power.conditions import condition_power
 
 
 def test_power_for_a_stated_effect():
@@ -56,7 +53,7 @@ def test_of_every_condition_against_its_control_by_hand():
 
 def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, monkeypatch):
     """It plays fewer blocks here than the thousand that it takes by itself."""
-    monkeypatch.setattr("lockprobe.simulation.power.conditions.condition_power", partial(condition_power, pool=100))
+    monkeypatch.setattr("lockprobe.simulation.power.conditions.POOL", 100)
     file = tmp_path / "shaky.toml"
     file.write_text('study = "flips"\nagent = "human-inspired"\np = [0]\nsweep = "tremble?p=0,0.5,1"\n', "utf-8")
     found = json.loads(lockprobe("power", file, *FEW, "--json")[1])["conditions"]
@@ -86,9 +83,15 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "--condition", "nudge"), "success under each condition, or --agent with a strategy to be played"),
         (("power", "--condition", "nudge", "--success", "0.2,nan"), "each of 2 conditions: truth; nudge"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--shared", "2"), "shared: got 2.0"),
-        (("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"), "an effect of flip rates alone"),
-        (("power", "--shared", "0.5"), "--agent or --condition compares pairs"),
-        (("power", "why", "--condition", "nudge"), "its seven arms are its own"),
+        (
+            ("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"),
+            "conditions cannot be combined with --trap: --trap is for flip rates alone",
+        ),
+        (("power", "--shared", "0.5"), "--shared is for conditions"),
+        (
+            ("power", "why", "--condition", "nudge"),
+            "power why cannot be combined with --condition: --condition is for conditions",
+        ),
         (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
         (("power", "nowhere.toml"), "cannot be read"),

@@ -7,8 +7,7 @@ import pytest
 
 from lockprobe.cli import power
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.simulation.power.flip_rates import Needed
-from lockprobe.simulation.power.rates import Rate
+from lockprobe.simulation.power.simulator import Needed, Rate
 
 TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 
@@ -35,20 +34,13 @@ def shown(request, monkeypatch):
     return show
 
 
-def rate(trials, rejected, truth=True):
-    return Rate(world="loops-irrelevant", trials=trials, question="success", test=TESTS[0],
-                truth=truth, studies=1000, rejected=rejected)  # fmt: skip
-
-
 def test_power(shown):
-    measured = tuple(
-        rate(trials, rejected)
-        for trials, rejected in zip((15, 30, 60, 120, 240), (731, 812, 900, 950, 999), strict=True)
-    )
-    found = [Needed(world="as stated", question="success", test=test, measured=measured, trials=27,
-                    low=23, high=None, below=False) for test in TESTS]  # fmt: skip
-    text, width = shown(power._print_power, found, {"as stated": ""}, 0.8)
-    table = text[text.index("n=15") : text.index("Assumption")]
+    detected = dict(zip((15, 30, 60, 120, 240), (731, 812, 900, 950, 999), strict=True))
+    measured = tuple(Rate(trials=trials, studies=1000, detected=many) for trials, many in detected.items())
+    needed = Needed(measured=measured, trials=27, low=23, high=None, below=False)
+    rows = [("as stated", test, needed) for test in TESTS]
+    text, width = shown(power._print_tables, "test", rows, "trials per flip rate for 0.8")
+    table = text[text.index("n=15") :]
     for number in ("0.73±0.01", "0.81±0.01", "0.90±0.01", "0.95±0.01", "1.00±0.00", "27", "[23,", "240]"):
         assert table.count(number) == len(TESTS)
     assert "…" not in text

@@ -6,10 +6,12 @@
 import asyncio
 import json
 import shutil
+from contextlib import contextmanager
+from functools import partial
 
 import pytest
 from builders import play_study, small_study, with_right_checksums, write_study
-from provider_server import Manner, here
+from provider_server import ENDS, Manner, here, truthful
 from saboteur import Evidence, flipped, lines, relabelled, write
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
@@ -25,6 +27,7 @@ from lockprobe.report.verify.verification import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.next_choice import write_choices
+from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
@@ -90,26 +93,72 @@ def people(directory):
     take_part(directory, small_study(["participant"], p=[0.0], trials=2), "aaaa01", [(0.0, 1, 1), (0.0, 1, 2)])
 
 
+@contextmanager
+def provider(answer=truthful, **manner):
+    """The provider of a hosted model."""
+    pytest.importorskip("inspect_ai")
+    with pytest.MonkeyPatch.context() as patch, here(answer, Manner(**manner)) as server:
+        patch.setenv("FAKE_BASE_URL", server.url)
+        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        yield patch
+
+
 def bench(directory):
     """A model and a strategy on a plant of one's own, with replies that could not be used."""
-    pytest.importorskip("inspect_ai")
     (directory.parent / "own_bench.py").write_text(PLANT, "utf-8")
-    server = here(manner=Manner(faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3))
-    with pytest.MonkeyPatch.context() as patch, server as provider:
+    with provider(None, faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3) as patch:
         patch.syspath_prepend(directory.parent)
-        patch.setenv("FAKE_BASE_URL", provider.url)
-        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         plant = "python:own_bench:Bench"
         planned = study("flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, plant=plant)
         run_study(planned, directory, limits=Limits(access=Access(connections=1, pause=0.01)))
 
 
+def hosted(directory, faults=None, retries=6, **given):
+    planned = study("flips", **({"agent": HOSTED, "trials": 2, "repetitions": 1, "max_steps": 6} | given))
+    with provider(faults=faults or {}):
+        run_study(planned, directory, limits=Limits(access=Access(connections=2, pause=0.01, retries=retries)))
+
+
+def resumed(directory):
+    """Calls broke and were made again later."""
+    for faults in ({"dropped": 1.0}, {"dropped": 0.2}, {}):
+        hosted(directory, faults, retries=2, p=[0])
+
+
+def branched(directory):
+    """A hosted model with forks."""
+    hosted(directory, p=[0, 0.4])
+    planned = read_study(directory)
+    asked = branching(planned, load(directory), at=["2"], told=["truth", "lie"])
+    with provider(), Journal.open(directory / FORKS, planned) as journal:
+        play_forks(asked, journal, limits=Limits(access=Access(connections=2)))
+
+
 def pictured(directory):
-    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": "fast-twin?width=160&height=120", "trials": 1}
+    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": SMALL, "trials": 1}
     run_study(study("modalities", repetitions=1, max_steps=1, **shown), directory)
 
 
-STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, pictured)}
+SMALL = "fast-twin?width=160&height=120"
+STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, pictured, resumed, branched)} | {
+    name: partial(hosted, **given)
+    for name, given in {
+        "forgetful": {"condition": ["history?last=2", "flip?p=0.4"]},
+        "asked": {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
+        "seeing": {"p": [0], "modality": ["rgb"], "plant": SMALL, "agent": f"{HOSTED}?images=1"},
+        "faulty": {
+            "p": [0, 0.4],
+            "assessment": False,
+            "layout": "shuffled",
+            "faults": {"wrong schema": 0.2, "429": 0.1, "dropped": 0.1, "500": 0.1},
+        },
+        "ended": {
+            "p": [0, 0.4],
+            "agent": f"{HOSTED}?max_tokens=50&schema=none&top_p=0.5",
+            "faults": dict.fromkeys(ENDS, 0.15),
+        },
+    }.items()
+}
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +186,8 @@ SAID = {
     "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
     "bench": ("replies", "6 of these trials are not played, and held by their words and joints alone"),
     "pictured": ("pictures", "pictures are those that the records name"),
+    "branched": ("fork replies", "8 trials, and all of them"),
+    "seeing": ("pictures", "pictures are those that the records name"),
 }
 
 
@@ -144,7 +195,7 @@ SAID = {
 def test_a_study_as_it_was_played_holds_and_says_what_was_held_against_what(played, tmp_path, name):
     checks = {check.name: check for check in verify(played(name, tmp_path / "out"))}
     assert [check for check in checks.values() if not check.holds] == []
-    of, said = SAID[name]
+    of, said = SAID.get(name, ("replies", "replies in calls.jsonl are the decisions of"))
     assert said in checks[of].said
     if name == "bench":
         assert "6 more of both are not asked, since they are not played" in checks["choices"].said
@@ -172,7 +223,7 @@ def without_last(files):
     files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"), "records", "timings")
 
 
-def hosted(change):
+def of_the_model(change):
     return lambda files: change(next(record for record in files.of(HOSTED) if len(record["steps"]) > 2)["steps"][1])
 
 
@@ -187,6 +238,16 @@ def other_words(step):
 def other_call(files):
     call = next(call for call in files.calls if call["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
+
+
+def fewer_attempts(files):
+    for call in files.calls:
+        call.update({"unanswered": 1} if call.get("unanswered") == 3 else {})
+
+
+def without_last_of_a_fork(files):
+    path = files.directory / FORKS / "calls.jsonl"
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
 
 
 EDITS = {
@@ -207,11 +268,13 @@ EDITS = {
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"], "records", "timings"), "attempts", "is not on record"),
-    "a joint on a plant of one's own": ("bench", hosted(another_joint), "replies", "step 2, decision (joint)"),
-    "a claim there": ("bench", hosted(lambda step: flipped(step["decision"])), "replies", ""),
-    "words there": ("bench", hosted(other_words), "replies", ""),
-    "no reply there": ("bench", hosted(lambda step: step["decision"].pop("replies")), "replies", ""),
+    "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision (joint)"),
+    "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
+    "words there": ("bench", of_the_model(other_words), "replies", ""),
+    "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
+    "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
+    "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
 }  # fmt: skip
 """An edit with right checksums -> the study, the edit, the check that finds it, and what it says of it."""
 
@@ -226,8 +289,8 @@ def test_an_edit_is_found_though_checksums_are_right(played, tmp_path, name):
     found = failing(directory)
     assert check in found, found
     assert any(said in place for place in found[check])
-    if of == "bench":
-        assert list(found) == ["replies"]
+    if of in ("bench", "resumed", "branched"):
+        assert list(found) == [check]
 
 
 def test_files_beside_the_records_are_held_against_them(played, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
-from known_truth import simulated
+from known_truth import Design, simulated
 from net import unpacked
 from page_parts import part
 from reported import found_in
@@ -20,8 +20,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
-from lockprobe.simulation.power.simulate import BUDGET
-from lockprobe.simulation.power.worlds import Design
+from lockprobe.simulation.power.flip_rates import BUDGET
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.before_breaks import differences_before_breaks, few_broke_until

@@ -1,36 +1,36 @@
-"""``lockprobe power``: how many trials a design needs, by simulation."""
+"""``lockprobe power``: how many trials, boxes or persons a design needs."""
 
 from __future__ import annotations
 
 import json as json_
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
 from lockprobe.cli import options
-from lockprobe.cli.power_people import power_people, refuse_beside_boxes, refuse_other_options
+from lockprobe.cli.power_people import power_people
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.simulation.power.boxes import DIFFICULTY_SD, power_over_boxes
-from lockprobe.simulation.power.boxes import EFFECT_SD as EFFECT_SD_OF_BOXES
-from lockprobe.simulation.power.boxes import TRIALS as OF_EACH_BOX
-from lockprobe.simulation.power.flip_rates import TRIALS, Needed, default_worlds, stated_world
-from lockprobe.simulation.power.flip_rates import power as measure_power
+from lockprobe.simulation.power import boxes as of_boxes
+from lockprobe.simulation.power.flip_rates import P, default_worlds, flip_power, stated_world
 from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
-from lockprobe.simulation.power.worlds import P, World
+from lockprobe.simulation.power.simulator import TRIALS, Needed, Simulation
+from lockprobe.simulation.power.why import BLOCKS, STATED, why_power
+from lockprobe.statistics.inference.over_doses import TESTS
 from lockprobe.statistics.why.mechanism import MARGIN
 
 if TYPE_CHECKING:
-    from lockprobe.simulation.power.conditions import ConditionPower
-    from lockprobe.simulation.power.why import VerdictRates
+    from lockprobe.simulation.power.conditions import Contrasts
 
 _WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
 _SUCCESS = (
@@ -45,10 +45,30 @@ _OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, with --success of two
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
 _EFFECT_SD = (
     f"Standard deviation of the effect: with --people between persons, in logits ({EFFECT_SD:g}, by eye); else between "
-    f"--over-boxes, as a share ({EFFECT_SD_OF_BOXES:g}, by eye)."
+    f"--over-boxes, as a share ({of_boxes.EFFECT_SD:g}, by eye)."
 )
 _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
-_SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
+_SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1 (0)."
+_TARGET, _STUDIES = "Power to reach (0.8).", options.with_brackets(options.STUDIES, "100")
+
+_Numbers = Sequence[float]
+
+_FLIPS, _CONDITIONS, _WHY, _OF_BOXES, _OF_PEOPLE = (
+    "flip rates alone",
+    "conditions",
+    "power why",
+    "--over-boxes",
+    "--people",
+)
+
+_TAKE = {
+    _FLIPS: ("success", "p", "trap", "trials", "target", "studies", "seed"),
+    _CONDITIONS: ("success", "p", "shared", "trials", "target", "studies", "seed"),  # and all that describes a study
+    _WHY: ("success", "trials", "studies", "seed"),
+    _OF_BOXES: ("over_boxes", "success", "trials", "effect_sd", "seed"),
+    _OF_PEOPLE: ("people", "success", "persons", "boxes_each", "person_sd", "effect_sd", "target"),
+}
+"""What is simulated -> the options that it takes, beside --workers and --json."""
 
 
 @with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until", "most", "name"))
@@ -56,17 +76,17 @@ def power(
     asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
     success: Annotated[str | None, typer.Option(help=_SUCCESS)] = None,
-    shared: Annotated[float, typer.Option(help=_SHARED)] = 0.0,
+    shared: Annotated[float | None, typer.Option(help=_SHARED)] = None,
     trap: Annotated[str | None, typer.Option(help=_TRAP)] = None,
     trials: Annotated[str | None, typer.Option(help=_TRIALS)] = None,
-    target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
+    target: Annotated[float | None, typer.Option(help=_TARGET)] = None,
     people: Annotated[bool, typer.Option("--people", help=_PEOPLE)] = False,
     persons: Annotated[str | None, typer.Option(help=_PERSONS)] = None,
     boxes_each: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
     over_boxes: Annotated[str | None, typer.Option(help=_OVER_BOXES)] = None,
     person_sd: Annotated[float | None, typer.Option(help=_PERSON_SD)] = None,
     effect_sd: Annotated[float | None, typer.Option(help=_EFFECT_SD)] = None,
-    studies: Annotated[int, typer.Option(min=1, max=100_000, help=options.STUDIES)] = 100,
+    studies: Annotated[int | None, typer.Option(min=1, max=100_000, help=_STUDIES)] = None,
     workers: options.Workers = None,
     json: options.AsJson = False,
 ) -> None:
@@ -84,159 +104,194 @@ def power(
     --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
     many and the smallest effect that they detect.
     """
-    sizes, seed, rates = _whole_numbers("trials", trials), asked.get("seed", 1), asked.get("p")
-    beside = asked.keys() - {"p", "seed"}
-    if what == "why" and (shared or rates or beside):
-        raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
-    shares = None if success is None else _numbers("success", success)
-    of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
-    if many := _whole_numbers("over-boxes", over_boxes):
-        given = _given(persons=persons, trap=trap, person_sd=person_sd, boxes_each=boxes_each, people=people or None)
-        refuse_beside_boxes(what, [*asked.keys() - {"seed"}, *given])
-        _power_over_boxes(shares, many, sizes, effect_sd, seed, json=json)
-        return
-    if people or persons or set(of_people.values()) != {None}:
-        refuse_other_options(people, what, [*asked, *_given(trials=trials, shared=shared or None, trap=trap)])
-        power_people(shares, of_people, _whole_numbers("persons", persons), target, json=json)
-        return
-    processes = Processes(workers or min(os.cpu_count() or 1, 8))
-    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": processes}
-    if what == "why":
-        _power_why(success, sizes, studies, seed, json=json)
-        return
-    if what or beside:
-        if trap is not None:
-            raise Conflict("--trap", "conditions", "it states an effect of flip rates alone")
-        _power_of_conditions(what, asked, shares, shared, simulated | {"trials": sizes or TRIALS}, json=json)
-        return
-    if shared:
-        raise Conflict("--shared", "flip rates alone", "they share no luck here; --agent or --condition compares pairs")
-    if shares is None and (trap is not None or rates is not None):
-        raise BadValue("--success", None, "success at each flip rate: --p and --trap need it")
-    grid = P if rates is None else rates
-    stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap)),)
-    _power_of_flips(stated or default_worlds(), simulated | {"p": grid, "trials": sizes or TRIALS, "seed": seed}, json)
-
-
-def _power_over_boxes(
-    success: Sequence[float] | None,
-    boxes: Sequence[int],
-    trials: Sequence[int],
-    effect_sd: float | None,
-    seed: int,
-    *,
-    json: bool,
-) -> None:
-    if success is None:
-        raise UserMistake("--success is missing, expected success under the control and under the condition: 0.2,0.6")
-    trials, effect_sd = trials or OF_EACH_BOX, EFFECT_SD_OF_BOXES if effect_sd is None else effect_sd
-    found = power_over_boxes(
-        success, boxes=boxes, trials=trials, effect_sd=effect_sd, seed=seed, progress=time_left("kinds of study")
-    )
-    if json:
-        rows = [{"boxes": k, "trials": n, "power": power} for (k, n), power in found.items()]
-        print(json_.dumps({"effect_sd": effect_sd, "seed": seed, "power": rows}, indent=1))
-        return
-    table = new_table("trials on each box", *(f"{k} boxes" for k in boxes))
-    for n in trials:
-        table.add_row(str(n), *(f"{found[k, n]:.2f}" for k in boxes))
-    print_table(table)
-    print(
-        "The share of 1000 simulated studies in which the report detects the change of success of boxes like these. "
-        f"Standard deviations between boxes, by eye: {100 * DIFFICULTY_SD:g} points of success, {100 * effect_sd:g} of "
-        "its change (--effect-sd). Trials share no luck, as with a sampled model."
-    )
-
-
-def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json: bool) -> None:
-    found = measure_power(worlds, progress=time_left("studies"), **simulated)
-    if json:
-        head = {name: simulated[name] for name in ("target", "studies")}
-        rows = [{"effect": one.world, "question": one.question, "test": one.test} | _measured(one) for one in found]
-        print(json_.dumps(head | {"tests": rows}, indent=1))
+    own = {
+        "success": success, "shared": shared, "trap": trap, "trials": trials, "target": target, "studies": studies,
+        "people": people or None, "persons": persons, "boxes_each": boxes_each, "over_boxes": over_boxes,
+        "person_sd": person_sd, "effect_sd": effect_sd,
+    }  # fmt: skip
+    form = _form(what, asked, [name for name, value in own.items() if value is not None])
+    shares, sizes, seed = _numbers("success", success), _whole_numbers("trials", trials), asked.get("seed", 1)
+    power_to_reach, many = 0.8 if target is None else target, 100 if studies is None else studies
+    if form == _OF_BOXES:
+        _power_over_boxes(shares, _whole_numbers("over-boxes", over_boxes), sizes, effect_sd, seed, json=json)
+    elif form == _OF_PEOPLE:
+        of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
+        power_people(shares, of_people, _whole_numbers("persons", persons), power_to_reach, json=json)
+    elif form == _WHY:
+        _power_why(shares, sizes or BLOCKS, many, seed, json=json)
     else:
-        _print_power(found, {world.name: world.says for world in worlds}, simulated["target"])
+        how = Simulation(
+            trials=sizes or TRIALS,
+            target=power_to_reach,
+            studies=many,
+            workers=Processes(workers or min(os.cpu_count() or 1, 8)),
+            progress=time_left("studies"),
+        )
+        if form == _CONDITIONS:
+            _power_of_conditions(what, asked, shares, shared or 0.0, how, json=json)
+        else:
+            _power_of_flips(shares, asked.get("p"), _numbers("trap", trap), how, seed, json=json)
+
+
+def _form(what: str | None, asked: Collection[str], own: Collection[str]) -> str:
+    """What is simulated; a mistake if an option that is given, of a study or of this command, is of no use there."""
+    if "over_boxes" in own or "people" in own:
+        form = _OF_BOXES if "over_boxes" in own else _OF_PEOPLE
+    elif what == "why":
+        form = _WHY
+    else:
+        form = _CONDITIONS if what or {*asked} - {"p", "seed"} else _FLIPS
+    takes = {*_TAKE[form], *(asked if form == _CONDITIONS else ())}
+    if refused := [name for name in (*asked, *own) if name not in takes]:
+        users = [one for one, names in _TAKE.items() if refused[0] in names] or [_CONDITIONS]
+        said = f"{_flag(refused[0])} is for {' and '.join(users)}"
+        raise Conflict(form, ", ".join(map(_flag, refused)), said)
+    if what and form in (_OF_BOXES, _OF_PEOPLE):
+        raise Conflict(form, what, f"it takes {', '.join(map(_flag, _TAKE[form][1:]))}")
+    return form
+
+
+def _flag(option: str) -> str:
+    return f"--{option.replace('_', '-')}"
+
+
+def _power_of_flips(
+    success: _Numbers, p: _Numbers | None, trap: _Numbers, how: Simulation, seed: int, *, json: bool
+) -> None:
+    if not success and (trap or p is not None):
+        raise BadValue("--success", None, "success at each flip rate: --p and --trap need it")
+    worlds = (stated_world(success, p=p or P, trap=trap),) if success else default_worlds()
+    found = flip_power(worlds, how, seed=seed)
+    if json:
+        rows = [
+            {"effect": world.name, "question": question, "test": TESTS[question]} | _measured(one)
+            for world, question, one in found
+        ]
+        print(json_.dumps({"target": how.target, "studies": how.studies, "tests": rows}, indent=1))
+        return
+    say = plain_console().print
+    cells = [(f"[bold]{world.name}[/bold]  {world.says}", TESTS[question], one) for world, question, one in found]
+    _print_tables("test", cells, f"trials per flip rate for {how.target:g}")
+    if not found:
+        say("No test has anything to detect: under this effect every question has the answer no.")
+        return
+    _print_brackets(one for _, _, one in found)
+    say("Assumption: trials at different flip rates share no luck, as with a sampled model.")
 
 
 def _power_of_conditions(
-    file: str | None,
-    asked: Mapping[str, Any],
-    success: Sequence[float] | None,
-    shared: float,
-    simulated: Mapping[str, Any],
-    *,
-    json: bool,
+    file: str | None, asked: Mapping[str, Any], success: _Numbers, shared: float, how: Simulation, *, json: bool
 ) -> None:
     from lockprobe.simulation.power.conditions import condition_power
     from lockprobe.studies.options.studyfile import study
 
     if file is None and "agent" not in asked:
-        if success is None:
+        if not success:
             raise BadValue("--success", None, "success under each condition, or --agent with a strategy to be played")
         asked = {**asked, "agent": "random"}  # it is not played
     if file is not None and not file.endswith(".toml"):
         raise BadValue("power", file, "why, a study file ending in .toml, or nothing")
     found = condition_power(
-        study(file or "flips", **asked),
-        success=success,
-        shared=shared,
-        playing=time_left("blocks"),
-        progress=time_left("studies"),
-        **simulated,
+        study(file or "flips", **asked), how, success=success or None, shared=shared, playing=time_left("blocks")
     )
+    rows = [(_contrast(of, condition), one) for of, needed in found for condition, one in needed.items()]
     if json:
-        rows = [
-            {name: value for name, value in asdict(one).items() if name != "needed"} | _measured(one.needed)
-            for one in found
-        ]
-        head = {"target": simulated["target"], "studies": simulated["studies"], "shared": shared}
-        print(json_.dumps(head | {"conditions": rows}, indent=1))
-    else:
-        _print_conditions(found, simulated["target"], shared if success is not None else None)
-
-
-def _print_conditions(found: Sequence[ConditionPower], target: float, shared: float | None) -> None:
-    console = plain_console()
-    measured = [f"n={rate.trials}" for rate in found[0].needed.measured]
-    for agent in dict.fromkeys(one.agent for one in found):
-        console.print(f"\n[bold]{escape(agent)}[/bold]")
-        table = new_table("condition", *measured, _heading(target, "condition"))
-        for one in (one for one in found if one.agent == agent):
-            shares = f"{percent(one.success)} against {percent(one.control_success)}, one of {one.choices}"
-            table.add_row(f"{escape(printable(one.condition))}\n[dim]{shares}[/dim]", *_cells(one.needed))
-        print_table(table)
-    console.print(
+        head = {"target": how.target, "studies": how.studies, "shared": shared}
+        print(json_.dumps(head | {"conditions": [row | _measured(one) for row, one in rows]}, indent=1))
+        return
+    say = plain_console().print
+    cells = []
+    for row, one in rows:
+        shares = f"{percent(row['success'])} against {percent(row['control_success'])}, one of {row['choices']}"
+        name = f"{escape(printable(row['condition']))}\n[dim]{shares}[/dim]"
+        cells.append((f"[bold]{escape(row['agent'])}[/bold]", name, one))
+    _print_tables("condition", cells, f"trials per condition for {how.target:g}")
+    say(
         "\nBelow each condition: success under it and under its control, and the number of comparisons that are "
         "corrected together. Flip rates, every other dose and all other conditions are corrected apart. The table "
         "gives the share of simulated studies in which the report detects the difference."
     )
-    if any(one.success == one.control_success for one in found):
-        console.print("Where success is equal, there is nothing to detect, and the share is of false positives.")
-    _print_brackets([one.needed for one in found])
-    if shared is None:
-        console.print("Assumption: the agent goes on as in the blocks of luck that it has played here.")
+    if any(row["success"] == row["control_success"] for row, _ in rows):
+        say("Where success is equal, there is nothing to detect, and the share is of false positives.")
+    _print_brackets(one for _, one in rows)
+    if not success:
+        say("Assumption: the agent goes on as in the blocks of luck that it has played here.")
         return
     alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
-    console.print(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
+    say(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
 
 
-def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
-    from lockprobe.simulation.power.why import STATED, stated_rates
+def _contrast(of: Contrasts, condition: str) -> dict[str, Any]:
+    """What one comparison with the control is."""
+    success = dict(zip(of.family.doses, of.success, strict=True))
+    control = next(iter(success))
+    return {
+        "agent": of.agent,
+        "family": of.family.name,
+        "condition": condition,
+        "control": control,
+        "success": success[condition],
+        "control_success": success[control],
+        "choices": of.choices,
+    }
 
-    effects = STATED if success is None else {"as stated": _numbers("success", success)}
+
+def _measured(one: Needed) -> dict[str, object]:
+    return {
+        "trials_needed": one.trials,
+        "trials_needed_low": one.low,
+        "trials_needed_high": one.high,
+        "at_most": one.below,
+        "measured": [
+            {"trials": rate.trials, "power": rate.power, "error": rate.error, "studies": rate.studies}
+            for rate in one.measured
+        ],
+    }
+
+
+def _print_tables(first: str, rows: Iterable[tuple[str, str, Needed]], last: str) -> None:
+    """Print a table for each heading.
+
+    Args:
+        first: The head of the first column.
+        rows: Heading, first cell and what is needed.
+        last: The head of the last column.
+    """
+    for heading, grouped in groupby(rows, key=itemgetter(0)):
+        own = list(grouped)
+        plain_console().print(f"\n{heading}")
+        table = new_table(first, *(f"n={rate.trials}" for rate in own[0][2].measured), last)
+        for _, name, one in own:
+            table.add_row(name, *(f"{rate.power:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
+        print_table(table)
+
+
+def _needed(one: Needed) -> str:
+    least, most = one.measured[0].trials, one.measured[-1].trials
+    if one.trials is None:
+        return f"more than {most}"
+    if one.below:
+        return f"at most {one.trials}"
+    return f"{one.trials} \\[{one.low or f'at most {least}'}, {one.high or f'more than {most}'}]"
+
+
+def _print_brackets(found: Iterable[Needed]) -> None:
+    if any(one.trials is not None and not one.below for one in found):
+        plain_console().print(
+            "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower."
+        )
+
+
+def _power_why(success: _Numbers, blocks: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
+    effects = {"as stated": success} if success else STATED
     rates = [
         one
         for name, shares in effects.items()
-        for one in stated_rates(name, shares, blocks=sizes or (50, 150, 300, 600), studies=studies, seed=seed)
+        for one in why_power(name, shares, blocks=blocks, studies=studies, seed=seed)
     ]
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
-    else:
-        _print_verdicts(rates)
-
-
-def _print_verdicts(rates: Sequence[VerdictRates]) -> None:
-    """How often studies of controls conclude what."""
+        return
     table = new_table("effect", "change", "truth", "blocks", "right", "wrong", "verdicts", numbers=False)
     for one in rates:
         change = f"{100 * one.change:+.1f}" if one.change else "0"
@@ -250,12 +305,31 @@ def _print_verdicts(rates: Sequence[VerdictRates]) -> None:
     )
 
 
-def _given(**options: object) -> list[str]:
-    """The names of the options that were given."""
-    return [name for name, value in options.items() if value is not None]
+def _power_over_boxes(
+    success: _Numbers, boxes: Sequence[int], trials: Sequence[int], effect_sd: float | None, seed: int, *, json: bool
+) -> None:
+    if not success:
+        raise UserMistake("--success is missing, expected success under the control and under the condition: 0.2,0.6")
+    trials, deviation = trials or of_boxes.TRIALS, of_boxes.EFFECT_SD if effect_sd is None else effect_sd
+    tell = time_left("kinds of study")
+    found = of_boxes.power_over_boxes(success, boxes, trials, effect_sd=deviation, seed=seed, progress=tell)
+    if json:
+        rows = [{"boxes": k, "trials": n, "power": power} for (k, n), power in found.items()]
+        print(json_.dumps({"effect_sd": deviation, "seed": seed, "power": rows}, indent=1))
+        return
+    table = new_table("trials on each box", *(f"{k} boxes" for k in boxes))
+    for n in trials:
+        table.add_row(str(n), *(f"{found[k, n]:.2f}" for k in boxes))
+    print_table(table)
+    print(
+        f"The share of {of_boxes.STUDIES} simulated studies in which the report detects the change of success of boxes "
+        f"like these. Standard deviations between boxes, by eye: {100 * of_boxes.DIFFICULTY_SD:g} points of success, "
+        f"{100 * deviation:g} of its change (--effect-sd). Trials share no luck, as with a sampled model."
+    )
 
 
 def _numbers(name: str, text: str | None) -> list[float]:
+    """Numbers separated by commas; none of no text."""
     try:
         return [float(part) for part in text.split(",")] if text is not None else []
     except ValueError:
@@ -263,64 +337,7 @@ def _numbers(name: str, text: str | None) -> list[float]:
 
 
 def _whole_numbers(name: str, text: str | None) -> list[int]:
-    """Whole numbers separated by commas; none of no text."""
     values = _numbers(name, text)
     if not all(value.is_integer() for value in values):
         raise BadValue(name, text, "whole numbers separated by commas")
     return [int(value) for value in values]
-
-
-def _measured(one: Needed) -> dict[str, object]:
-    return {
-        "trials_needed": one.trials,
-        "trials_needed_low": one.low,
-        "trials_needed_high": one.high,
-        "at_most": one.below,
-        "measured": [
-            {"trials": rate.trials, "power": rate.rate, "error": rate.error, "studies": rate.studies}
-            for rate in one.measured
-        ],
-    }
-
-
-def _print_power(found: Sequence[Needed], says: Mapping[str, str], target: float) -> None:
-    console = plain_console()
-    for name in dict.fromkeys(one.world for one in found):
-        mine = [one for one in found if one.world == name]
-        console.print(f"\n[bold]{name}[/bold]  {says[name]}")
-        table = new_table("test", *(f"n={rate.trials}" for rate in mine[0].measured), _heading(target, "flip rate"))
-        for one in mine:
-            table.add_row(one.test, *_cells(one))
-        print_table(table)
-    if not found:
-        console.print("No test has anything to detect: under this effect every question has the answer no.")
-    else:
-        _print_brackets(found)
-        console.print("Assumption: trials at different flip rates share no luck, as with a sampled model.")
-
-
-def _heading(target: float, each: str) -> str:
-    return f"trials per {each} for {target:g}"
-
-
-def _cells(one: Needed) -> list[str]:
-    """The power at every number of trials, and the number needed."""
-    return [*(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one)]
-
-
-def _print_brackets(found: Sequence[Needed]) -> None:
-    if any(one.trials is not None and not one.below for one in found):
-        plain_console().print(
-            "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower."
-        )
-
-
-def _needed(one: Needed) -> str:
-    most = one.measured[-1].trials
-    if one.trials is None:
-        return f"more than {most}"
-    low = f"{one.low}" if one.low else f"at most {one.measured[0].trials}"
-    high = f"{one.high}" if one.high else f"more than {most}"
-    if one.below:
-        return f"at most {one.trials}"
-    return f"{one.trials} \\[{low}, {high}]"

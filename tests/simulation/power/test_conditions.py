@@ -8,7 +8,8 @@ from reported import found_in
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
-from lockprobe.simulation.power.conditions import STATED, _families_of, condition_power, detected
+from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of
+from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.studies.options.studyfile import study
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
@@ -19,16 +20,14 @@ def planned(seed=1, trials=40, agent="cognitive:perseverant", **more):
 
 
 def test_families_are_those_of_the_report():
-    rates, tremble, others = _families_of(planned())
-    assert (rates.name, rates.control, rates.doses) == (
-        "flip rate", "truth", {"truth": 0, "flip?p=0.3": 0.3, "flip?p=0.6": 0.6},
-    )  # fmt: skip
+    rates, tremble, others = families_of(planned())
+    assert (rates.name, rates.doses) == ("flip rate", {"truth": 0, "flip?p=0.3": 0.3, "flip?p=0.6": 0.6})
     assert (tremble.name, tremble.doses) == ("tremble p", {"truth": 0, "tremble?p=0.4": 0.4, "tremble?p=0.8": 0.8})
     assert (others.name, list(others.doses)) == ("", ["truth", "nudge", "drop?p=0.5"])
-    two = _families_of(planned(sweep=None, modality=["symbolic", "symbolic?tell=state"]))
-    assert [one.control for one in two] == ["symbolic", "symbolic", "symbolic", "truth", "truth"]
+    two = families_of(planned(sweep=None, modality=["symbolic", "symbolic?tell=state"]))
+    assert [next(iter(one.doses)) for one in two] == ["symbolic", "symbolic", "symbolic", "truth", "truth"]
     assert list(two[2].doses) == ["symbolic", "truth"]  # the control of the other modality is compared too
-    assert _families_of(study("flips", agent="random", p=[0])) == ()
+    assert families_of(study("flips", agent="random", p=[0])) == ()
 
 
 def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
@@ -38,65 +37,70 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
     decisions = []
     for agent, (solved, _) in zip(asked.agents, played_blocks(played, 30), strict=True):
-        for family in _families_of(asked):
+        for family in families_of(asked):
             own = solved[:, [labels.index(label) for label in family.doses]]
-            shown = detected(own, family, generator(1, family.name), agents=2)
+            contrasts = Contrasts(agent=agent, family=family, success=(), agents=2)
+            shown = contrasts.differing(own, generator(1, family.name))
             rows = report.where("success_difference", agent=agent, axis=family.name, of="", versus="")
-            assert {(row.control, row.condition) for row in rows} == {(family.control, label) for label in shown}
-            decisions += [(shown[row.condition], row.detected) for row in rows if not 0.03 < row.p_value < 0.08]
+            assert {(row.control, row.condition) for row in rows} == {("truth", label) for label in contrasts.asked}
+            decisions += [(row.condition in shown, row.detected) for row in rows if not 0.03 < row.p_value < 0.08]
     assert len(decisions) >= 8
     assert set(decisions) == {(True, True), (False, False)}
 
 
 def test_power_is_the_share_of_studies_in_which_it_is_detected_and_grows():
-    small = condition_power(planned(), success=[0.3, 0.7, 0.7, 0.3, 0.7, 0.7, 0.7], trials=(10, 60), studies=20)
-    assert [one.condition for one in small] == [label for f in _families_of(planned()) for label in list(f.doses)[1:]]
-    for one in small:
-        first, last = one.needed.measured
-        assert (one.agent, one.control, one.control_success, one.choices) == (STATED, "truth", 0.3, 2)
-        if one.condition == "nudge":
-            assert (one.success, one.needed.trials) == (0.3, None)
-        else:
-            assert first.rate < 0.8 < last.rate
-            assert 10 < one.needed.trials < 60
+    small = condition_power(
+        planned(), Simulation(trials=(10, 60), studies=20), success=[0.3, *[0.7] * 2, 0.3, *[0.7] * 3]
+    )
+    assert [(one.agent, one.choices, [*needed]) for one, needed in small] == [
+        (STATED, 2, list(family.doses)[1:]) for family in families_of(planned())
+    ]
+    found = {condition: needed for _, of in small for condition, needed in of.items()}
+    assert found.pop("nudge").trials is None
+    for needed in found.values():
+        first, last = needed.measured
+        assert first.power < 0.8 < last.power
+        assert 10 < needed.trials < 60
 
 
 def test_shared_luck_needs_fewer_trials():
     alone = {"p": [0], "condition": "nudge", "sweep": None}
     apart, alike = (
-        condition_power(planned(**alone), success=(0.4, 0.6), shared=share, trials=(50,), studies=30)[0]
+        condition_power(planned(**alone), Simulation(trials=(50,), studies=30), success=(0.4, 0.6), shared=share)[0][1][
+            "nudge"
+        ]
         for share in (0.0, 1.0)
     )
-    assert apart.needed.measured[0].rate + 0.3 < alike.needed.measured[0].rate
+    assert apart.measured[0].power + 0.3 < alike.measured[0].power
 
 
 def test_without_an_effect_it_keeps_its_level():
-    rows = condition_power(planned(), success=[0.5] * 7, trials=(30,), studies=60)
-    assert sum(one.needed.measured[0].rejected for one in rows) <= 10  # of 360, in three families of 60 studies at 5 %
+    rows = condition_power(planned(), Simulation(trials=(30,), studies=60), success=[0.5] * 7)
+    detected = [needed.measured[0].detected for _, of in rows for needed in of.values()]
+    assert sum(detected) <= 10  # of 360, in three families of 60 studies at 5 %
 
 
-def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count():
+def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count(monkeypatch):
+    monkeypatch.setattr("lockprobe.simulation.power.conditions.POOL", 40)
     alone = {"p": [0, 0.6], "condition": None, "sweep": None}
     agents = ["cognitive:perseverant", "cognitive:insistent", "random"]
-    found = condition_power(planned(agent=agents, **alone), trials=(5,), studies=1, pool=40)
+    once, asked = Simulation(trials=(5,), studies=1), planned(agent=agents, **alone)
+    found = [one for one, _ in condition_power(asked, once)]
     assert [(one.agent, one.choices) for one in found] == [(agents[0], 2), (agents[1], 2), (agents[2], 1)]
     pooled = np.mean([trial.solved for trial in play_study(planned(agent=agents[0], **alone)) if trial.p == 0.6])
-    assert found[0].success == pytest.approx(pooled)
-    assert found[2].success == found[2].control_success
-    named = condition_power(planned(agent=agents, **alone), success=(0.2, 0.5), trials=(5,), studies=1)
-    assert [(one.agent, one.choices) for one in named] == [(STATED, 2)]
+    assert found[0].success[1] == pytest.approx(pooled)
+    assert len(set(found[2].success)) == 1
+    ((named, _),) = condition_power(asked, once, success=(0.2, 0.5))
+    assert (named.agent, named.choices) == (STATED, 2)
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"trials": (1,)}, "trials per condition"),
-        ({"trials": (5, 10_001)}, "at most 10000"),
-        ({"target": 0.0}, "target power"),
         ({"success": (0.5,)}, "for each of 7 conditions: truth; flip"),
         ({"success": (0.5,) * 7, "shared": -0.1}, "shared"),
     ],
 )
 def test_numbers_out_of_range_are_refused(given, said):
     with pytest.raises(BadValue, match=said):
-        condition_power(planned(), **given)
+        condition_power(planned(), Simulation(), **given)

@@ -3,26 +3,25 @@
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.simulation.power.why import STATED, Mechanism, mechanism_of, stated_rates
+from lockprobe.simulation.power.why import STATED, due, right, why_power, wrong
 from lockprobe.statistics.why.mechanism import MARGIN
 
 
 @pytest.mark.parametrize(
-    ("verdict", "acts", "total", "right", "wrong"),
+    ("truth", "total", "are_right", "are_wrong"),
     [
-        ("says", ("says",), 0.3, {"says"}, {"form", "both", "no change"}),
-        ("says", ("says",), -0.05, {"says", "no change"}, {"form", "both"}),
-        ("both", ("says", "form"), 0.3, {"both"}, {"no change"}),
-        ("blurred", ("says",), 0.3, {"blurred"}, {"form", "both", "no change"}),
-        ("not decided", (), MARGIN, {"not decided"}, {"says", "form", "both", "no change"}),
-        ("no change", (), 0, {"no change"}, {"says", "form", "both", "blurred", "not decided"}),
+        ("says", 0.3, {"says"}, {"form", "both", "no change"}),
+        ("says", -0.05, {"says", "no change"}, {"form", "both"}),
+        ("both", 0.3, {"both"}, {"no change"}),
+        ("blurred", 0.3, {"blurred"}, {"says", "form", "both", "no change"}),
+        ("not decided", MARGIN, {"not decided"}, {"says", "form", "both", "no change"}),
+        ("no change", 0, {"no change"}, {"says", "form", "both", "blurred", "not decided"}),
     ],
 )
-def test_what_is_right_and_what_is_wrong(verdict, acts, total, right, wrong):
-    mechanism = Mechanism(verdict, acts)
+def test_what_is_right_and_what_is_wrong(truth, total, are_right, are_wrong):
     verdicts = ("says", "form", "both", "blurred", "not decided", "no change", "inconclusive")
-    assert {one for one in verdicts if mechanism.right(one, total)} == right
-    assert {one for one in verdicts if mechanism.wrong(one, total)} == wrong
+    assert {one for one in verdicts if right(one, truth, total)} == are_right
+    assert {one for one in verdicts if wrong(one, truth, total)} == are_wrong
 
 
 @pytest.mark.parametrize(
@@ -39,13 +38,13 @@ def test_what_is_right_and_what_is_wrong(verdict, acts, total, right, wrong):
     ],
 )
 def test_what_is_true_of_stated_shares(shares, verdict):
-    assert mechanism_of(shares).verdict == verdict
+    assert due(shares) == verdict
 
 
 def test_stated_effects_are_told_and_chance_errors_keep_to_their_level():
     """With arms that share no luck the verdict errs in at most 5 % of studies, three standard errors aside."""
     for name, shares in STATED.items():
-        small, large = stated_rates(name, shares, blocks=[20, 400], studies=60)
+        small, large = why_power(name, shares, blocks=[20, 400], studies=60)
         assert max(small.wrong, large.wrong) <= 0.05 + 3 * (0.05 * 0.95 / 60) ** 0.5
         assert small.change == shares[1] - shares[0]
         if small.truth != "no change":
@@ -56,4 +55,4 @@ def test_stated_effects_are_told_and_chance_errors_keep_to_their_level():
 @pytest.mark.parametrize(("shares", "blocks"), [((0.2, 0.5), [50]), ((0.2,) * 6 + (1.5,), [50]), ((0.2,) * 7, [1])])
 def test_effects_that_are_none_are_refused(shares, blocks):
     with pytest.raises(BadValue):
-        stated_rates("x", shares, blocks=blocks)
+        why_power("x", shares, blocks=blocks)

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from known_truth import WORLDS, simulated
+from known_truth import WORLDS, Design, simulated
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power.simulate import BUDGET
-from lockprobe.simulation.power.worlds import Design
+from lockprobe.simulation.power.flip_rates import BUDGET
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.over_doses import (
     TESTS,

@@ -4,13 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from known_truth import simulated
+from known_truth import Design, simulated
 from solved import people
 from statsmodels.genmod.families import Binomial
 from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.inference.hazard import looping
 from lockprobe.statistics.inference.ushape import onset_lines, two_lines
 

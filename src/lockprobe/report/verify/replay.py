@@ -42,8 +42,6 @@ class ReplayedTrial:
     """What of a recorded trial follows.
 
     Attributes:
-        key: Its key.
-        kind: The kind of its agent.
         luck: Why truth or reports do not follow from the choices, the box and the seed; empty if they do.
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
         unplayed: Whether it cannot be played again: no code of others runs, and no robot or person moves a joint.
@@ -170,7 +168,7 @@ async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
     return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
 
 
-def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
+def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call]) -> str:
     """Where decisions and errors of a trial that is not played again are not its replies in the log of calls.
 
     Without the plant nobody knows the requests. But the words of every reply are on record twice, and a reply names a
@@ -188,20 +186,23 @@ def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = (
     for number in range(1, last + 1):
         if logged[number] != recorded[number]:
             return f"step {number}, replies"
-    return next(filter(None, (_another_decision(trial, step.decision, step.step) for step in trial.steps)), "")
+    task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
+    labels, before = dict(zip(trial.joints, trial.labels, strict=True)), None
+    for step in trial.steps:
+        if why := _another_decision(step.decision, Situation(task=task, past=(), percept=Percept(joint=before))):
+            return f"step {step.step}, {why}"
+        before = labels.get(step.joint)
+    return ""
 
 
-def _another_decision(trial: Trial, decision: Decision, number: int) -> str:
+def _another_decision(decision: Decision, now: Situation) -> str:
     """What a reply names otherwise than its decision; empty if nothing, or if only its request says what it means."""
     if not decision.replies:
-        return f"step {number}, a decision without a reply"
+        return "a decision without a reply"
     asked = ["joint", *(["last_action"] if decision.claimed is not None else [])]
-    before = trial.labels[trial.joints.index(trial.steps[number - 2].joint)] if number > 1 else None
-    task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
-    now = Situation(task=task, past=(), percept=Percept(joint=before))
     try:
         said = values_in(object_in(decision.replies[-1], asked).fields, asked, claims(now), now)
     except ReplyFault:
         return ""
     different = [name for name in ("joint", "claimed") if getattr(said, name) != getattr(decision, name)]
-    return f"step {number}, decision ({', '.join(different)})" if different else ""
+    return f"decision ({', '.join(different)})" if different else ""

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 
 from lockprobe.agents.catalogue import is_strategy, resolve
@@ -86,46 +87,37 @@ def verify(
         try:
             opened = open_study(Path(directory))
             times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)  # diaries and records agree
-            return tuple(_checks(opened, settings, results, processes, tell))
+            found = _PlayedAgain(opened, {"settings": settings, "results": results}, tell)
+            return (*chain.from_iterable(check(found) for check in _CHECKS), *report_held(opened, processes))
         except LockprobeError as error:
             return (Check(name="records", holds=False, said=str(error)),)
 
 
-def _checks(
-    opened: OpenedStudy, settings: str | None, results: str | None, processes: int, tell: Callable[[int, int], None]
-) -> Iterator[Check]:
-    study, trials, calls = opened.study, {trial.key: trial for trial in opened.trials}, LoggedCalls(opened.directory)
-    plans = {plan.key: plan for agent in study.run_agents for plan in study.plans(agent)}
-    owed = {key: plan for key, plan in plans.items() if key not in trials or trials[key].owed_again}
-    again = list[ReplayedTrial]()
-    with asyncio.Runner() as runner:
-        for done, trial in enumerate(opened.trials, 1):
-            condition = study.condition_of(trial)
-            assert condition is not None  # only trials that the settings ask for are opened
-            plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
-            again.append(runner.run(played_again(plan, trial, calls.kept.get(trial.key, ()))))
-            tell(done, len(opened.trials))
-    yield _records(opened, len(calls.calls))
-    yield _settings(opened)
-    yield _complete(opened, owed)
-    hashes = (settings, study.settings_hash), (results, results_hash(study, opened.trials))
-    for what, (given, found) in zip(("settings", "results"), hashes, strict=True):
-        if given is not None:
-            asked, said = given.strip(), f"these {what} have the hash {found}"
-            yield Check.of(f"{what} hash", [asked] * (asked.lower() != found), f"{said}, not {asked}", said)
-    yield _luck(opened.trials, again)
-    yield _choices(again)
-    yield _agents(opened.trials)
-    yield from replies_held("replies", calls, trials, again, owed)
-    yield from _attempts(opened, plans)
-    yield from _forks(opened, trials, calls)
-    yield from _pictures(opened)
-    yield from report_held(opened, processes)
+class _PlayedAgain:
+    """A study whose trials are played again, and its published hashes."""
+
+    def __init__(
+        self, opened: OpenedStudy, published: Mapping[str, str | None], tell: Callable[[int, int], None]
+    ) -> None:
+        self.opened, self.published, self.study = opened, published, opened.study
+        self.log = LoggedCalls(opened.directory)
+        self.trials = {trial.key: trial for trial in opened.trials}
+        self.plans = {plan.key: plan for agent in self.study.run_agents for plan in self.study.plans(agent)}
+        finished = {key for key, trial in self.trials.items() if not trial.owed_again}
+        self.owed = {key: plan for key, plan in self.plans.items() if key not in finished}
+        self.again = list[ReplayedTrial]()
+        with asyncio.Runner() as runner:
+            for done, trial in enumerate(opened.trials, 1):
+                condition = self.study.condition_of(trial)
+                assert condition is not None  # only trials that the settings ask for are opened
+                plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+                self.again.append(runner.run(played_again(plan, trial, self.log.kept.get(trial.key, ()))))
+                tell(done, len(opened.trials))
 
 
-def _records(opened: OpenedStudy, calls: int) -> Check:
+def _records(of: _PlayedAgain) -> Iterator[Check]:
     """Every line has its checksum and no trial has two records; how many trials ended as an error."""
-    directory, lines, failed = opened.directory, 0, list[str]()
+    opened, directory, lines, failed = of.opened, of.opened.directory, 0, list[str]()
     logs = [folder / name for folder in (directory, directory / FORKS) for name in _LOGS]
     for path in (*logs, *sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))):
         for number, line in whole_lines(path) if path.is_file() else ():
@@ -139,16 +131,16 @@ def _records(opened: OpenedStudy, calls: int) -> Check:
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
-    holds = f"{lines} lines and {calls} calls, unchanged; {ended}"
-    return Check.of("records", failed, f"{{n}} lines with a wrong checksum or of a second record; {ended}", holds)
+    holds = f"{lines} lines and {len(of.log.calls)} calls, unchanged; {ended}"
+    yield Check.of("records", failed, f"{{n}} lines with a wrong checksum or of a second record; {ended}", holds)
 
 
-def _settings(opened: OpenedStudy) -> Check:
+def _settings(of: _PlayedAgain) -> Iterator[Check]:
     """All records are of this study: its seed, box, budget, conditions and panels."""
-    own = opened.study
-    first = f"; {opened.journal.first_foreign}" if opened.journal.first_foreign else ""
-    foreign = opened.foreign + opened.journal.foreign
-    failed = [f"{foreign} records are of another seed or of other settings{first}"] if foreign else []
+    own, journal, failed = of.study, of.opened.journal, list[str]()
+    if foreign := of.opened.foreign + journal.foreign:
+        first = f"; {journal.first_foreign}" if journal.first_foreign else ""
+        failed.append(f"{foreign} records are of another seed or of other settings{first}")
     for condition in own.conditions:
         for spec, doses in condition.acting:
             if is_foreign("intervention", spec):
@@ -160,60 +152,69 @@ def _settings(opened: OpenedStudy) -> Check:
             if (found := InterventionTraits.of(made).doses) != doses:
                 names, said = (", ".join(one) or "none" for one in (found, doses))
                 failed.append(f"{condition.label}: the doses of {spec} are {names}, not {said}")
-    holds = f"all {len(opened.trials)} trials are of seed {own.seed} and these settings, {own.settings_hash}"
-    return Check.of("settings", failed, "; ".join(failed), holds)
+    holds = f"all {len(of.trials)} trials are of seed {own.seed} and these settings, {own.settings_hash}"
+    yield Check.of("settings", failed, "; ".join(failed), holds)
 
 
-def _complete(opened: OpenedStudy, owed: Mapping[str, Plan]) -> Check:
+def _complete(of: _PlayedAgain) -> Iterator[Check]:
     """Every planned trial of agents is there, and every trial that was timed; participants owe none."""
-    own, there = opened.study, {trial.key for trial in opened.trials}
+    own, opened, owed = of.study, of.opened, of.owed
     if own.until is not None:  # what it has to play before its next look; nothing if it may stop
         owed = {plan.key: plan for agent in own.run_agents for plan in due(own, agent, opened.trials)}
     others = opened.foreign or opened.journal.foreign
     timed = [] if others else [one.key for one in read_timings(opened.directory)]
-    unknown = [key for key in timed if key not in owed and key not in there]
+    unknown = [key for key in timed if key not in owed and key not in of.trials]
     people = f"; of people {sum(bool(one.player) for one in opened.trials)} of {own.invited}, who owe none"
     holds = f"every {f'trial that it needs until {own.until}' if own.until else 'planned trial'} is there"
     fails = f"{len(owed)} planned trials are missing{also(len(unknown), 'in timings.jsonl are not on record')}"
-    return Check.of("complete", (*owed, *unknown), fails, holds + people * bool(own.invited))
+    yield Check.of("complete", (*owed, *unknown), fails, holds + people * bool(own.invited))
 
 
-def _luck(trials: Sequence[Trial], again: Sequence[ReplayedTrial]) -> Check:
+def _hashes(of: _PlayedAgain) -> Iterator[Check]:
+    """The hashes are the published ones, where there are any."""
+    found = {"settings": of.study.settings_hash, "results": results_hash(of.study, of.opened.trials)}
+    for what, published in of.published.items():
+        if published is not None:
+            asked, said = published.strip(), f"these {what} have the hash {found[what]}"
+            yield Check.of(f"{what} hash", [asked] * (asked.lower() != found[what]), f"{said}, not {asked}", said)
+
+
+def _luck(of: _PlayedAgain) -> Iterator[Check]:
     """Truth and reports follow from the choices, the box and the seed."""
-    left, follow = sum(one.unplayed for one in again), "follow from their choices, the box and the seed"
-    sensed = (CAMERA in trial.opening_sensed and not one.unplayed for trial, one in zip(trials, again, strict=True))
-    read = also(sum(sensed), "take what a camera read from their records")
+    left, follow = sum(one.unplayed for one in of.again), "follow from their choices, the box and the seed"
+    pairs = zip(of.opened.trials, of.again, strict=True)
+    sensed = sum(CAMERA in trial.opening_sensed and not one.unplayed for trial, one in pairs)
     more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
-    failed = [f"{one.key}: {one.luck}" for one in again if one.luck]
-    holds = f"all {len(again) - left} trials {follow}{read}{also(left, more)}"
-    return Check.of("luck", failed, f"{{n}} trials do not {follow}", holds)
+    holds = f"all {len(of.again) - left} trials {follow}{also(sensed, 'take what a camera read from their records')}"
+    failed = [f"{one.key}: {one.luck}" for one in of.again if one.luck]
+    yield Check.of("luck", failed, f"{{n}} trials do not {follow}", holds + also(left, more))
 
 
-def _choices(again: Sequence[ReplayedTrial]) -> Check:
+def _choices(of: _PlayedAgain) -> Iterator[Check]:
     """Strategies choose the same again, local models by their probabilities, and nobody the impossible."""
-    counts = Counter(one.kind for one in again if not one.unplayed or one.kind == "own")
-    unasked = sum(one.unplayed and one.kind in ("strategy", "local") for one in again)
-    failed = [f"{one.key}: {one.choices}" for one in again if one.choices and one.kind != "hosted"]
+    counts = Counter(one.kind for one in of.again if not one.unplayed or one.kind == "own")
+    unasked = sum(one.unplayed and one.kind in ("strategy", "local") for one in of.again)
+    failed = [f"{one.key}: {one.choices}" for one in of.again if one.choices and one.kind != "hosted"]
     holds = f"{counts['strategy']} trials of strategies are the same when they are asked again"
     if counts["local"]:
         holds += f"; those of {counts['local']} trials of local models follow from their recorded probabilities"
     holds += also(unasked, "more of both are not asked, since they are not played")
     if counts["own"]:
         holds += f"; those of {counts['own']} trials of your own agents cannot be recomputed"
-    return Check.of("choices", failed, "{n} trials differ from what their agents choose", holds)
+    yield Check.of("choices", failed, "{n} trials differ from what their agents choose", holds)
 
 
-def _agents(trials: Sequence[Trial]) -> Check:
+def _agents(of: _PlayedAgain) -> Iterator[Check]:
     """An agent is the same in all its trials, and a model the one that its spec names."""
     known, failed = dict[tuple[str, str], object](), dict[str, None]()
-    for trial in trials:
+    for trial in of.opened.trials:
         for name, value in lasting_facts(trial).items():
             if value is not None and known.setdefault((trial.agent, name), value) != value:
                 failed[f"{trial.key}: {name} is {value}, and {known[trial.agent, name]} in other trials"] = None
         if why := _another_model(trial):
             failed[f"{trial.key}: {why}"] = None
     holds = "every agent says the same of itself in all its trials"
-    return Check.of("agents", failed, "{n} trials differ in what they say of their agent", holds)
+    yield Check.of("agents", failed, "{n} trials differ in what they say of their agent", holds)
 
 
 def _another_model(trial: Trial) -> str:
@@ -234,24 +235,30 @@ def _another_model(trial: Trial) -> str:
     return ""
 
 
-def _attempts(opened: OpenedStudy, plans: Iterable[str]) -> Iterator[Check]:
+def _replies(of: _PlayedAgain) -> Iterator[Check]:
+    """Decisions of hosted models are the replies in the log of calls, and all of them."""
+    yield from replies_held("replies", of.log, of.trials, of.again, of.owed)
+
+
+def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     """Steps of people and clients are the attempts in their diaries and in ``attempts.jsonl``, and all of them."""
-    trials, logged = {trial.key: trial for trial in opened.trials}, AttemptLog.read(opened.directory)
+    opened, logged = of.opened, AttemptLog.read(of.opened.directory)
     clients = [trial for trial in opened.trials if spec_kind(trial.agent) == MCP]
     people, diaries = [trial for trial in opened.trials if trial.player], {diary.spec for diary in opened.diaries}
     if not (clients or people or logged or diaries):
         return
     failed = [f"{trial.key}: {why}" for trial in clients if (why := _unlike(trial, logged.get(trial.key, ())))]
-    failed += (f"{key}: attempts of no trial of this study" for key in logged.keys() - {*trials, *plans})
+    failed += (f"{key}: attempts of no trial of this study" for key in logged.keys() - {*of.trials, *of.plans})
     failed += (f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries)
     for diary in opened.diaries:
         for box in range(1, len(diary.joined.slots) + 1):
-            acts, key = diary.attempts(box), key_of(opened.study, diary, box)
-            trial = trials.get(key)
+            acts, key = diary.attempts(box), key_of(of.study, diary, box)
+            trial = of.trials.get(key)
             if trial is not None and trial.agent == diary.spec:
-                made = [(one.act, one.told) for one in acts]
                 attempts = [
-                    RecordedAttempt(act.joint, act.claimed, told) for act, told in made if isinstance(act, Attempt)
+                    RecordedAttempt(one.act.joint, one.act.claimed, one.told)
+                    for one in acts
+                    if isinstance(one.act, Attempt)
                 ]
                 failed += [f"{key}: {why}"] if (why := _unlike(trial, attempts)) else []
             elif trial is None and acts and acts[-1].ended is not None:
@@ -274,36 +281,36 @@ def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:
     return ""
 
 
-def _forks(opened: OpenedStudy, trials: Mapping[str, Trial], calls: LoggedCalls) -> Iterator[Check]:
+def _forks(of: _PlayedAgain) -> Iterator[Check]:
     """Forks follow from the records of their trials, their choices and the seed, and next choices from strategies."""
+    opened, own, directory = of.opened, of.study, of.opened.directory / FORKS
     if not opened.forks:
         return
-    own, there, known = opened.study, read_study(opened.directory / FORKS), LoggedCalls(opened.directory / FORKS)
-    failed, again, chosen, choices = list[str](), list[ReplayedTrial](), dict(opened.choices), list[str]()
-    with asyncio.Runner() as runner:
-        for fork in opened.forks:
-            planned, chances = _fork_plan(own, trials, fork), chosen.pop(fork.key, None)
-            if isinstance(planned, str):
-                again.append(ReplayedTrial(key=fork.key, kind="own", luck=planned))
-                choices += [f"{fork.key}: a next choice, but {planned}"] if chances is not None else []
-                continue
-            name, plan = planned
-            replies = known.kept.get(fork.key, ()), calls.kept.get(name.parent, ())
-            again.append(runner.run(played_again(plan, fork, *replies)))
-            if chances is not None:
-                policy = resolve(fork.agent).make() if is_strategy(fork.agent) else None
-                if not isinstance(policy, Policy) or runner.run(next_choice(plan, policy, name.at)) != chances:
-                    choices.append(f"{fork.key}: another next choice than its strategy has")
+    there, log, chances = read_study(directory), LoggedCalls(directory), dict(opened.choices)
+    again, choices, failed = list[ReplayedTrial](), list[str](), list[str]()
     if list(map(there.record_identity, there.conditions)) != list(map(own.record_identity, own.conditions)):
         failed.append(f"{FORKS}/study.json: the settings of another study")
+    with asyncio.Runner() as runner:
+        for fork in opened.forks:
+            planned, chosen = _fork_plan(own, of.trials, fork), chances.pop(fork.key, None)
+            if isinstance(planned, str):
+                again.append(ReplayedTrial(key=fork.key, kind="own", luck=planned))
+                choices += [f"{fork.key}: a next choice, but {planned}"] if chosen is not None else []
+                continue
+            name, plan = planned
+            replies = log.kept.get(fork.key, ()), of.log.kept.get(name.parent, ())
+            again.append(runner.run(played_again(plan, fork, *replies)))
+            if chosen is not None:
+                policy = resolve(fork.agent).make() if is_strategy(fork.agent) else None
+                if not isinstance(policy, Policy) or runner.run(next_choice(plan, policy, name.at)) != chosen:
+                    choices.append(f"{fork.key}: another next choice than its strategy has")
     for one in again:  # choices of hosted models have a check of their own
         if why := one.luck or one.choices * (one.kind != "hosted"):
             failed.append(f"{one.key}: {why}")
-    failed += (*choices, *(f"{key}: a next choice, but no fork on record has it" for key in chosen))
-    holds = f"all {len(again)} forks follow from their trials, their choices and the seed"
-    fails = "{n} forks do not follow from their trials, their choices and the seed"
-    yield Check.of("forks", failed, fails, holds)
-    yield from replies_held("fork replies", known, {one.key: one for one in opened.forks}, again, {})
+    failed += (*choices, *(f"{key}: a next choice, but no fork on record has it" for key in chances))
+    follow = "follow from their trials, their choices and the seed"
+    yield Check.of("forks", failed, f"{{n}} forks do not {follow}", f"all {len(again)} forks {follow}")
+    yield from replies_held("fork replies", log, {one.key: one for one in opened.forks}, again, {})
 
 
 def _fork_plan(study: Study, trials: Mapping[str, Trial], fork: Trial) -> tuple[ForkName, Plan] | str:
@@ -317,12 +324,17 @@ def _fork_plan(study: Study, trials: Mapping[str, Trial], fork: Trial) -> tuple[
         return f"its trial cannot be forked so ({str(error) or 'its record is another one'})"
 
 
-def _pictures(opened: OpenedStudy) -> Iterator[Check]:
+def _pictures(of: _PlayedAgain) -> Iterator[Check]:
     """Every picture that is there is the one of its name."""
-    names = sorted({name for trial in opened.trials for name in trial.picture_names})
-    there = [name for name in names if (opened.directory / ALBUM / name).is_file()]
-    content = ((name, read_input(opened.directory / ALBUM / name)) for name in there)
-    failed = [name for name, png in content if Picture(kind="rgb", png=png).name != name]
+    album, names = of.opened.directory / ALBUM, {name for one in of.opened.trials for name in one.picture_names}
+    there = [name for name in sorted(names) if (album / name).is_file()]
+    failed = [name for name in there if Picture(kind="rgb", png=read_input(album / name)).name != name]
     holds = f"{len(there)} pictures are those that the records name{also(len(names) - len(there), 'are not there')}"
     if names:
         yield Check.of("pictures", failed, "{n} pictures are not those that the records name", holds)
+
+
+_CHECKS = (
+    _records, _settings, _complete, _hashes, _luck, _choices, _agents, _replies, _attempts, _forks, _pictures,
+)  # fmt: skip
+"""What is checked before the report, in order; each says what is wrong, and what it found if nothing is."""

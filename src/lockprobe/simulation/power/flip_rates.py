@@ -1,4 +1,9 @@
-"""Power of every test at a stated effect, and the trials that a design needs, by simulation."""
+"""Power of every test over flip rates at a stated effect: the outcomes of an agent of known truth, as columns.
+
+The agent acts without immediate repeats. From the fourth step on, the box opens with equal probability at every step,
+whatever the joint: loops do nothing, and solved trials are shorter. Trials share no luck over flip rates, like those of
+a sampled model. With shared luck, differences of success need fewer trials, and tests of speed and loops other numbers.
+"""
 
 from __future__ import annotations
 
@@ -7,46 +12,120 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
-from lockprobe.simulation.power.rates import Progress, Rate, measure
-from lockprobe.simulation.power.worlds import Design, P, World
-from lockprobe.statistics.inference.over_doses import Question
-from lockprobe.statistics.proportions import proportion
+from lockprobe.simulation.power.simulator import Needed, Simulation, power
+from lockprobe.statistics.inference.over_doses import TESTS, Question, p_values
+from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.proportions import ALPHA
 
-TRIALS = (15, 30, 60, 120, 240)
-"""Trials per p at which power is measured."""
+P = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
-MOST_TRIALS = 10_000
-"""Trials per p up to which a study is simulated."""
+BUDGET = 20
+JOINTS = 4
+FIRST = 4
+"""The earliest step at which the box opens: the optimum of chain-4."""
+
+ESCAPE = 0.1
+"""Chance per step to leave a cycle."""
+
+PERIODS = (3, 4)
 
 REPETITIONS = 3
 
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Needed:
-    """The sample size that one test needs for one effect: trials per p.
+class World:
+    """The truth about a simulated agent; nothing else differs between flip rates.
 
     Attributes:
-        world: The effect.
-        question: The question of the test.
-        test: Name of the test.
-        measured: Its power at every measured number of trials, ascending.
-        trials: Trials per p at which the target is reached, interpolated; None if it is not.
-        low: Lower end of its 95 % interval: the number at which the upper ends of power's Wilson intervals reach the
-            target; None if the smallest number does.
-        high: Upper end: the number at which the lower ends reach it; None if they do not.
-        below: Whether the smallest measured number of trials reaches the target.
+        name: Its name.
+        says: The truth in one sentence.
+        p: Flip probabilities, ascending; ``success`` and ``trap`` have one value for each.
+        success: Probability of solving the box within the budget, [0, 1].
+        trap: Probability per step of falling into a cycle of three or four actions, [0, 1]; 0 acts at random
+            throughout.
+        truths: Questions whose true answer is yes.
     """
 
-    world: str
-    question: Question
-    test: str
-    measured: tuple[Rate, ...]
-    trials: int | None
-    low: int | None
-    high: int | None
-    below: bool
+    name: str
+    says: str
+    p: tuple[float, ...] = P
+    success: tuple[float, ...]
+    trap: tuple[float, ...] = (0.0,) * len(P)
+    truths: frozenset[Question]
+
+    @property
+    def address(self) -> tuple[str, ...]:
+        """Names its random streams."""
+        return "audit", self.name
+
+    @property
+    def asked(self) -> list[Question]:
+        """The questions that a test can answer with yes."""
+        return [question for question in TESTS if question in self.truths]
+
+    def detected(self, trials: int, luck: np.random.Generator, tests: np.random.Generator) -> list[Question]:
+        """The questions that the tests answer with yes in a study of three repetitions.
+
+        A test that cannot be computed does not.
+        """
+        found = p_values(self._outcomes(trials, luck), tests, BUDGET)
+        return [question for question, p in found.items() if p is not None and p < ALPHA]
+
+    def _outcomes(self, trials: int, rng: np.random.Generator) -> Outcomes:
+        """One study, one row per trial, by p, repetition and trial."""
+        luck = rng.random((len(self.p) * trials, BUDGET, 3))
+        onset = onset_batch(actions_of(np.repeat(self.trap, trials), luck))
+        solved = solved_at(np.repeat(self.success, trials), luck[:, :, 2])
+        length = np.where(solved > 0, solved, BUDGET)
+        number, each = np.tile(np.arange(trials), len(self.p)), trials // REPETITIONS
+        return Outcomes(
+            dose=np.repeat(np.array(self.p, dtype=np.float64), trials),
+            repetition=number // each + 1,
+            trial=number % each + 1,
+            length=length,
+            solved=solved > 0,
+            onset=np.where(onset <= length, onset, 0),
+        )
+
+
+def actions_of(trap: Floats, luck: Floats) -> Integers:
+    """The joints attempted, even after the box has opened, shape (trials, BUDGET).
+
+    Args:
+        trap: Probability per step of falling into a cycle, shape (trials,).
+        luck: Uniform random numbers for choices, cycles and solutions, shape (trials, BUDGET, 3).
+    """
+    n = len(trap)
+    actions = np.empty((n, BUDGET), dtype=np.int64)
+    actions[:, 0] = luck[:, 0, 0] * JOINTS
+    period = np.zeros(n, dtype=np.int64)
+    everyone = np.arange(n)
+    for t in range(1, BUDGET):
+        other = (luck[:, t, 0] * (JOINTS - 1)).astype(np.int64)
+        fresh = other + (other >= actions[:, t - 1])
+        # One number decides both ways: whether a cycle begins (and its period), or whether it ends.
+        chance = luck[:, t, 1]
+        begun = np.where(chance < trap / 2, PERIODS[0], PERIODS[1])
+        period = np.where(period > 0, np.where(chance < ESCAPE, 0, period), np.where(chance < trap, begun, 0))
+        period = np.where(period > t, 0, period)
+        actions[:, t] = np.where(period > 0, actions[everyone, np.maximum(t - period, 0)], fresh)
+    return actions
+
+
+def solved_at(success: Floats, luck: Floats) -> Integers:
+    """The step at which each trial is solved, 0 if it is not."""
+    steps = np.arange(1, BUDGET + 1)
+    hazard = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (steps >= FIRST)
+    opened = luck < hazard
+    return np.where(opened.any(axis=1), opened.argmax(axis=1) + 1, 0)
 
 
 def default_worlds() -> tuple[World, ...]:
@@ -76,120 +155,43 @@ def stated_world(success: Sequence[float], *, p: Sequence[float] = P, trap: Sequ
 
     Args:
         success: Probability of solving the box at each p, [0, 1).
-        p: Flip probabilities, ascending, 0.000001 or more apart.
+        p: Flip probabilities, ascending, 0.000001 or more apart: nearly equal ones allow no trend.
         trap: Probability per step of falling into a cycle at each p, [0, 1]; 0 by default.
     """
-    if len(success) != len(p):
-        raise BadValue(
-            "success", ",".join(f"{value:g}" for value in success), f"one share for each of {len(p)} flip rates"
-        )
-    if trap and len(trap) != len(p):
-        raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} flip rates")
-    _check_p(p)
-    for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1")):
-        for value in values:
-            if not 0 <= value <= 1 or (name == "success" and value == 1):
-                raise BadValue(name, value, f"a number from 0 {limit}")
-    chances = tuple(trap) or (0.0,) * len(p)
-    return World(
-        name="stated",
-        says="As stated.",
-        success=tuple(success),
-        trap=chances,
-        truths=_truths(success, chances),
-    )
-
-
-def _check_p(p: Sequence[float]) -> None:
-    """Refuse flip probabilities that make no design, such as nearly equal ones, which allow no trend."""
+    for name, values, what in (("success", success, "share"), ("trap", trap or p, "chance")):
+        if len(values) != len(p):
+            raise BadValue(name, _written(values), f"one {what} for each of {len(p)} flip rates")
     if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
-        raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
+        raise BadValue("p", _written(p), "two values or more from 0 to 1, ascending")
     if any(round(high - low, 9) < 1e-6 for low, high in pairwise(p)):
         raise BadValue("p", ",".join(map(str, p)), "values that differ by 0.000001 or more")
+    for value in success:
+        if not 0 <= value < 1:
+            raise BadValue("success", value, "a number from 0 below 1")
+    for value in trap:
+        if not 0 <= value <= 1:
+            raise BadValue("trap", value, "a number from 0 to 1")
+    chances, top = tuple(trap) or (0.0,) * len(p), max(success)
+    answers: dict[Question, bool] = {
+        "success": len(set(success)) > 1,
+        "speed": len(set(success)) > 1,
+        "shape": top > success[0] and top > success[-1],
+        "looping": len(set(chances)) > 1,
+        "looping again": min(chances) < min(chances[0], chances[-1]),
+    }
+    truths = frozenset(question for question, yes in answers.items() if yes)
+    return World(name="stated", says="As stated.", p=tuple(p), success=tuple(success), trap=chances, truths=truths)
 
 
-def _truths(success: Sequence[float], trap: Sequence[float]) -> frozenset[Question]:
-    """The questions whose true answer is yes."""
-    found: set[Question] = set()
-    if len(set(success)) > 1:
-        found |= {"success", "speed"}
-    top = success.index(max(success))
-    if success[top] > success[0] and success[top] > success[-1]:
-        found.add("shape")
-    if len(set(trap)) > 1:
-        found.add("looping")
-    if min(trap) < min(trap[0], trap[-1]):
-        found.add("looping again")
-    return frozenset(found)
+def _written(values: Sequence[float]) -> str:
+    return ",".join(f"{value:g}" for value in values)
 
 
-def power(
-    worlds: Sequence[World],
-    *,
-    p: Sequence[float] = P,
-    trials: Sequence[int] = TRIALS,
-    target: float = 0.8,
-    studies: int = 100,
-    seed: int = 1,
-    workers: Pool = THIS_PROCESS,
-    progress: Progress = lambda done, of: None,
-) -> list[Needed]:
+def flip_power(worlds: Sequence[World], how: Simulation, *, seed: int = 1) -> list[tuple[World, Question, Needed]]:
     """The power of every test whose true answer is yes, and the trials per p that it needs.
 
-    Simulated trials share no luck over p, like those of a sampled model. With shared luck, differences of success need
-    fewer trials, and tests of speed and loops need other numbers.
-
-    Args:
-        worlds: Effects; each gives success at every ``p``.
-        p: Flip probabilities.
-        trials: Trials per p to measure at, 2 to ``MOST_TRIALS``; rounded up to three whole repetitions.
-        target: Power to be reached, (0, 1).
-        studies: Studies per world and number of trials.
-        seed: Seed of everything.
-        workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done.
+    Numbers of trials are rounded up to three whole repetitions.
     """
-    if not 0 < target < 1:
-        raise BadValue("target power", target, "a number between 0 and 1")
-    if not trials or min(trials) < 2 or max(trials) > MOST_TRIALS:
-        raise BadValue("trials per flip rate", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
-    _check_p(p)
-    designs = [
-        Design(p=tuple(p), repetitions=REPETITIONS, trials=each)
-        for each in sorted({math.ceil(count / REPETITIONS) for count in trials})
-    ]
-    rates = measure(worlds, designs, studies=studies, seed=seed, workers=workers, progress=progress)
-    found: dict[tuple[str, str], list[Rate]] = {}
-    for rate in rates:
-        if rate.truth:
-            found.setdefault((rate.world, rate.test), []).append(rate)
-    return [needed(measured, target) for measured in found.values()]
-
-
-def needed(measured: Sequence[Rate], target: float) -> Needed:
-    """The number of trials at which a test's power first reaches the target, interpolated in its logarithm."""
-    first = measured[0]
-    trials = [rate.trials for rate in measured]
-    shares = [proportion(rate.rejected, rate.studies) for rate in measured]
-    low = _crossing(trials, [share.high for share in shares], target)
-    return Needed(
-        world=first.world,
-        question=first.question,
-        test=first.test,
-        measured=tuple(measured),
-        trials=_crossing(trials, [share.value for share in shares], target),
-        low=None if low == first.trials else low,
-        high=_crossing(trials, [share.low for share in shares], target),
-        below=first.rate >= target,
-    )
-
-
-def _crossing(trials: Sequence[int], power_at: Sequence[float], target: float) -> int | None:
-    """The first number of trials at which interpolated power reaches the target; None if none does."""
-    if power_at[0] >= target:
-        return trials[0]
-    for (n, low), (more, high) in pairwise(zip(trials, power_at, strict=True)):
-        if high >= target:
-            way = (target - low) / (high - low)
-            return math.ceil(math.exp(math.log(n) + way * math.log(more / n)) - 1e-9)
-    return None
+    sizes = [REPETITIONS * each for each in sorted({math.ceil(count / REPETITIONS) for count in how.trials})]
+    found = zip(worlds, power(worlds, sizes, how, seed), strict=True)
+    return [(world, question, needed[question]) for world, needed in found for question in world.asked]

@@ -11,6 +11,7 @@ shares (between), two-sided, each condition against the control, with Bonferroni
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
@@ -74,31 +75,30 @@ class People:
         """Boxes of one person."""
         return self.boxes * len(self.success)
 
+    @property
+    def treated_sd(self) -> float:
+        """Standard deviation of persons under a condition that is not the control, in logits."""
+        return sqrt(self.person_sd**2 + self.effect_sd**2)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleNeeded:
-    """The persons that a design needs in all, for all its comparisons; ``per_condition`` of them see a condition."""
+    """Persons in all, for all comparisons of a design; ``per_condition`` of them see a condition."""
 
-    design: Design
     people: int
     per_condition: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PowerOfPeople:
-    """What a number of persons can detect.
+class PowerOfPeople(PeopleNeeded):
+    """What a number of persons can detect. Between persons, a remainder of them is left out.
 
     Attributes:
-        people: Persons in all.
-        per_condition: Persons who see each condition. Between persons, a remainder is left out.
         power: The least power of the comparisons with the control.
         below: The largest share under the control's that a comparison detects with the target power; None for none.
         above: The smallest share over the control's, likewise.
     """
 
-    design: Design
-    people: int
-    per_condition: int
     power: float
     below: float | None
     above: float | None
@@ -115,7 +115,7 @@ def power_with(model: People, design: Design, people: int, target: float = 0.8) 
         return None
     below, above = (_smallest_effect(model, design, group, target, end) for end in (0.0, 1.0))
     power = power_of(model, design, group)
-    return PowerOfPeople(design=design, people=people, per_condition=group, power=power, below=below, above=above)
+    return PowerOfPeople(people=people, per_condition=group, power=power, below=below, above=above)
 
 
 def _smallest_effect(model: People, design: Design, group: int, target: float, end: float) -> float | None:
@@ -145,28 +145,27 @@ def people_needed(model: People, design: Design, target: float = 0.8) -> PeopleN
         low, high = high, 2 * high
         if high > _MOST:
             return None
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if power_of(model, design, middle) >= target else (middle, high)
-    group = low if power_of(model, design, low) >= target else high
+    group = low + bisect_left(range(low, high), target, key=lambda persons: power_of(model, design, persons))
     groups = len(model.success) if design == "between" else 1
-    return PeopleNeeded(design=design, people=group * groups, per_condition=group)
+    return PeopleNeeded(people=group * groups, per_condition=group)
 
 
 def power_of(model: People, design: Design, group: int) -> float:
     """The least power of the comparisons with the control, with ``group`` persons under each condition."""
-    level, both = ALPHA / (len(model.success) - 1), _both(model)
-    found = []
-    for share in model.success[1:]:
+    from scipy import stats
+
+    (control, *treated), level, found = model.success, ALPHA / (len(model.success) - 1), []
+    for share in treated:
         if design == "within":
-            spread = sqrt(_difference_variance(model, share))
-            error, freedom = spread / sqrt(group), group - 1.0
+            error, freedom = sqrt(_difference_variance(model, share)) / sqrt(group), group - 1.0
         else:
-            variances = (_mean_variance(model, model.success[0], model.person_sd), _mean_variance(model, share, both))
-            parts = [variance / group for variance in variances]
+            both = ((control, model.person_sd), (share, model.treated_sd))
+            parts = [_mean_variance(model, mean, deviation) / group for mean, deviation in both]
             error = sqrt(sum(parts))
             freedom = sum(parts) ** 2 / sum(part**2 / (group - 1) for part in parts)
-        found.append(_t_power((share - model.success[0]) / error, freedom, level))
+        effect, edge = (share - control) / error, stats.t.ppf(1 - level / 2, freedom)
+        tails = stats.nct.sf(edge, freedom, effect), stats.nct.cdf(-edge, freedom, effect)
+        found.append(float(np.nan_to_num(tails).sum()))  # scipy has no number for a tail far below 1e-15
     return min(found)
 
 
@@ -175,19 +174,12 @@ def _check_target(target: float) -> None:
         raise BadValue("target", target, "a power between 0 and 1")
 
 
-def _t_power(noncentrality: float, freedom: float, alpha: float) -> float:
-    from scipy import stats
-
-    edge = stats.t.ppf(1 - alpha / 2, freedom)
-    return float(stats.nct.sf(edge, freedom, noncentrality) + stats.nct.cdf(-edge, freedom, noncentrality))
-
-
 def _difference_variance(model: People, share: float) -> float:
     """The variance over persons of the difference between the shares that they open, box luck included."""
     u, w = _normal(model.person_sd)
     v, x = _normal(model.effect_sd)
     control = _chance(_intercept(model.success[0], model.person_sd) + u)
-    treated = _chance(_intercept(share, _both(model)) + u[:, None] + v)
+    treated = _chance(_intercept(share, model.treated_sd) + u[:, None] + v)
     weights = w[:, None] * x
     difference = treated - control[:, None]
     mean = float((weights * difference).sum())
@@ -202,10 +194,6 @@ def _mean_variance(model: People, share: float, deviation: float) -> float:
     chances = _chance(_intercept(share, deviation) + u)
     between = float((w * (chances - share) ** 2).sum())
     return between + float((w * chances * (1 - chances)).sum()) / model.boxes_in_all
-
-
-def _both(model: People) -> float:
-    return sqrt(model.person_sd**2 + model.effect_sd**2)
 
 
 @lru_cache(maxsize=1000)

@@ -1,4 +1,7 @@
-"""Power of a study of controls: how often its verdict is right, and how often wrong, if an effect is as stated."""
+"""Power of a study of controls: how often its verdict is right, and how often wrong, if an effect is as stated.
+
+Arms share no luck here. A seeded agent shares its luck between arms, and needs fewer blocks.
+"""
 
 from __future__ import annotations
 
@@ -14,50 +17,32 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import MARGIN, Claim, Verdict, decide
 
-Assertion = Literal["changes", "no change", "says", "form"]
-"""What a verdict can assert: that lies change success; that they change it by less than the margin; that they act
+BLOCKS = (50, 150, 300, 600)
+"""Sizes of studies whose verdicts are counted."""
+
+_ASSERTED: Mapping[Verdict, frozenset[Literal["changes", "no change", "says", "form"]]] = {
+    "says": frozenset({"changes", "says"}),
+    "form": frozenset({"changes", "form"}),
+    "both": frozenset({"changes", "says", "form"}),
+    "blurred": frozenset({"changes"}),
+    "not decided": frozenset({"changes"}),
+    "no change": frozenset({"no change"}),
+    "inconclusive": frozenset(),
+}
+"""What a verdict asserts: that lies change success; that they change it by less than the margin; that they act
 through what they say; that they act as any odd report does."""
 
-_ASSERTED: Mapping[Verdict, tuple[Assertion, ...]] = {
-    "says": ("changes", "says"),
-    "form": ("changes", "form"),
-    "both": ("changes", "says", "form"),
-    "blurred": ("changes",),
-    "not decided": ("changes",),
-    "no change": ("no change",),
-    "inconclusive": (),
+STATED: Mapping[str, tuple[float, ...]] = {
+    "what they say last": (0.23, 0.67, 0.23, 0.23, 0.67, 0.67, 0.23),
+    "what they say first": (0.23, 0.67, 0.23, 0.67, 0.23, 0.67, 0.23),
+    "as any odd report": (0.23, 0.67, 0.67, 0.67, 0.67, 0.67, 0.67),
+    "small, said last": (0.45, 0.60, 0.45, 0.45, 0.60, 0.60, 0.45),
+    "no change": (0.45,) * 7,
 }
+"""Effect -> success in each of :data:`~lockprobe.statistics.why.arms.ARMS`: three of the paper's size (Sec. 3.2), a
+small one, and none."""
 
-
-@dataclass(frozen=True, slots=True)
-class Mechanism:
-    """How lies act: what is true of an agent or of a stated effect.
-
-    Attributes:
-        verdict: What a study concludes that is large enough, whatever the size of the change.
-        acts: The assertions on how lies act that are true, although some may not show in corrected reports.
-    """
-
-    verdict: Verdict
-    acts: tuple[Literal["says", "form"], ...] = ()
-
-    def right(self, verdict: Verdict, total: float) -> bool:
-        """Whether a verdict is the one that is due: this one, or that the change is below the margin, if it is.
-
-        Args:
-            verdict: The conclusion of a study.
-            total: The exact total effect, [-1, 1].
-        """
-        return (verdict == self.verdict and total != 0) or (verdict == "no change" and abs(total) < MARGIN)
-
-    def wrong(self, verdict: Verdict, total: float) -> bool:
-        """Whether a verdict asserts something false; the arguments are those of :meth:`right`."""
-        true = {*self.acts, "changes"} if total else set()
-        return not {*_ASSERTED[verdict]} <= true | ({"no change"} if abs(total) < MARGIN else set())
-
-
-_SAYS, _FORM = Mechanism("says", ("says",)), Mechanism("form", ("form",))
-_NOTHING = Mechanism("no change")
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,9 +57,8 @@ class VerdictRates:
         studies: Number of studies.
         verdicts: Verdict -> number of studies that concluded it, most frequent first.
         claims: Claim -> number of studies that made it, most frequent first.
-        right: Share of studies with that verdict, or with ``no change`` if the change is below the margin, [0, 1].
-        wrong: Share of studies that assert something false: a way of acting that is not the effect's, any way or change
-            where nothing changes, or ``no change`` where the change is the margin or more, [0, 1].
+        right: Share of studies whose verdict is :func:`right`, [0, 1].
+        wrong: Share of studies whose verdict is :func:`wrong`, [0, 1].
     """
 
     effect: str
@@ -88,23 +72,10 @@ class VerdictRates:
     wrong: float
 
 
-STATED: Mapping[str, tuple[float, ...]] = {
-    "what they say last": (0.23, 0.67, 0.23, 0.23, 0.67, 0.67, 0.23),
-    "what they say first": (0.23, 0.67, 0.23, 0.67, 0.23, 0.67, 0.23),
-    "as any odd report": (0.23, 0.67, 0.67, 0.67, 0.67, 0.67, 0.67),
-    "small, said last": (0.45, 0.60, 0.45, 0.45, 0.60, 0.60, 0.45),
-    "no change": (0.45,) * 7,
-}
-"""Effect -> success in each of :data:`~lockprobe.statistics.why.arms.ARMS`: three of the paper's size (Sec. 3.2), a
-small one, and none."""
-
-
-def stated_rates(
-    name: str, success: Sequence[float], *, blocks: Sequence[int], studies: int = 200, seed: int = 1
+def why_power(
+    name: str, success: Sequence[float], *, blocks: Sequence[int] = BLOCKS, studies: int = 200, seed: int = 1
 ) -> list[VerdictRates]:
-    """The verdict rates of studies of a stated effect, if arms share no luck.
-
-    A seeded agent shares its luck between arms, and needs fewer blocks.
+    """The verdict rates of studies of a stated effect.
 
     Args:
         name: Name of the effect.
@@ -121,7 +92,7 @@ def stated_rates(
     for what, number, least in (("blocks", min(blocks), 2), ("studies", studies, 1)):
         if number < least:
             raise BadValue(what, number, f"a number from {least}")
-    mechanism, total, rates = mechanism_of(success), success[1] - success[0], []
+    truth, total, rates = due(success), success[1] - success[0], []
     for size in blocks:
         rng = generator(seed, "stated", name, str(size))
         drawn = (rng.random((size, len(ARMS))) < np.array(success) for _ in range(studies))
@@ -130,28 +101,43 @@ def stated_rates(
         rates.append(
             VerdictRates(
                 effect=name,
-                truth=mechanism.verdict if total else "no change",
+                truth=truth,
                 change=total,
                 blocks=size,
                 studies=studies,
                 verdicts=dict(verdicts.most_common()),
                 claims=dict(Counter(claim for one in found for claim in one.claims).most_common()),
-                right=sum(n for verdict, n in verdicts.items() if mechanism.right(verdict, total)) / studies,
-                wrong=sum(n for verdict, n in verdicts.items() if mechanism.wrong(verdict, total)) / studies,
+                right=sum(n for verdict, n in verdicts.items() if right(verdict, truth, total)) / studies,
+                wrong=sum(n for verdict, n in verdicts.items() if wrong(verdict, truth, total)) / studies,
             )
         )
     return rates
 
 
-def mechanism_of(success: Sequence[float]) -> Mechanism:
-    """What is true of success in each of :data:`~lockprobe.statistics.why.arms.ARMS`.
+def right(verdict: Verdict, truth: Verdict, total: float) -> bool:
+    """Whether it is the verdict that is due, or that the change is below the margin, if it is."""
+    return verdict == truth or (verdict == "no change" and abs(total) < MARGIN)
+
+
+def wrong(verdict: Verdict, truth: Verdict, total: float) -> bool:
+    """Whether a verdict asserts something false.
+
+    That is a way of acting that is not the effect's, any way or change where nothing changes, or ``no change`` where
+    the change is the margin or more.
+    """
+    small = {"no change"} if abs(total) < MARGIN else set()
+    return not _ASSERTED[verdict] <= (_ASSERTED[truth] - {"no change"} | small)
+
+
+def due(success: Sequence[float]) -> Verdict:
+    """What a study concludes that is large enough, by success in each of :data:`~lockprobe.statistics.why.arms.ARMS`.
 
     What reports say acts if two false statements do more than two true ones in the direction of the total effect, or if
     a false statement does wherever it stands last, or first; the form acts if true corrections and remarks do it too.
     """
     truth, lie, both_true, lie_truth, truth_lie, both_false, remark = success
     if lie == truth:
-        return _NOTHING
+        return "no change"
 
     def more(one: float, other: float) -> bool:
         return (one - other) * (lie - truth) > _ROUNDING
@@ -162,11 +148,9 @@ def mechanism_of(success: Sequence[float]) -> Mechanism:
         or (more(lie_truth, both_true) and more(both_false, truth_lie))
     )
     corrections = more(both_true, truth)
+    form = corrections and more(remark, truth)
     if says:
-        return Mechanism("both", ("says", "form")) if corrections and more(remark, truth) else _SAYS
-    if corrections and more(remark, truth):
-        return _FORM
-    return Mechanism("blurred" if corrections else "not decided")
-
-
-_ROUNDING = 1e-9
+        return "both" if form else "says"
+    if form:
+        return "form"
+    return "blurred" if corrections else "not decided"

@@ -1,0 +1,182 @@
+"""Studies of a stated effect, simulated and put through the tests that a report makes: power, and the trials needed."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.parallel import THIS_PROCESS, Pool
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.proportions import proportion
+
+TRIALS = (15, 30, 60, 120, 240)
+"""Trials per condition at which power is measured."""
+
+MOST_TRIALS = 10_000
+"""Trials per condition up to which a study is simulated."""
+
+BATCH = 10
+"""Studies that a process simulates before it reports."""
+
+Progress = Callable[[int, int], None]
+"""Called with the work done and all work."""
+
+
+class Effect(Protocol):
+    """What is true of an agent. Jobs carry it to other processes."""
+
+    @property
+    def address(self) -> tuple[str, ...]:
+        """Names its random streams."""
+
+    @property
+    def asked(self) -> Sequence[str]:
+        """What is to be detected."""
+
+    def detected(self, trials: int, luck: np.random.Generator, tests: np.random.Generator) -> Iterable[str]:
+        """Simulate a study of so many trials per condition: what the report detects in it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rate:
+    """In how many simulated studies with so many trials per condition a test detected something."""
+
+    trials: int
+    studies: int
+    detected: int
+
+    @property
+    def power(self) -> float:
+        """The share of studies, [0, 1]."""
+        return self.detected / self.studies
+
+    @property
+    def error(self) -> float:
+        """Monte Carlo standard error of the power, after adding one study of each outcome."""
+        smooth = (self.detected + 1) / (self.studies + 2)
+        return math.sqrt(smooth * (1 - smooth) / self.studies)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Needed:
+    """The trials per condition with which a test reaches the target power.
+
+    Attributes:
+        measured: Its power at every measured number of trials, ascending.
+        trials: The number at which power first reaches the target, interpolated in its logarithm; None if none does.
+        low: Lower end of its 95 % interval: where the upper ends of power's Wilson intervals reach the target; None if
+            they do at the smallest number.
+        high: Upper end: where the lower ends reach it; None if they do not.
+        below: Whether the smallest measured number of trials reaches the target.
+    """
+
+    measured: tuple[Rate, ...]
+    trials: int | None
+    low: int | None
+    high: int | None
+    below: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """How much is simulated.
+
+    Attributes:
+        trials: Numbers of trials per condition.
+        target: Power to be reached, (0, 1).
+        studies: Studies of each effect and number of trials.
+        workers: The pool of processes; their number changes nothing.
+        progress: Called with the number of studies done, and of all.
+    """
+
+    trials: Sequence[int] = TRIALS
+    target: float = 0.8
+    studies: int = 100
+    workers: Pool = THIS_PROCESS
+    progress: Progress = lambda done, of: None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.target < 1:
+            raise BadValue("target power", self.target, "a number between 0 and 1")
+        if not self.trials or min(self.trials) < 2 or max(self.trials) > MOST_TRIALS:
+            expected = f"numbers of at least 2 and at most {MOST_TRIALS}"
+            raise BadValue("trials per condition", list(self.trials), expected)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Job:
+    """Some studies of one effect and size, by their numbers."""
+
+    effect: Effect
+    trials: int
+    seed: int
+    numbers: range
+
+
+def power(effects: Sequence[Effect], sizes: Sequence[int], how: Simulation, seed: int) -> list[dict[str, Needed]]:
+    """Simulate studies with so many trials per condition, ascending, and count what the report detects.
+
+    Returns:
+        For each effect, what is asked of it -> the trials that its detection needs.
+    """
+    places = [(effect, size) for effect in range(len(effects)) for size in sizes]
+    jobs = [
+        (at, _Job(effect=effects[at[0]], trials=at[1], seed=seed, numbers=range(how.studies)[first : first + BATCH]))
+        for at in places
+        for first in range(0, how.studies, BATCH)
+    ]
+    found, done = {at: Counter[str]() for at in places}, 0
+    for (at, job), detected in zip(jobs, how.workers.map(_simulated, [job for _, job in jobs]), strict=True):
+        found[at] += detected
+        done += len(job.numbers)
+        how.progress(done, how.studies * len(places))
+
+    def rates(place: int, what: str) -> list[Rate]:
+        return [Rate(trials=size, studies=how.studies, detected=found[place, size][what]) for size in sizes]
+
+    return [
+        {what: needed(rates(place, what), how.target) for what in effect.asked} for place, effect in enumerate(effects)
+    ]
+
+
+def _simulated(job: _Job) -> Counter[str]:
+    """In how many studies each difference is detected."""
+    found = Counter[str]()
+    for number in job.numbers:
+        path: tuple[str | int, ...] = (*job.effect.address, job.trials, number)
+        luck, tests = generator(job.seed, *path), generator(job.seed, *path, "tests")
+        found.update(job.effect.detected(job.trials, luck, tests))
+    return found
+
+
+def needed(measured: Sequence[Rate], target: float) -> Needed:
+    """The trials with which the measured power reaches the target."""
+    shares = [proportion(rate.detected, rate.studies) for rate in measured]
+
+    def reached(power_at: Sequence[float]) -> int | None:
+        """The first number of trials at which interpolated power reaches the target; None if none does."""
+        if power_at[0] >= target:
+            return measured[0].trials
+        for (before, low), (after, high) in pairwise(zip(measured, power_at, strict=True)):
+            if high >= target:
+                way = (target - low) / (high - low)
+                return math.ceil(
+                    math.exp(math.log(before.trials) + way * math.log(after.trials / before.trials)) - 1e-9
+                )
+        return None
+
+    low = reached([share.high for share in shares])
+    return Needed(
+        measured=tuple(measured),
+        trials=reached([share.value for share in shares]),
+        low=None if low == measured[0].trials else low,
+        high=reached([share.low for share in shares]),
+        below=measured[0].power >= target,
+    )
