@@ -10,7 +10,6 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.prose.doses import cause
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.statistics.conditions.axis import Axis
 from lockprobe.statistics.proportions import ALPHA, proportion
 
 ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
@@ -36,9 +35,7 @@ def answer(found: Results) -> str:
         return headline(own, "false reports") or solved_said(found, own)
     axes = [axis for axis in found.design.axes if not axis.of_flips]
     if axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own):
-        one = axes[0]
-        axis = Axis(kind=one.intervention, dose=one.dose, options=one.options, rest=one.rest)
-        return headline(own, cause(axis)) or solved_said(found, own)
+        return headline(own, cause(axes[0].axis)) or solved_said(found, own)
     return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(found, own)
 
 

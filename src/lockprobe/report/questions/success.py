@@ -20,7 +20,7 @@ from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, fit_rows, of_course, share_rows, two_lines_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
+from lockprobe.statistics.conditions.axis import AGENT, FLIPS
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
 from lockprobe.statistics.inference.trend import trend
@@ -120,6 +120,7 @@ def _show_doses(found: Results) -> Iterator[Part]:
     for i, (place, axis) in enumerate(axes, 1):
         shown = [course for course in found.courses(axis) if course.played]
         called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
+        what = headline(dose_lines(found, axis), cause(axis.axis)) or _NOTHING
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
         drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,)}
@@ -128,19 +129,13 @@ def _show_doses(found: Results) -> Iterator[Part]:
             Cells(_cells(found, axis), 2),
             _note(found),
         ]
-        yield Part(f"{called}{pictured}", _said(found, axis), blocks, "doses" if i == 1 else f"doses-{i}")
+        yield Part(f"{called}{pictured}", what, blocks, "doses" if i == 1 else f"doses-{i}")
 
 
 def _called(axis: DoseAxis) -> str:
     options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
     of = f" of {', '.join(one.agent for one in axis.players)}" * (axis.intervention == AGENT)
     return f"{axis.name.capitalize()}{of}{options}{rest}"
-
-
-def _said(found: Results, axis: DoseAxis) -> str:
-    """What the doses did; that nothing was compared, where nothing was."""
-    of = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
-    return headline(dose_lines(found, axis), cause(of)) or _NOTHING
 
 
 def _cells(found: Results, axis: DoseAxis | None = None) -> TextTable:

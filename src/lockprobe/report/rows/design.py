@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from lockprobe.report.rows.part import Part
-from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.axis import Axis, axis_key
 
 
 class Condition(Part):
@@ -60,9 +60,14 @@ class DoseAxis(Part):
     number: int = Field(default=1, ge=1, description="Which it is of several of that name.")
 
     @property
+    def axis(self) -> Axis:
+        """The dose alone."""
+        return Axis(kind=self.intervention, dose=self.dose, options=self.options, rest=self.rest)
+
+    @property
     def of_flips(self) -> bool:
         """Whether its levels are rates of flips alone, of one reading of a false report."""
-        return (self.intervention, self.dose, self.rest) == ("flip", "p", "")
+        return self.axis.of_flips
 
     @property
     def key(self) -> str:
