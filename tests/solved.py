@@ -47,5 +47,10 @@ def people(rng, per_p, boxes, likeness, p=7, success=0.5):
     return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"player": np.array(who)})
 
 
+def smallest(differences):
+    """The smallest P value; None without a difference."""
+    return min((one.p_value for one in differences), default=None)
+
+
 def rng(seed=1):
     return np.random.default_rng(seed)

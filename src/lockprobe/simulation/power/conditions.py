@@ -126,7 +126,7 @@ def detected(solved: Flags, family: Family, rng: np.random.Generator, agents: in
         onset=nothing,
     )
     if family.name:
-        tested = any_difference(columns, rng, agents=agents).at
+        tested = any_difference(columns, rng, agents=agents)
     else:
         groups = [columns.at(columns.dose == dose) for dose in doses]
         tested = tuple(one for _, one in each_difference(groups, rng, agents=agents))

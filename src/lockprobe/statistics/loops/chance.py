@@ -128,9 +128,7 @@ def expected_loop_rate(
 @cache
 def _table() -> dict[str, list[list[int | None]]]:
     """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
-    text = files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text(encoding="utf-8")
-    table: dict[str, list[list[int | None]]] = json.loads(text)
-    return table
+    return json.loads(files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text("utf-8"))  # type: ignore[no-any-return]
 
 
 def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int | None:
