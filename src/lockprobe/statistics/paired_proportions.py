@@ -91,7 +91,9 @@ class Paired:
 
 def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int = 1) -> Paired:
     """The difference between two conditions on the same trials of one box, shape (pairs,), for any shared luck."""
-    return difference_over_boxes(pairs_by_box(np.column_stack([first, second])), choices=choices)
+    counts = np.count_nonzero(first & ~second), np.count_nonzero(second & ~first), len(first)
+    one, two, n = (np.array([float(many)]) for many in counts)
+    return difference_over_boxes(Pairs(first=one, second=two, n=n), choices=choices)
 
 
 def pairs_by_box(solved: NDArray[np.bool_], box: NDArray[np.str_] = ONE_BOX) -> Pairs:

@@ -100,6 +100,12 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
     assert (at.value, at.low, at.high) == (both.value, both.low, both.high) == (1.0, both.low, 1.0)
 
 
+def test_values_of_p_without_a_common_trial_are_not_compared():
+    whole = study(drawn(rng(), TRUTH[:3], shape=(3, 1, 20)))
+    found = any_difference(whole.at((whole.dose != 0.1) | (whole.trial > 20)), rng())
+    assert [at.dose for at in found] == [0.2]
+
+
 @pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
 def test_intervals_of_differences_between_people_hold_the_truth(per_p, boxes, likeness):
     held = []
