@@ -12,7 +12,7 @@ from known_truth import simulated
 from net import unpacked
 from page_parts import part
 from reported import found_in
-from solved import smallest
+from solved import columns, smallest
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
@@ -32,7 +32,7 @@ from lockprobe.statistics.inference.difference import (
     few_broke_until,
 )
 from lockprobe.statistics.inference.over_doses import success_by_dose
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.paired_proportions import paired
 from lockprobe.statistics.proportions import difference, proportion
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, share_at_every_look
@@ -56,16 +56,11 @@ def at(p, solved, failed, broken):
 
 def played(solved, broke, length=None):
     """The trials of one condition that ended, and those that broke."""
-    n = len(solved)
-    columns = Outcomes(
-        dose=np.zeros(n),
-        repetition=np.ones(n, int),
-        trial=np.arange(1, n + 1),
-        length=np.full(n, 20) if length is None else length,
-        solved=np.asarray(solved, bool) & ~np.asarray(broke, bool),
-        onset=np.zeros(n, int),
+    ended = np.asarray(solved, bool) & ~np.asarray(broke, bool)
+    every = columns(
+        np.zeros(len(ended)), np.arange(len(ended)) + 1, length=20 if length is None else length, solved=ended
     )
-    return columns.at(~broke), columns.at(broke)
+    return every.at(~broke), every.at(broke)
 
 
 def compared(groups):

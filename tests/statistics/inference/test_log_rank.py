@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from known_truth import simulated
 from scipy import stats
+from solved import columns
 from statsmodels.duration.survfunc import survdiff
 
 from lockprobe.simulation.power.worlds import Design
 from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.inference.log_rank import Hazard, excess, log_rank, looping, pace, worst
-from lockprobe.statistics.outcomes import Outcomes
 
 GROUP = st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)
 
@@ -56,13 +56,10 @@ def world(rng, success=RISING, trap=(0.0,) * 7, n=30, shared=0.0):
     return simulated("no-effect", rng, design, success=success, trap=trap, shared=shared)[0]
 
 
-def columns(rows):
-    """Outcomes from rows of (p, trial, length, onset)."""
-    p, trial, length, onset = (np.array(column) for column in zip(*rows, strict=True))
-    solved = length < BUDGET
-    return Outcomes(
-        dose=p.astype(float), repetition=np.ones_like(trial), trial=trial, length=length, solved=solved, onset=onset
-    )
+def of_rows(rows):
+    """Trials from rows of (p, trial, length, onset)."""
+    p, trial, length, onset = zip(*rows, strict=True)
+    return columns(p, trial, length=length, onset=onset)
 
 
 def test_its_variance_is_that_of_independent_trials_where_trials_are_independent():
@@ -81,7 +78,7 @@ def test_noise_that_frees_from_loops_is_found_with_its_direction():
 
 
 def test_onset_is_censored_where_the_trial_ends():
-    short = columns([(0.0, i, 6, 0) for i in range(1, 9)] + [(0.4, i, 20, 8) for i in range(1, 9)])
+    short = of_rows([(0.0, i, 6, 0) for i in range(1, 9)] + [(0.4, i, 20, 8) for i in range(1, 9)])
     found = looping(short)  # nobody at p = 0 ran on to step 8
     assert (found.p_value, found.ratio) == (1.0, None)
 
@@ -92,10 +89,10 @@ def test_an_agent_that_plays_alike_at_every_p_shows_no_difference():
 
 
 def test_with_little_to_go_on_nothing_is_claimed():
-    one = columns([(0.2, 1, 20, 9), (0.2, 2, 20, 0)])
+    one = of_rows([(0.2, 1, 20, 9), (0.2, 2, 20, 0)])
     assert looping(one) is looping(one.at(np.zeros(2, dtype=bool))) is None
-    assert looping(columns([(0.0, 1, 20, 9), (0.2, 1, 20, 12)])).p_value is None
-    nothing = looping(columns([(p, i, 20, 0) for p in (0, 0.4) for i in range(8)]))
+    assert looping(of_rows([(0.0, 1, 20, 9), (0.2, 1, 20, 12)])).p_value is None
+    nothing = looping(of_rows([(p, i, 20, 0) for p in (0, 0.4) for i in range(8)]))
     assert (nothing.p_value, nothing.direction) == (1.0, 0)
 
 
@@ -103,7 +100,7 @@ def test_with_little_to_go_on_nothing_is_claimed():
 def test_a_test_that_could_never_reject_is_none(clusters):
     """However clear: all loop at once under noise, none ever without. The statistic never exceeds the clusters."""
     clear = [row for i in range(clusters) for row in ((0.0, i, 20, 0), *((p, i, 6, 6) for p in P[1:].tolist()))]
-    found = looping(columns(clear))
+    found = looping(of_rows(clear))
     assert (found.p_value is None) == (clusters <= 6)
     assert found.p_value is None or found.p_value < 0.05
     assert found.direction == 1

@@ -8,34 +8,21 @@ from builders import SOLUTION, make_trial
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from solved import columns
 
 from lockprobe.statistics.inference.log_rank import log_rank
 from lockprobe.statistics.inference.mean_steps import BLOCKS, mean_steps, rare_block
 from lockprobe.statistics.inference.over_doses import steps_over_doses
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.outcomes import broken_off, outcomes
 
 BUDGET = 20
-
-
-def columns(steps, p, *, player=(), trial=None):
-    """Trials of these lengths; one of the whole budget is unsolved."""
-    length = np.asarray(steps, dtype=np.int64)
-    return Outcomes(
-        dose=np.asarray(p, dtype=np.float64),
-        repetition=np.ones(len(length), dtype=np.int64),
-        trial=np.asarray(trial, dtype=np.int64),
-        length=length,
-        solved=length < BUDGET,
-        onset=np.zeros(len(length), dtype=np.int64),
-        player=np.asarray(player, dtype=np.str_),
-    )
 
 
 def paired(*by_p):
     """One row of steps for each p, trial by trial with the same luck."""
     n = len(by_p[0])
     p = np.repeat(np.arange(len(by_p)) / 10, n)
-    return columns(np.concatenate(by_p), p, trial=np.tile(np.arange(1, n + 1), len(by_p)))
+    return columns(p, np.tile(np.arange(1, n + 1), len(by_p)), length=np.concatenate(by_p))
 
 
 def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
@@ -105,7 +92,7 @@ def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
 @pytest.mark.parametrize(("steps", "p", "trial"), [([5, 6], [0, 0], [1, 2]), ([5, 6], [0, 0.4], [1, 2]),
                                                    ([5, 6], [0, 0.4], [1, 1]), ([], [], [])])  # fmt: skip
 def test_of_one_dose_or_fewer_than_two_blocks_nothing_is_tested(steps, p, trial):
-    assert mean_steps(columns(steps, p, trial=trial), BUDGET).p_value is None
+    assert mean_steps(columns(p, trial, length=steps), BUDGET).p_value is None
 
 
 def test_trials_of_one_person_are_taken_together():
@@ -113,8 +100,9 @@ def test_trials_of_one_person_are_taken_together():
     rng = np.random.default_rng(3)
     skill = rng.integers(5, 15, size=12)
     p = np.repeat([0.0, 0.4], 6)
-    once = columns(skill, p, player=[f"person-{i}" for i in range(12)], trial=np.arange(12))
-    many = columns(np.repeat(skill, 10), np.repeat(p, 10), player=np.repeat(once.player, 10), trial=np.arange(120))
+    once = columns(p, np.arange(12), length=skill, player=[f"person-{i}" for i in range(12)])
+    more = {"length": np.repeat(skill, 10), "player": np.repeat(once.player, 10)}
+    many = columns(np.repeat(p, 10), np.arange(120), **more)
     one, several = mean_steps(once, BUDGET), mean_steps(many, BUDGET)
     assert several.value == pytest.approx(one.value)
     assert several.p_value == pytest.approx(one.p_value)

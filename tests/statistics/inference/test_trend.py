@@ -1,15 +1,12 @@
 """The paper's fits, correlation and resamples: what was put in is recovered, and the band covers as it says."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial
 from scipy import stats
 from solved import study
 
 from lockprobe.statistics.inference.trend import correlation, resample, trend
-from lockprobe.statistics.outcomes import Point, outcomes
+from lockprobe.statistics.outcomes import Point
 from lockprobe.statistics.outcomes import points as points_of
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -85,43 +82,22 @@ def test_there_is_none_of_a_constant_or_of_fewer_than_three_points(y):
     assert correlation(np.arange(float(len(y))), y, (np.empty((0, len(y))),) * 2) is None
 
 
-PLAYED = {
-    (solved, p): make_trial(joints, agent="x", p=p)
-    for solved, joints in ((True, SOLUTION), (False, [0] * 4))
-    for p in P7
-}
-
-
-def trials_of(solved):
-    """Trials from an array (p, repetition, trial) of solved or not."""
-    return [
-        replace(PLAYED[bool(solved[i, r, t]), P7[i]], repetition=r + 1, trial=t + 1)
-        for i in range(solved.shape[0])
-        for r in range(solved.shape[1])
-        for t in range(solved.shape[2])
-    ]
-
-
 def test_resamples_centre_on_the_points_with_the_spread_of_a_share():
-    solved = np.random.default_rng(1).random((3, 2, 40)) < 0.3
-    trials = trials_of(solved)
-    shares = points_of(outcomes(trials))
-    drawn = resample(outcomes(trials), np.random.default_rng(2)).success
-    assert drawn.mean(axis=0) == pytest.approx([point.success for point in shares], abs=0.01)
-    expected = [np.sqrt(point.success * (1 - point.success) / 40) for point in shares]
-    assert drawn.std(axis=0) == pytest.approx(expected, rel=0.1)
+    played = study(np.random.default_rng(1).random((3, 2, 40)) < 0.3)
+    shares = [point.success for point in points_of(played)]
+    drawn = resample(played, np.random.default_rng(2)).success
+    assert drawn.mean(axis=0) == pytest.approx(shares, abs=0.01)
+    assert drawn.std(axis=0) == pytest.approx([np.sqrt(one * (1 - one) / 40) for one in shares], rel=0.1)
 
 
 def test_the_same_trial_at_another_p_is_drawn_with_it():
-    solved = np.repeat(np.random.default_rng(1).random((1, 1, 30)) < 0.5, 2, axis=0)
-    trials = trials_of(solved)
-    drawn = resample(outcomes(trials), np.random.default_rng(2)).success
+    played = study(np.repeat(np.random.default_rng(1).random((1, 1, 30)) < 0.5, 2, axis=0))
+    drawn = resample(played, np.random.default_rng(2)).success
     assert np.array_equal(drawn[:, 0], drawn[:, 1])
 
 
 def test_a_repetition_of_one_trial_cannot_be_resampled():
-    trials = trials_of(np.ones((3, 2, 1), dtype=bool))
-    assert resample(outcomes(trials), np.random.default_rng(2)).success.shape == (0, 6)
+    assert resample(study(np.ones((3, 2, 1))), np.random.default_rng(2)).success.shape == (0, 6)
 
 
 def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says():
