@@ -87,7 +87,10 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
 
 
 def between(known: Proportion, none: Proportion, every: Proportion) -> Proportion:
-    """A share of known outcomes whose interval holds whatever the others are: ``none`` a success, or ``every`` one."""
+    """A share of known outcomes, with an interval that holds whatever the others are.
+
+    ``none`` and ``every`` are the shares of all trials with the others as failures, and as successes.
+    """
     low, high = min(none.low, known.value), max(every.high, known.value)
     return replace(known, low=low, high=high, broken=every.n - known.n)
 
