@@ -23,6 +23,20 @@ def study(solved, p=None):
     )
 
 
+def columns(dose, trial, *, length=20, solved=None, onset=0, player=()):
+    """Outcomes of one repetition; without more, a trial shorter than 20 steps is solved, and none loops."""
+    n, length = len(dose), np.broadcast_to(np.asarray(length, dtype=np.int64), len(dose))
+    return Outcomes(
+        dose=np.asarray(dose, dtype=np.float64),
+        repetition=np.ones(n, dtype=np.int64),
+        trial=np.asarray(trial, dtype=np.int64),
+        length=length,
+        solved=length < 20 if solved is None else np.asarray(solved, dtype=bool),
+        onset=np.broadcast_to(np.asarray(onset, dtype=np.int64), n),
+        player=np.asarray(player, dtype=np.str_),
+    )
+
+
 def drawn(rng, success=0.5, shape=(7, 3, 10), shared=0.0):
     """Solved or not: with the given chance all values of p of a cluster share one draw, else each has its own."""
     luck = np.where(rng.random((1, *shape[1:])) < shared, rng.random((1, *shape[1:])), rng.random(shape))
@@ -45,6 +59,11 @@ def people(rng, per_p, boxes, likeness, p=7, success=0.5):
     columns = study((hidden < norm.ppf(np.broadcast_to(success, p))[:, None])[:, None])
     who = [f"{place}-{number // boxes}" for place in range(p) for number in range(per_p * boxes)]
     return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"player": np.array(who)})
+
+
+def smallest(differences):
+    """The smallest P value; None without a difference."""
+    return min((one.p_value for one in differences), default=None)
 
 
 def rng(seed=1):

@@ -4,33 +4,8 @@ import numpy as np
 import pytest
 
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.boxes import (
-    FEWEST,
-    Pairs,
-    between_boxes,
-    difference_over_boxes,
-    mean_over_boxes,
-    pairs_by_box,
-    small_over_boxes,
-)
-from lockprobe.statistics.clustered import FEWEST_BOXES, clustered_proportion, share_over_boxes
-from lockprobe.statistics.proportions import paired, proportion
-
-
-def tables(seed, many):
-    """Random tables of pairs, with few and with many that differ."""
-    rng = np.random.default_rng(seed)
-    for _ in range(many):
-        yield rng.random((int(rng.integers(1, 60)), 2)) < rng.random(2)
-
-
-def test_with_one_box_it_is_the_difference_of_one_box():
-    for solved in tables(1, 300):
-        for choices in (1, 4):
-            over = difference_over_boxes(pairs_by_box(solved, np.full(len(solved), "a")), choices=choices)
-            one = paired(*solved.T, choices=choices)
-            assert (over.value, over.low, over.high) == pytest.approx((one.value, one.low, one.high), abs=1e-12)
-            assert over.interval_p == pytest.approx(one.interval_p, abs=1e-12)
+from lockprobe.statistics.boxes import between_boxes, mean_over_boxes, small_over_boxes
+from lockprobe.statistics.paired_proportions import FEWEST, Pairs, difference_over_boxes, pairs_by_box
 
 
 def test_pairs_are_counted_on_their_box():
@@ -104,14 +79,3 @@ def test_means_and_small_changes_hold_over_boxes_too():
     assert small_over_boxes(np.zeros(60), box, 0.1) == 0.0
     assert small_over_boxes(0.2 * values, box, 0.1) > 0.4
     assert small_over_boxes(values[:40], box[:40], 0.1) == 0.0  # four boxes: nothing is added to the test of these
-
-
-def test_shares_count_every_box_alike():
-    equal = share_over_boxes([3, 5, 2], [10, 10, 10])
-    assert equal == proportion(10, 30)
-    uneven = share_over_boxes([10, 0], [10, 90])
-    assert uneven.value == 0.5
-    assert uneven.high - uneven.low > proportion(50, 100).high - proportion(50, 100).low
-    counts = np.arange(FEWEST_BOXES)
-    many, same = share_over_boxes(counts, np.full(FEWEST_BOXES, 12)), clustered_proportion(counts, [12] * FEWEST_BOXES)
-    assert (many.value, many.low, many.high) == pytest.approx((same.value, same.low, same.high))

@@ -12,6 +12,7 @@ from known_truth import Design, simulated
 from net import unpacked
 from page_parts import part
 from reported import found_in
+from solved import columns, smallest
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
@@ -23,14 +24,18 @@ from lockprobe.report.results import results
 from lockprobe.simulation.power.flip_rates import BUDGET
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.inference.before_breaks import differences_before_breaks, few_broke_until
-from lockprobe.statistics.inference.difference import any_difference, each_difference
-from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
-from lockprobe.statistics.proportions import difference, paired, proportion
-from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
+from lockprobe.statistics.inference.difference import (
+    any_difference,
+    differences_before_breaks,
+    each_difference,
+    few_broke_until,
+)
+from lockprobe.statistics.inference.over_doses import success_by_dose
+from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.statistics.paired_proportions import paired
+from lockprobe.statistics.proportions import difference, proportion
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, share_at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
-from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
@@ -50,16 +55,11 @@ def at(p, solved, failed, broken):
 
 def played(solved, broke, length=None):
     """The trials of one condition that ended, and those that broke."""
-    n = len(solved)
-    columns = Outcomes(
-        dose=np.zeros(n),
-        repetition=np.ones(n, int),
-        trial=np.arange(1, n + 1),
-        length=np.full(n, 20) if length is None else length,
-        solved=np.asarray(solved, bool) & ~np.asarray(broke, bool),
-        onset=np.zeros(n, int),
+    ended = np.asarray(solved, bool) & ~np.asarray(broke, bool)
+    every = columns(
+        np.zeros(len(ended)), np.arange(len(ended)) + 1, length=20 if length is None else length, solved=ended
     )
-    return columns.at(~broke), columns.at(broke)
+    return every.at(~broke), every.at(broke)
 
 
 def compared(groups):
@@ -155,13 +155,6 @@ def test_without_broken_trials_no_number_changes(trials):
     assert share_at_every_look(solved[:, 0]).broken == 0
 
 
-def test_without_broken_trials_no_test_changes():
-    trials = [*at(0.0, 9, 21, 0), *at(0.4, 20, 10, 0)]
-    counted = outcomes(trials)
-    assert over_doses(trials) == any_difference(counted, generator(1))
-    assert rise_and_fall(counted, broken_off(trials), 20) == rise_and_fall(counted, counted.at(counted.dose < 0), 20)
-
-
 def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
     """A tenth of sixty blocks broke under each condition: computed once more with these filled by hand."""
     rng, order = np.random.default_rng(5), BlockOrder(plans=((1, 60),))
@@ -236,15 +229,14 @@ def test_what_remains_of_a_condition_that_breaks_is_no_finding():
     """A third solved everywhere; at 0.6 seven of ten break, and of those that remain most are solved."""
     groups = at(0.0, 27, 63, 0), at(0.3, 27, 63, 0), at(0.6, 21, 6, 63)
     alone = any_difference(outcomes([trial for group in groups for trial in group]), generator(1))
-    assert alone.p_value < 0.05
-    assert over_doses(*groups).p_value > 0.05
+    assert smallest(alone) < 0.05 < smallest(over_doses(*groups))
 
 
 def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
-    (found,) = over_doses(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4)).at
+    (found,) = over_doses(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4))
     assert found.p_value < 0.05
     assert found.bounds == pytest.approx((23 / 30, 27 / 30))
-    (alike,) = over_doses(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3)).at
+    (alike,) = over_doses(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3))
     assert alike.p_value < 0.05
 
 
@@ -253,8 +245,8 @@ def test_calls_that_fail_at_one_p_are_no_effect_of_p():
     alone, bounded = [], []
     for seed in range(30):
         counted, broken = simulated("broken-trials", generator(seed), Design(trials=30))
-        alone.append(any_difference(counted, generator(seed), 199).p_value < 0.05)
-        bounded.append(success_by_dose(counted, broken, generator(seed), BUDGET).p_value < 0.05)
+        alone.append(smallest(any_difference(counted, generator(seed), 199)) < 0.05)
+        bounded.append(smallest(success_by_dose(counted, broken, generator(seed), BUDGET)) < 0.05)
     assert np.mean(alone) > 0.1
     assert np.mean(bounded) <= 0.05
 
@@ -298,13 +290,10 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     assert (share.count, share.n) == (6, 6)
     assert share.low <= 6 / 18 <= 0.393 <= share.high
     assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
-    said = part(page_of(found), "broken")
-    assert "12 of 18 trials broke, 6 of the other 6 opened the box: between 33 % and 100 % [" in said
-    assert "half of the breaks came at step 19 or later, other trials ended at step 4" in said
     assert found.answer.endswith("; 12 more broke, so of all trials it is between 33 % and 100 %.")
     (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
-    assert told.startswith("  llm:a: When told the truth: 12 of 18 trials broke, 6 of the other 6 opened the box")
-    assert "What is missing is long: half of the breaks came at step 19" in told
+    assert "12 of 18 trials broke, 6 of the other 6 opened the box" in told
+    assert "half of the breaks came at step 19" in told
 
 
 def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):

@@ -1,4 +1,6 @@
-"""Shares of trials that come in clusters of two kinds at once: of one person, and of equal luck."""
+"""Shares of trials that come in clusters, of one kind or of two at once: of one person, and of equal luck."""
+
+import math
 
 import numpy as np
 import pytest
@@ -6,13 +8,53 @@ from scipy.stats import norm
 from solved import people
 
 from lockprobe.statistics.clustered import (
+    FEWEST_BOXES,
     clustered_difference,
     clustered_proportion,
     crossed_proportion,
     share_of,
+    share_over_boxes,
     two_way_variance,
 )
 from lockprobe.statistics.proportions import proportion
+
+
+def clusters(rng, k, share, correlation, size=10):
+    """Successes per cluster, beta-binomial."""
+    spread = 1 / correlation - 1
+    return rng.binomial(size, rng.beta(share * spread, (1 - share) * spread, k))
+
+
+@pytest.mark.parametrize("k", [3, 10, 30])
+def test_the_clustered_interval_covers_where_wilsons_does_not(k):
+    rng, held = np.random.default_rng(k), []
+    for _ in range(600):
+        counts = clusters(rng, k, 0.3, 0.2)
+        inside = [
+            one.low <= 0.3 <= one.high
+            for one in (clustered_proportion(counts, np.full(k, 10)), proportion(int(counts.sum()), 10 * k))
+        ]
+        held.append(inside)
+    aware, naive = np.mean(held, axis=0)
+    assert aware > 0.95 - 2.5 * math.sqrt(0.05 * 0.95 / 600)
+    assert naive < 0.85
+
+
+def test_many_alike_clusters_give_wilsons_interval():
+    found = clustered_proportion([3] * 4000, [10] * 4000)
+    wilson = proportion(12000, 40000)
+    assert found.design_effect == 1.0
+    assert (found.low, found.high) == pytest.approx((wilson.low, wilson.high), abs=1e-5)
+
+
+def test_clusters_at_the_edge():
+    assert clustered_proportion([3], [10]) == clustered_proportion([3, 0], [10, 0])
+    one = clustered_proportion([3], [10])
+    assert (one.value, one.low, one.high, one.clusters) == (0.3, 0.0, 1.0, 1)
+    none = clustered_proportion([0] * 5, [6] * 5)
+    assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
+    assert none.high > proportion(0, 5).high
+    assert math.isnan(clustered_proportion([], []).value)
 
 
 def test_two_kinds_add_up_less_what_both_hold():
@@ -37,22 +79,6 @@ def test_order_does_not_matter_and_trials_without_claims_do_not_count():
     found = crossed_proportion(counts, sizes, ["a", "a", "b", "c"], [1, 2, 1, 3])
     assert (found.count, found.n, found.clusters) == (3, 5, 2)
     assert found == crossed_proportion(counts[::-1], sizes[::-1], ["c", "b", "a", "a"], [3, 1, 2, 1])
-
-
-def test_the_interval_holds_the_truth_where_that_of_one_kind_fails():
-    """Everybody meets every luck's twin at another p; people differ. The truth is held in 95 of 100, or nearly."""
-    rng, held, by_luck = np.random.default_rng(5), 0, 0
-    luck = np.repeat(np.arange(30), 7)
-    person = (luck - np.tile(np.arange(7), 30)) % 30
-    for _ in range(200):
-        able = 0.8 * rng.standard_normal(30)[person]
-        solved = able + 0.6 * rng.standard_normal(210) > 0
-        both = crossed_proportion(solved, np.ones(210), person, luck)
-        one = clustered_proportion(np.bincount(luck, weights=solved), np.full(30, 7))
-        held += both.low <= 0.5 <= both.high
-        by_luck += one.low <= 0.5 <= one.high
-    assert held >= 180
-    assert by_luck < 170
 
 
 def ends(counts, sizes):
@@ -146,4 +172,15 @@ def test_a_difference_of_people_must_hold_both_ways():
     found = clustered_difference(happened, later, who, np.arange(80))
     assert found.value > 0.3
     assert found.low < 0 < found.high
-    assert found.interval_p > 0.05
+    assert found.p_value > 0.05
+
+
+def test_shares_count_every_box_alike():
+    equal = share_over_boxes([3, 5, 2], [10, 10, 10])
+    assert equal == proportion(10, 30)
+    uneven = share_over_boxes([10, 0], [10, 90])
+    assert uneven.value == 0.5
+    assert uneven.high - uneven.low > proportion(50, 100).high - proportion(50, 100).low
+    counts = np.arange(FEWEST_BOXES)
+    many, same = share_over_boxes(counts, np.full(FEWEST_BOXES, 12)), clustered_proportion(counts, [12] * FEWEST_BOXES)
+    assert (many.value, many.low, many.high) == pytest.approx((same.value, same.low, same.high))

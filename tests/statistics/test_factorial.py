@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
+from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.factorial import factorial_effects, factorials_of, fraction, main_effects
-from lockprobe.statistics.inference.holm import holm
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaln, xlogy
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
 from lockprobe.statistics.agent_comparison.paired import block_mean
-from lockprobe.statistics.paired_proportions import FEW, MOST_EXACT, equivalence, score, score_interval
-from lockprobe.statistics.proportions import paired
+from lockprobe.statistics.paired_proportions import FEW, MOST_EXACT, equivalence, paired, score, score_interval
 
 
 def tables(pairs):
@@ -115,3 +114,13 @@ def test_a_mean_over_blocks_is_as_careful_as_the_pairs_are(table):
     ends = score_interval(*table, 0.95)
     assert found.low <= ends[0]
     assert found.high >= ends[1]
+
+
+def test_mcnemar_looks_at_pairs_that_differ_alone():
+    first, second = np.zeros(30, dtype=bool), np.zeros(30, dtype=bool)
+    first[:9] = second[8:20] = True
+    found = paired(first, second)
+    assert (found.only_first, found.only_second) == (8, 11)
+    assert found.p_value == pytest.approx(2 * binom.cdf(8, 19, 0.5))
+    assert paired(first, first).p_value == 1.0
+    assert paired(second, first).p_value == found.p_value

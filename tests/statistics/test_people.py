@@ -6,15 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
+from solved import smallest
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.course import courses
 from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.inference.log_rank import pace
+from lockprobe.statistics.inference.trend import resample
 from lockprobe.statistics.outcomes import joined, outcomes
-from lockprobe.statistics.pace import pace
 from lockprobe.statistics.people import steps_of_people, success_of_people
-from lockprobe.statistics.resample import drawn_shares
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 
@@ -78,8 +79,8 @@ def test_people_are_drawn_whole_whatever_the_repetition(played):
     own = outcomes([trial for trial in played if trial.group == "participant"])
     sizes = np.bincount(own.cluster)
     assert len(set(sizes)) == 1  # so that a share of the trials drawn is a share of the people
-    column = np.zeros(len(own), dtype=np.intp)
-    (share,) = drawn_shares(own, column, own.cluster == 0, rng=generator(1, "test"), resamples=50)
+    alike = replace(own, dose=np.zeros(len(own)), repetition=np.ones_like(own.repetition), solved=own.cluster == 0)
+    share = resample(alike, generator(1, "test"), 50).success
     assert share.shape == (50, 1)
     times = share * len(sizes)
     assert times == pytest.approx(np.round(times))
@@ -104,9 +105,9 @@ def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
         for who in (0, 1)
         for box in range(5)
     ]
-    assert of_people(own).p_value > 0.2
+    assert smallest(of_people(own)) > 0.2
     many = [replace(trial, agent=f"participant:{i:04d}") for i, trial in enumerate(own)]
-    assert of_people(many).p_value < 0.01
+    assert smallest(of_people(many)) < 0.01
 
 
 def test_people_are_never_taken_for_blind():

@@ -1,7 +1,6 @@
 """Intervals and tests of proportions: published numbers, symmetry, coverage."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
@@ -10,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom, binomtest
 from statsmodels.stats.proportion import confint_proportions_2indep
 
-from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.proportions import difference, paired, proportion, ratio, wilson
+from lockprobe.statistics.proportions import difference, proportion, ratio, wilson
 
 BASE, BEST = proportion(7, 30), proportion(20, 30)
 
@@ -69,11 +67,8 @@ def test_known_fisher_tests(first, second, p_value):
 
 def test_the_peak_of_the_paper_against_its_baseline():
     away = difference(BASE, BEST)
-    assert round(away.p_value, 4) == 0.0016
     assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
-    score, log = ratio(BASE, BEST), ratio(BASE, BEST, "log")
-    assert [round(value, 2) for value in (score.value, score.low, score.high)] == [2.86, 1.50, 5.90]
-    assert [round(value, 2) for value in (log.value, log.low, log.high)] == [2.86, 1.42, 5.73]
+    assert [round(value, 2) for value in ratio(BASE, BEST)] == [2.86, 1.50, 5.90]
 
 
 @pytest.mark.parametrize("solved", [0, 9])
@@ -93,7 +88,6 @@ def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():
 
 def test_ratios_at_the_edge():
     assert ratio(proportion(0, 30), BEST) is None
-    assert ratio(BASE, proportion(0, 30), "log") is None
     nothing = ratio(BASE, proportion(0, 30))
     assert (nothing.value, nothing.low) == (0.0, 0.0)
     assert 0.4 < nothing.high < 0.6
@@ -106,51 +100,3 @@ def test_the_score_interval_of_the_ratio_covers_about_as_often_as_it_says():
     first, second = (binom.pmf(np.arange(16), 15, truth) for truth in (0.4, 0.6))
     held = sum(first[a] * second[b] for (a, b), one in found.items() if one is None or one.low <= 1.5 <= one.high)
     assert 0.93 < held < 0.97
-
-
-def test_mcnemar_looks_at_pairs_that_differ_alone():
-    first, second = np.zeros(30, dtype=bool), np.zeros(30, dtype=bool)
-    first[:9] = second[8:20] = True
-    found = paired(first, second)
-    assert (found.only_first, found.only_second) == (8, 11)
-    assert found.p_value == pytest.approx(2 * binom.cdf(8, 19, 0.5))
-    assert paired(first, first).p_value == 1.0
-    assert paired(second, first).p_value == found.p_value
-
-
-def clusters(rng, k, share, correlation, size=10):
-    """Successes per cluster, beta-binomial."""
-    spread = 1 / correlation - 1
-    return rng.binomial(size, rng.beta(share * spread, (1 - share) * spread, k))
-
-
-@pytest.mark.parametrize("k", [3, 10, 30])
-def test_the_clustered_interval_covers_where_wilsons_does_not(k):
-    rng, held = np.random.default_rng(k), []
-    for _ in range(600):
-        counts = clusters(rng, k, 0.3, 0.2)
-        inside = [
-            one.low <= 0.3 <= one.high
-            for one in (clustered_proportion(counts, np.full(k, 10)), proportion(int(counts.sum()), 10 * k))
-        ]
-        held.append(inside)
-    aware, naive = np.mean(held, axis=0)
-    assert aware > 0.95 - 2.5 * math.sqrt(0.05 * 0.95 / 600)
-    assert naive < 0.85
-
-
-def test_many_alike_clusters_give_wilsons_interval():
-    found = clustered_proportion([3] * 4000, [10] * 4000)
-    wilson = proportion(12000, 40000)
-    assert found.design_effect == 1.0
-    assert (found.low, found.high) == pytest.approx((wilson.low, wilson.high), abs=1e-5)
-
-
-def test_clusters_at_the_edge():
-    assert clustered_proportion([3], [10]) == clustered_proportion([3, 0], [10, 0])
-    one = clustered_proportion([3], [10])
-    assert (one.value, one.low, one.high, one.clusters) == (0.3, 0.0, 1.0, 1)
-    none = clustered_proportion([0] * 5, [6] * 5)
-    assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
-    assert none.high > proportion(0, 5).high
-    assert math.isnan(clustered_proportion([], []).value)

@@ -42,6 +42,6 @@ def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     for agent, (ways, both) in kinds.items():
         own = outcomes([trial for trial in trials if trial.agent == agent])
         found = any_difference(own, np.random.default_rng(1), agents=4)
-        assert {np.sign(one.value) for one in found.at if one.p_value < 0.05} == ways, agent
+        assert {np.sign(one.value) for one in found if one.p_value < 0.05} == ways, agent
         lines = two_lines(own.dose, own.solved)
         assert (lines.direction == "inverted U" and 4 * lines.p_value < 0.05) is both, agent

@@ -17,7 +17,7 @@ from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.rows import Cell, Results
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.inference.before_breaks import FEW
+from lockprobe.statistics.inference.difference import FEW_BROKE
 
 BEFORE = "by the last step with few breaks"
 """Part of success: by the last step by which at most 5 % of trials broke under every condition."""
@@ -147,7 +147,8 @@ def _early(found: Results, of: Mapping[str, str]) -> list[str]:
     cells = {cell.condition: cell for cell in found.cells if cell.agent == row.agent}
     where = " less ".join(_where(cells[name]) if name in cells else name for name in (row.condition, row.control))
     said = (
-        f"By step {step:g} at most {percent(FEW)} of trials had broken under every condition. By then success {where} "
+        f"By step {step:g} at most {percent(FEW_BROKE)} of trials had broken under every condition. "
+        f"By then success {where} "
     )
     return [f"{said}was {points_cell(row)} points ({p_value(row.p_value)}{many}).{known}"]
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from lockprobe.foundation.formatting import NONE, share
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.proportions import Proportion
 
 DETECTED = {True: "detected", False: "not detected"}
@@ -43,7 +42,7 @@ _P = re.compile(r"flip rate|^P$")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
-def share_cell(found: Proportion | ClusteredProportion) -> str:
+def share_cell(found: Proportion) -> str:
     """A share with its 95 % interval, in per cent."""
     return share(found.value, found.low, found.high)
 

@@ -14,7 +14,6 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.clustered import ClusteredProportion
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.series import Series
@@ -56,7 +55,7 @@ class PlayedCell:
         """A row of this cell."""
         return Estimate(quantity=quantity, value=value, **self.of, **columns)
 
-    def share(self, quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
+    def share(self, quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
         """The row of a share of this cell; none if it is a share of nothing."""
         return share_rows(quantity, found, **self.of, **columns)
 
@@ -117,13 +116,12 @@ BOUNDS = ("at least", "at most")
 these."""
 
 
-def share_rows(quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
+def share_rows(quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
     """The row of a share with its interval; none if it is a share of nothing."""
     if not found.n:
         return []
-    clusters = {} if isinstance(found, Proportion) else {"clusters": found.clusters}
     row = {"value": found.value, "low": found.low, "high": found.high, "n": found.n, "count": found.count}
-    return [Estimate(quantity=quantity, **row | clusters | columns)]
+    return [Estimate(quantity=quantity, **row | {"clusters": found.clusters} | columns)]
 
 
 def of_course(course: Course) -> dict[str, Any]:

@@ -19,9 +19,9 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.holm import holm
+from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.rare_long_trials import rare_block
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 
@@ -89,11 +89,7 @@ def continuation(actions: tuple[str, ...]) -> str | None:
 
 
 def check_rule(rule: str) -> None:
-    """Refuse a rule that names no fork point.
-
-    Raises:
-        BadValue: If it is neither a step from 1 nor one of :data:`RULES`.
-    """
+    """Refuse a rule that is neither a step from 1 nor one of :data:`RULES`."""
     if rule not in RULES and not (rule.isdecimal() and int(rule) >= 1):
         raise BadValue("at", rule, f"a step from 1, or one of {', '.join(RULES)}")
 
@@ -158,15 +154,10 @@ def branch_effects(
                     if len(own := [one for one in pairs if one is not None]) > 1:
                         of = _effect(own, outcome, budget, agents)
                         found.append(ForkEffect(agent, condition, where, arm, truthful, outcome, *of, agents))
-    return _corrected(found)
-
-
-def _corrected(found: list[ForkEffect]) -> list[ForkEffect]:
-    """The same, with P values of success corrected for all of one agent (Holm)."""
-    for agent in dict.fromkeys(one.agent for one in found):
-        family = [i for i, one in enumerate(found) if (one.agent, one.outcome) == (agent, "success")]
-        for i, value in zip(family, holm([found[i].change.p_value for i in family]), strict=True):
-            found[i] = found[i]._replace(change=replace(found[i].change, p_value=value))
+    success = [i for i, one in enumerate(found) if one.outcome == "success"]
+    tested = [found[i].change.p_value for i in success]
+    for i, value in zip(success, holm_by_family([found[i].agent for i in success], tested), strict=True):
+        found[i] = found[i]._replace(change=replace(found[i].change, p_value=value))
     return found
 
 

@@ -15,39 +15,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics.outcomes import Outcomes, appended
 
-
-class _Estimate(Protocol):
-    """A difference with its interval and its P value, as a data class."""
-
-    __dataclass_fields__: ClassVar[dict[str, Any]]
-
-    @property
-    def value(self) -> float: ...
-    @property
-    def low(self) -> float | None: ...
-    @property
-    def high(self) -> float | None: ...
-    @property
-    def p_value(self) -> float | None: ...
-
-
-_Found = TypeVar("_Found", bound=_Estimate)
+_Found = TypeVar("_Found", bound=Any)
 _Result = TypeVar("_Result")
 
 
 def completed(counted: Outcomes, broken: Outcomes, soon: ArrayLike, budget: int = 0) -> Outcomes:
-    """All begun trials, as if those that broke had gone on.
+    """All begun trials, as if those that broke had gone on from their break.
 
     Args:
         counted: The ended trials.
-        broken: Those that broke, up to their break.
+        broken: Those that broke.
         soon: Which of these solved the box in the step in which they broke, and completed a loop if they had none; all
             others did neither in all of their budget. Shape (broken,), or one for all.
         budget: Steps of a trial, for what asks how long it took.
@@ -72,38 +56,22 @@ def opposed(
     gains: Sequence[bool],
     budget: int = 0,
 ) -> tuple[_Result, _Result]:
-    """An analysis of several groups of trials at its low and at its high end.
+    """An analysis of groups of trials at its low and at its high end, from the ended and the broken trials of each.
 
-    Args:
-        analyse: The analysis, of one group of trials for each of ``counted``.
-        counted: The ended trials of each group.
-        broken: Those that broke.
-        gains: Whether success of the group counts for the difference; that of the others counts against it.
-        budget: Steps of a trial.
+    ``gains`` says whether success of the group counts for the difference; that of the others counts against it.
     """
+    trios = [*zip(counted, broken, gains, strict=True)]
     low, high = (
-        analyse(
-            [
-                completed(one, other, gain == soon, budget)
-                for one, other, gain in zip(counted, broken, gains, strict=True)
-            ]
-        )
-        for soon in (False, True)
+        analyse([completed(one, other, gain == soon, budget) for one, other, gain in trios]) for soon in (False, True)
     )
     return low, high
 
 
 def bounded(found: _Found, low: _Found, high: _Found) -> _Found:
-    """A difference with what holds whatever became of the broken trials.
+    """A difference without the broken trials, a data class, with what holds at both ends of what these can have become.
 
-    Args:
-        found: The difference without them, which its value stays.
-        low: The same at the one end.
-        high: The same at the other.
-
-    Returns:
-        The interval reaches from the lowest to the highest of both ends, and of the value, which rests on fewer trials.
-        The P value is the larger one, and 1 if the three differ in sign. What an end lacks is None.
+    The value stays. The interval reaches from the lowest to the highest of both ends, and of the value, which rests on
+    fewer trials. The P value is the larger one, and 1 if the three differ in sign. What an end lacks is None.
     """
     lows, highs, tests = ([getattr(one, name) for one in (low, high)] for name in ("low", "high", "p_value"))
     alike = len({np.sign(one.value) for one in (found, low, high)}) == 1

@@ -34,7 +34,7 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import Idle, idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, heeded_at_most
-from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
 

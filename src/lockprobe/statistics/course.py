@@ -15,8 +15,8 @@ from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.idle import never_acted
+from lockprobe.statistics.inference.trend import Resamples, resample
 from lockprobe.statistics.outcomes import Outcomes, Point, heeded_at_most, points
-from lockprobe.statistics.resample import Resamples, resample
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
@@ -131,25 +131,24 @@ def courses(
         several: Whether the study has the axis in several modalities, so that agents are named with theirs.
         orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
-    found = on_axis(trials, place, orders)
-    times = Counter(one.agent for one in found)
-    heeded = [heeded_at_most(one.trials) for one in found]
-    families = [(one.modality, is_baseline(one.spec)) for one in found]
-    sizes = Counter(
-        family
-        for family, share, one in zip(families, heeded, found, strict=True)
-        if share is None and len(one.finished_doses) > 1
-    )
-    named = [several or times[one.agent] > 1 or one.modality not in PLAIN_WORDS for one in found]
-    return tuple(
-        Course(
-            trials=one,
-            axis=axis,
-            key=key,
-            shown=", ".join(filter(None, (spoken(one.modality) if modality else "", axis.rest))),
-            heeded=share,
-            idle=frozenset(dose for dose, members in [*one.by_dose()][1:] if never_acted(members)),
-            family=max(1, sizes[family]),
+    agents = [
+        (one, heeded_at_most(one.trials), (one.modality, is_baseline(one.spec)))
+        for one in on_axis(trials, place, orders)
+    ]
+    times = Counter(one.agent for one, *_ in agents)
+    sizes = Counter(family for one, heeded, family in agents if heeded is None and len(one.finished_doses) > 1)
+    found = []
+    for one, heeded, family in agents:
+        named = several or times[one.agent] > 1 or one.modality not in PLAIN_WORDS
+        found.append(
+            Course(
+                trials=one,
+                axis=axis,
+                key=key,
+                shown=", ".join(filter(None, (spoken(one.modality) if named else "", axis.rest))),
+                heeded=heeded,
+                idle=frozenset(dose for dose, members in [*one.by_dose()][1:] if never_acted(members)),
+                family=max(1, sizes[family]),
+            )
         )
-        for one, share, family, modality in zip(found, heeded, families, named, strict=True)
-    )
+    return tuple(found)

@@ -1,4 +1,4 @@
-"""Quantiles and tails of distributions, and the exact tests of small counts.
+"""Quantiles and tails of distributions, tests of means and of small counts, and Holm's correction.
 
 ``scipy.stats`` has all of these. To import it takes half a second, which is longer than the numbers of most studies
 take. What is here calls the functions of ``scipy.special`` on which those of ``scipy.stats`` rest.
@@ -7,10 +7,11 @@ take. What is here calls the functions of ``scipy.special`` on which those of ``
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 _TIE = 1e-7
 """Relative difference up to which two tables are equally likely, as in R."""
@@ -38,12 +39,19 @@ def student_tails(value: ArrayLike, freedom: float) -> Any:
     return found if np.ndim(value) else float(found)
 
 
+def student_mean(values: NDArray[np.float64], level: float) -> tuple[float, float, float]:
+    """Student's interval of a mean, and its two-sided P value; shape (n,), two at least."""
+    k, mean = len(values), float(values.mean())
+    error = float(values.std(ddof=1)) / math.sqrt(k)
+    half = student_quantile((1 + level) / 2, k - 1) * error
+    p_value = float(student_tails(mean / error, k - 1)) if error else float(mean == 0)
+    return mean - half, mean + half, p_value
+
+
 def welch_test(first: tuple[float, float, int], second: tuple[float, float, int]) -> float | None:
     """Welch's two-sided test that two means are equal; None if both samples have no spread.
 
-    Args:
-        first: Mean, standard deviation and size, at least 2, of a sample.
-        second: The same of the other one.
+    A sample is its mean, its standard deviation and its size, at least 2.
     """
     (one, spread, n), (two, wide, m) = first, second
     a, b = spread**2 / n, wide**2 / m
@@ -70,11 +78,7 @@ def sign_test(first: int, second: int) -> float:
 
 
 def fisher_exact(table: ArrayLike) -> float:
-    """The two-sided P value of Fisher's exact test: of all tables with these margins, those no likelier than this one.
-
-    Args:
-        table: Counts, shape (2, 2).
-    """
+    """Fisher's exact test of counts of shape (2, 2), two-sided: of all tables with these margins, those no likelier."""
     from scipy.special import gammaln
 
     (a, b), (c, d) = np.asarray(table, dtype=np.float64)
@@ -85,3 +89,23 @@ def fisher_exact(table: ArrayLike) -> float:
     likely = np.exp(likely - likely.max())
     here = likely[int(a - first[0])]
     return min(1.0, float(likely[likely <= here * (1 + _TIE)].sum() / likely.sum()))
+
+
+def holm(values: Sequence[float | None]) -> list[float | None]:
+    """P values corrected for their number (Holm 1979); None where there is no test."""
+    adjusted, largest = list(values), 0.0
+    tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
+    for smaller, (value, i) in enumerate(tested):
+        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
+        adjusted[i] = largest
+    return adjusted
+
+
+def holm_by_family(families: Sequence[Hashable], values: Sequence[float | None]) -> list[float | None]:
+    """P values corrected for their number in each family, which has an entry of its own for each of them."""
+    adjusted: list[float | None] = [None] * len(values)
+    for family in dict.fromkeys(families):
+        places = [i for i, other in enumerate(families) if other == family]
+        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
+            adjusted[i] = value
+    return adjusted

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from math import prod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +22,7 @@ from lockprobe.statistics.agent_comparison.paired import Array
 from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import SeriesArm
-from lockprobe.statistics.distributions import student_quantile, student_tails
-from lockprobe.statistics.inference.holm import holm
+from lockprobe.statistics.distributions import holm, student_quantile, student_tails
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import ALPHA
@@ -49,8 +49,7 @@ def fraction(factors: int) -> list[tuple[int, ...]]:
     return [(*base, *(prod(base[i] for i in third) for third in thirds)) for base in product((-1, 1), repeat=_BASE)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Factorial:
+class Factorial(NamedTuple):
     """A balanced design among the conditions of one modality.
 
     Attributes:
@@ -85,8 +84,7 @@ def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
     balanced = all(sum(column) == 0 for column in columns)
     if not balanced or any(sum(map(prod, zip(*two, strict=True))) for two in combinations(columns, 2)):
         return []
-    levels = {name: ("", *values[name]) for name in factors}
-    return [Factorial(modality=modality, factors=factors, levels=levels, runs=runs)]  # type: ignore[arg-type]
+    return [Factorial(modality, factors, {name: ("", next(iter(values[name]))) for name in factors}, runs)]
 
 
 def _options(spec: Spec) -> list[tuple[str, str]]:
@@ -115,22 +113,19 @@ class FactorEffect:
     p_value: float | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FactorialEffects:
+class FactorialEffects(NamedTuple):
     """The effects of all factors on one agent, over blocks that have a trial in every condition."""
 
     agent: str
     design: Factorial
     blocks: int
-    effects: tuple[FactorEffect, ...]
+    effects: Sequence[FactorEffect]
 
 
 def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design) -> Iterator[FactorialEffects]:
     """The effects of the factors that the conditions cross, of each agent with two whole blocks or more.
 
-    Args:
-        cells: The trials of every agent under every condition.
-        design: What differs between the conditions.
+    ``cells`` are the trials of every agent under every condition.
     """
     for agent in design.agents:
         for made in (one for modality in design.modalities for one in factorials_of(design.arms, modality)):
@@ -140,7 +135,7 @@ def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: 
             whole = [row for row in every if len(ended(row)) == len(row)]
             if len(whole) > 1:
                 effects = [one for measure in MEASURES for one in _of_measure(every, whole, made, measure)]
-                yield FactorialEffects(agent=agent, design=made, blocks=len(whole), effects=tuple(effects))
+                yield FactorialEffects(agent, made, len(whole), effects)
 
 
 def _of_measure(
@@ -178,8 +173,14 @@ def main_effects(values: Array, signs: Array, factors: Sequence[str], measure: s
         factors: Their names.
         measure: What is analysed.
     """
-    means = [_mean(values[:, column > 0]) - _mean(values[:, column < 0]) for column in signs.T]
-    contrasts = np.stack(means, axis=-1)
+
+    def mean_of(some: Array) -> Array:
+        known = ~np.isnan(some)
+        total, sums = known.sum(axis=1), np.where(known, some, 0).sum(axis=1)
+        made: Array = np.divide(sums, total, out=np.full(len(some), np.nan), where=total > 0)
+        return made
+
+    contrasts = np.stack([mean_of(values[:, of > 0]) - mean_of(values[:, of < 0]) for of in signs.T], axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
     n = len(kept)
     if n < 2:
@@ -195,11 +196,3 @@ def main_effects(values: Array, signs: Array, factors: Sequence[str], measure: s
             FactorEffect(factor=name, measure=measure, value=round(value, 12), low=low, high=high, p_value=p_value)
         )
     return found
-
-
-def _mean(values: Array) -> Array:
-    known = ~np.isnan(values)
-    total = known.sum(axis=1)
-    sums = np.where(known, values, 0).sum(axis=1)
-    made: Array = np.divide(sums, total, out=np.full(len(values), np.nan), where=total > 0)
-    return made

@@ -70,12 +70,12 @@ def unheeded(trials: Sequence[Trial], control: Sequence[Trial]) -> Unheeded | No
     """
     alone = {(trial.repetition, trial.trial): trial for trial in ended(control) if not trial.player}
     pairs = [(trial, other) for trial in ended(trials) if (other := alone.get((trial.repetition, trial.trial)))]
+
+    def chosen(trial: Trial) -> list[str]:
+        return [step.chosen or step.joint for step in trial.steps]
+
     changed = sum(trial.changed_steps for trial, _ in pairs)
-    if changed < REPORTS or any(_chosen(trial) != _chosen(other) for trial, other in pairs):
+    if changed < REPORTS or any(chosen(trial) != chosen(other) for trial, other in pairs):
         return None
     (first, other), *_ = pairs
     return Unheeded(first.group, first.condition, other.condition, changed)
-
-
-def _chosen(trial: Trial) -> list[str]:
-    return [step.chosen or step.joint for step in trial.steps]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
@@ -100,21 +101,11 @@ class NamedMeasure:
     plugin: Plugin | None = None
 
     def __call__(self, trial: Trial) -> float | bool | None:
-        """The measure of one trial.
-
-        Raises:
-            BadValue: If it is neither a finite number nor True, False or None.
-            BrokenPlugin: If it breaks, and a package has it.
-        """
-        if self.plugin is None:
+        """The measure of one trial; refused unless it is a finite number, True, False or None."""
+        with self.plugin.guarded() if self.plugin else nullcontext():
             value = self.of(trial)
-        else:
-            with self.plugin.guarded():
-                value = self.of(trial)
-        if value is None or isinstance(value, bool):
-            return value
-        if isinstance(value, np.bool_):
-            return bool(value)
+        if value is None or isinstance(value, bool | np.bool_):
+            return None if value is None else bool(value)
         if not isinstance(value, int | float | np.number) or not math.isfinite(value):
             raise BadValue(f"measure {self.name}", value, "a finite number, True, False or None")
         return float(value)
@@ -146,16 +137,10 @@ class Measured:
 
 
 def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
-    """The measure that a spec names, or a function as one.
+    """The measure that a spec names, or a function of a trial as one.
 
-    Args:
-        measure: A name, ``python:module:name?option=value``, or a function of a trial. Options are further arguments
-            of the function, or the arguments of a class.
-
-    Raises:
-        UnknownName: If there is none, or it has no such option.
-        BadValue: If it is no function of a trial.
-        BrokenPlugin: If what a package adds does not work.
+    A spec is a name or ``python:module:name?option=value``. Options are further arguments of the function, or the
+    arguments of a class.
     """
     if isinstance(measure, NamedMeasure):
         return measure
@@ -174,10 +159,12 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     found, expected = plugin.load(), "a function of a trial"
     if isinstance(found, type):
         made = plugin.make(options, is_one=_is_class_of_measures, expected=expected)
-    elif is_own_function(found):
-        made = found if not options else partial(found, **_bound(plugin, found, options))
-    else:
+    elif not is_own_function(found):
         raise BadValue("measure", measure, expected)
+    else:
+        with plugin.guarded():  # options are the arguments after the first, the trial
+            own = arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1]) if options else {}
+        made = partial(found, **own) if own else found
     return NamedMeasure(name=measure, what=first_line(found), of=made, plugin=plugin)
 
 
@@ -185,27 +172,13 @@ def _is_class_of_measures(found: object) -> bool:
     return isinstance(found, type) and any("__call__" in vars(kind) for kind in found.__mro__)
 
 
-def _bound(plugin: Plugin, found: Callable[..., object], options: Mapping[str, str]) -> dict[str, object]:
-    """The arguments of a function after its first, the trial."""
-    with plugin.guarded():
-        return arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1])
-
-
 def measured(
     trials: Sequence[Trial], measures: Iterable[str | Measure | NamedMeasure] = tuple(MEASURES)
 ) -> tuple[Measured, ...]:
-    """The mean of each measure over some trials, with a 95 % interval, in the order of the measures.
+    """The mean of each measure over trials of an agent under a condition, with a 95 % interval, in their order.
 
     Trials of equal luck (repetition and trial) are a cluster, and so are those of one player. Without clusters of
     several trials a share has Wilson's interval.
-
-    Args:
-        trials: Of one agent under one condition.
-        measures: Specs, or functions of a trial.
-
-    Raises:
-        UserMistake: As :func:`find_measure`, and if a measure returns another type, or numbers of one trial and yes or
-            no of another.
     """
     counted = ended(trials)
     return tuple(_measured(counted, find_measure(one)) for one in measures)
@@ -218,8 +191,10 @@ def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
         raise BadValue(f"measure {measure.name}", [value for _, value in found][:4], "numbers, or True and False")
     share = kinds == {True}
     values = np.array([value for _, value in found], dtype=np.float64)
-    kept = [trial for trial, _ in found]
-    value, low, high = (_share if share else _mean)(values, *_clusters(kept)) if found else (None, None, None)
+    luck = [f"{trial.repetition}/{trial.trial}" for trial, _ in found]
+    player = [trial.player or f"/{same}" for (trial, _), same in zip(found, luck, strict=True)]
+    clusters = [np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player)]
+    value, low, high = (_share if share else _mean)(values, *clusters) if found else (None, None, None)
     return Measured(
         name=measure.name,
         what=measure.what,
@@ -232,29 +207,22 @@ def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
     )
 
 
-_Interval = tuple[float | None, float | None, float | None]
+_Interval = tuple[float, float | None, float | None]
+_Place = NDArray[np.int64]
+"""The cluster of each trial, from 0: its luck, or its player, without one its luck again."""
 
 
-def _clusters(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The clusters of each trial, from 0: its luck, and its player or else its luck again."""
-    luck = [f"{trial.repetition}/{trial.trial}" for trial in trials]
-    player = [trial.player or f"/{same}" for trial, same in zip(trials, luck, strict=True)]
-    one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player))
-    return one, two
-
-
-def _share(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
+def _share(values: NDArray[np.float64], luck: _Place, player: _Place) -> _Interval:
     if len(np.unique(luck)) == len(np.unique(player)) == len(values):
-        alone = proportion(int(values.sum()), len(values))
-        return alone.value, alone.low, alone.high
-    if np.array_equal(luck, player):
+        found = proportion(int(values.sum()), len(values))
+    elif np.array_equal(luck, player):
         found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
     else:
         found = crossed_proportion(values, np.ones(len(values)), player, luck)
     return found.value, found.low, found.high
 
 
-def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
+def _mean(values: NDArray[np.float64], luck: _Place, player: _Place) -> _Interval:
     mean = float(values.mean())
     clusters = min(len(np.unique(luck)), len(np.unique(player)))
     if clusters < 2 or np.ptp(values) == 0:

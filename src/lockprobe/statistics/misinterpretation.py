@@ -44,15 +44,12 @@ class Claim(NamedTuple):
 
 def claims(trial: Trial) -> list[Claim]:
     """Every claim of a trial about a step that was reported."""
+    words: tuple[Outcome, Outcome] = ("blocked", "moved")
     return [
-        Claim(step.joint, said, _outcome(step.told_moved), _outcome(step.moved))
+        Claim(step.joint, said, words[bool(step.told_moved)], words[bool(step.moved)])
         for step, said in zip(trial.steps, trial.said, strict=True)
         if said is not None and step.told_moved is not None
     ]
-
-
-def _outcome(moved: object) -> Outcome:
-    return "moved" if moved else "blocked"
 
 
 def claim_counts(trials: Iterable[Trial]) -> Counter[Claim]:
@@ -65,13 +62,8 @@ def misread_rates(
 ) -> dict[str, tuple[float, float]]:
     """Joint -> the rates of hidden moves (taken for failures) and of invented ones (failures taken for moves), [0, 1].
 
-    A joint without a claim about an outcome has the rate of that outcome over all joints; an outcome without a claim
-    has the rate 0.
-
-    Args:
-        said: Claims, and how often each was made.
-        joints: The joints.
-        by: Whether the rates are those of the joint and outcome, of the outcome, or the total rate.
+    They are those of the joint and outcome, of the outcome (``direction``), or the total rate. A joint without a claim
+    about an outcome has the rate of that outcome over all joints; an outcome without a claim has the rate 0.
     """
 
     def rate(truth: str, joint: str = "") -> float:

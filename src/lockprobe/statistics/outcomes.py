@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,19 +71,11 @@ class Outcomes:
 
     @property
     def cluster(self) -> NDArray[np.int64]:
-        """The main cluster of each trial, from 0, shape (trials,): its player if there are players, else its luck.
-
-        Trials of one player are alike in skill. No player meets a luck twice.
-        """
+        """The main cluster of each trial, from 0: its player, as trials of one are alike in skill, or else its luck."""
         if not self.crossed:
             return self.luck
         names = np.where(self.player == "", np.char.add("/", self.luck.astype(np.str_)), self.player)
         return np.unique(names, return_inverse=True)[1].reshape(-1)
-
-    @property
-    def stratum(self) -> NDArray[np.int64]:
-        """The stratum within which clusters are drawn: the repetition, or a single one for players."""
-        return np.zeros_like(self.repetition) if self.crossed else self.repetition
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
@@ -94,17 +87,8 @@ class Outcomes:
 _COLUMNS = tuple(name for name in Outcomes.__slots__ if name != "order")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
-    """One repetition of one condition, or the whole condition.
-
-    Attributes:
-        dose: Flip probability, [0, 1].
-        repetition: From 1; 0 for all repetitions together.
-        n: Trials that ended as solved or out of budget.
-        success: Share solved, [0, 1].
-        loop_rate: Share with an action loop, [0, 1].
-    """
+class Point(NamedTuple):
+    """One repetition of one condition: a dose, its ended trials, and their shares solved and with an action loop."""
 
     dose: float
     repetition: int
@@ -135,25 +119,16 @@ def _onset(actions: tuple[int, ...]) -> int:
 
 
 def outcomes(
-    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
+    trials: Sequence[Trial],
+    doses: Sequence[float] | None = None,
+    order: BlockOrder | None = None,
+    *,
+    broken: bool = False,
 ) -> Outcomes:
-    """The columns of one agent's trials; error trials are left out.
+    """The columns of one agent's ended trials, or of those that ended as error, up to the error.
 
     ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
     """
-    return _columns(trials, doses, order, broken=False)
-
-
-def broken_off(
-    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
-) -> Outcomes:
-    """The columns of the trials that ended as error, up to the error; see :func:`outcomes`."""
-    return _columns(trials, doses, order, broken=True)
-
-
-def _columns(
-    trials: Sequence[Trial], doses: Sequence[float] | None, order: BlockOrder | None, *, broken: bool
-) -> Outcomes:
     at = [trial.p or 0.0 for trial in trials] if doses is None else doses
     kept = [pair for pair in zip(trials, at, strict=True) if (pair[0].ending == "error") == broken]
     counted = [trial for trial, _ in kept]
@@ -171,6 +146,10 @@ def _columns(
     )
 
 
+broken_off = partial(outcomes, broken=True)
+"""The columns of the trials that ended as error."""
+
+
 def appended(first: Outcomes, second: Outcomes) -> Outcomes:
     """Two groups of trials of one agent, concatenated."""
     if not len(first) or not len(second):
@@ -179,17 +158,18 @@ def appended(first: Outcomes, second: Outcomes) -> Outcomes:
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
-    """Several groups of trials, concatenated, with the number of the group (from 0) in the column ``p``."""
+    """Several groups of trials, concatenated, with the number of the group (from 0) as their dose."""
     crossed = any(group.crossed for group in groups)
-    numbered = [
-        replace(
-            group,
-            dose=np.full(len(group), float(i)),
-            player=np.full(len(group), "") if crossed and not group.crossed else group.player,
-        )
-        for i, group in enumerate(groups)
-    ]
-    return _stacked(numbered)
+    return _stacked(
+        [
+            replace(
+                group,
+                dose=np.full(len(group), float(i)),
+                player=np.full(len(group), "") if crossed and not group.crossed else group.player,
+            )
+            for i, group in enumerate(groups)
+        ]
+    )
 
 
 def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
@@ -198,11 +178,9 @@ def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
-    """An agent's trials at one p, each in the cluster of the person, if any, who met the same luck at that p.
+    """An agent's trials at one dose, each in the cluster of the person, if any, who met the same luck there.
 
-    Args:
-        other: Trials of people.
-        group: The agent's trials. They are returned unchanged if they have players, or ``other`` has none.
+    They are returned unchanged if they have players, or ``other``, the trials of people, has none.
     """
     if group.crossed or not other.crossed:
         return group
@@ -211,15 +189,7 @@ def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
 
 
 def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
-    """Whether trials of equal luck were solved under each of two conditions.
-
-    Args:
-        first: Trials of one condition.
-        second: Trials of another.
-
-    Returns:
-        Shape (pairs, 2), by repetition and trial.
-    """
+    """Whether trials of equal luck were solved under each of two conditions, shape (pairs, 2), by luck."""
     one, two = (dict(zip(_lucks(group), group.solved.tolist(), strict=True)) for group in (first, second))
     both = sorted(one.keys() & two.keys())
     return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
@@ -245,16 +215,15 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
-def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
-    """The points of the paper's fits and correlation: shares by p and repetition, or by p alone."""
-    repetition = counted.repetition if by_repetition else np.zeros_like(counted.repetition)
-    keys = sorted(set(zip(counted.dose.tolist(), repetition.tolist(), strict=True)))
+def points(counted: Outcomes) -> list[Point]:
+    """The points of the paper's fits and correlation: shares by dose and repetition."""
     found = []
-    for p, number in keys:
-        here = (counted.dose == p) & (repetition == number)
+    for dose, number in sorted(set(zip(counted.dose.tolist(), counted.repetition.tolist(), strict=True))):
+        here = (counted.dose == dose) & (counted.repetition == number)
         n = int(here.sum())
-        success, loop_rate = counted.solved[here].sum() / n, counted.looped[here].sum() / n
-        found.append(Point(dose=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
+        found.append(
+            Point(dose, number, n, float(counted.solved[here].sum() / n), float(counted.looped[here].sum() / n))
+        )
     return found
 
 
@@ -262,8 +231,8 @@ def heeded_at_most(trials: Sequence[Trial]) -> float | None:
     """Upper 95 % bound of the share of reports that a blind agent acts on, (0, 1); None if it is not blind.
 
     An agent is *blind* if it played each repetition and trial identically at every p though reports differed. Only
-    reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People who play as
-    one agent are never blind, because different people play each p.
+    reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People are never
+    blind, because different people play each p.
 
     The bound is that of Clopper and Pearson for none of n blocks, those in which reports differed. It also holds if the
     agent heeds all reports of some trials and none of the others.

@@ -1,26 +1,43 @@
-"""Differences of paired proportions where few pairs differ: a score interval, and an exact test of equivalence.
+"""Differences of paired proportions: on one box and over several, and an exact test of equivalence.
 
-If 18 pairs of 18 agree, the usual intervals are too narrow, because they estimate a variance from pairs that do not
-differ: a change of 10 points leaves all 18 alike in 15 % of studies. The score statistic (Tango, Statistics in Medicine
-1998) uses the variance under the difference that is tested, so it has a width even there.
+Pairs are trials of equal luck under two conditions (McNemar's design). The interval is Agresti and Min's (2005). If 18
+pairs of 18 agree it is too narrow, because it estimates a variance from pairs that do not differ: a change of 10 points
+leaves all 18 alike in 15 % of studies. The score statistic (Tango, Statistics in Medicine 1998) uses the variance under
+the difference that is tested, so it has a width even there; where five pairs or fewer differ its interval is held too.
+
+Of several boxes each counts alike. Boxes differ in difficulty and in effect, so an interval that takes their trials as
+independent holds the mean over boxes in as little as .36 of studies, and random-effects methods, whose weights depend
+on a box's own outcome, in .04 to .10 near 0 and 1. The one here holds it in .94 or more with 3 to 50 boxes of 5 to 60
+trials each: Student's over the differences of boxes, *joined* with that of these boxes (the lower of both lows, the
+higher of both highs) and, where few boxes differ at all, with Tango's over boxes. It needs luck that differs between
+boxes: with equal luck in all of them it would hold .13 to .94.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.statistics.distributions import normal_quantile
+from lockprobe.statistics.distributions import normal_quantile, sign_test, student_mean
+from lockprobe.statistics.proportions import LEVEL
 
 FEW = 5
 """The most differing pairs with which McNemar's exact test cannot reject at 5 %."""
 
+FEWEST = 5
+"""The fewest boxes for a sentence on boxes like these."""
+
 MOST_EXACT = 200
 """Pairs up to which the test of equivalence is exact; beyond, its statistic is approximately normal, and at a margin of
 10 points it is wrong in at most 5.4 % of studies."""
+
+ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
+"""The boxes of pairs that are all on one."""
 
 _SHARES = 60
 """Shares of pairs that differ for which the exact test is computed; it takes the largest P value."""
@@ -30,15 +47,111 @@ _TIE = 1e-9
 Array = NDArray[np.float64]
 
 
-def score(only_first: ArrayLike, only_second: ArrayLike, pairs: int, change: float) -> Array:
-    """Tango's score statistic of a difference, standard normal if it is ``change``; negative below it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pairs:
+    """Pairs by box, each column of shape (boxes,).
 
-    Args:
-        only_first: Pairs solved under the first condition alone.
-        only_second: Pairs solved under the second condition alone.
-        pairs: All pairs.
-        change: The hypothetical share under the second condition minus that under the first, (-1, 1).
+    Attributes:
+        first, second: Pairs solved under the first condition alone, and under the second alone.
+        n: Pairs; at least one on each of several boxes.
     """
+
+    first: Array
+    second: Array
+    n: Array
+
+    @property
+    def differences(self) -> Array:
+        """Success under the second condition minus that under the first, of each box."""
+        return (self.second - self.first) / self.n
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paired:
+    """The paired difference of two conditions.
+
+    Attributes:
+        only_first, only_second: Pairs solved under the first condition alone, and under the second alone.
+        n: Pairs.
+        value: Share solved under the second condition minus the first, [-1, 1]; NaN without pairs.
+        low, high: Ends of its interval, [-1, 1].
+        p_value: McNemar's exact test, two-sided; 1 if no pair differs.
+        interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
+    """
+
+    only_first: int
+    only_second: int
+    n: int
+    value: float
+    low: float
+    high: float
+    p_value: float
+    interval_p: float
+
+
+def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int = 1) -> Paired:
+    """The difference between two conditions on the same trials of one box, shape (pairs,), for any shared luck."""
+    counts = np.count_nonzero(first & ~second), np.count_nonzero(second & ~first), len(first)
+    one, two, n = (np.array([float(many)]) for many in counts)
+    return difference_over_boxes(Pairs(first=one, second=two, n=n), choices=choices)
+
+
+def pairs_by_box(solved: NDArray[np.bool_], box: NDArray[np.str_] = ONE_BOX) -> Pairs:
+    """Pairs of trials by box, boxes in the order of their names; ``box`` is empty if all are on one.
+
+    ``solved`` says whether the trials of a pair were solved under each of two conditions, shape (pairs, 2).
+    """
+    place = np.unique(box, return_inverse=True)[1].reshape(-1) if len(box) else np.zeros(len(solved), dtype=np.int64)
+    first, second = solved.T
+    columns = (first & ~second, second & ~first, np.ones(len(solved)))
+    one, two, n = (np.bincount(place, weights=of, minlength=1).astype(np.float64) for of in columns)
+    return Pairs(first=one, second=two, n=n)
+
+
+def difference_over_boxes(pairs: Pairs, *, choices: int = 1) -> Paired:
+    """The mean difference of boxes: of boxes like these from :data:`FEWEST` boxes on, else of these.
+
+    ``choices`` differences are judged together: the interval has the level 1 - 0.05 / choices.
+    """
+    k, n, tail = len(pairs.n), float(pairs.n.sum()), (1 - LEVEL) / choices
+    weights, effect = np.ones(k), 1.0
+    if k > 1:
+        weights = n / (k * pairs.n)
+        effect = float(np.sum(pairs.n * weights**2)) / n
+    only = float(weights @ pairs.first), float(weights @ pairs.second)
+    middle = (only[1] - only[0]) / (n + 2)  # half a pair is added to each of the four cells
+    error = math.sqrt(effect * ((sum(only) + 1) / (n + 2) - middle**2) / (n + 2))
+    half = -normal_quantile(tail / 2) * error
+    ends, tests = [(middle - half, middle + half)], [2 * NormalDist().cdf(-abs(middle) / error)]
+
+    def few_differ(first: int, second: int, all_: int) -> None:
+        ends.append(score_interval(first, second, all_, 1 - tail))
+        tests.append(2 * NormalDist().cdf(-abs(float(score(first, second, all_, 0.0)))))
+
+    one, two = int(pairs.first.sum()), int(pairs.second.sum())
+    if n and one + two <= FEW:
+        few_differ(one, two, int(n))
+    if k >= FEWEST:
+        low, high, p_value = student_mean(pairs.differences, 1 - tail)
+        ends.append((low, high))
+        tests.append(p_value)
+        if np.sum(pairs.first + pairs.second > 0) <= min(FEW, k / 2):
+            few_differ(int(np.sum(pairs.differences < 0)), int(np.sum(pairs.differences > 0)), k)
+    lows, highs = zip(*ends, strict=True)
+    return Paired(
+        only_first=one,
+        only_second=two,
+        n=int(n),
+        value=(only[1] - only[0]) / n if n else math.nan,
+        low=max(-1.0, min(lows)),
+        high=min(1.0, max(highs)),
+        p_value=sign_test(one, two),
+        interval_p=min(1.0, max(tests)),
+    )
+
+
+def score(only_first: ArrayLike, only_second: ArrayLike, pairs: int, change: float) -> Array:
+    """Tango's score statistic of a difference, standard normal if it is ``change``, (-1, 1); negative below it."""
     first, second = np.asarray(only_first, dtype=np.float64), np.asarray(only_second, dtype=np.float64)
     linear = (2 * pairs + first - second) * change - first - second
     constant = -first * change * (1 - change)

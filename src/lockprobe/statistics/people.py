@@ -5,6 +5,7 @@ People count as one agent. A person plays several boxes and may learn from box t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.clustered import ClusteredProportion, crossed_proportion
+from lockprobe.statistics.clustered import crossed_proportion
 from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import Proportion
 from lockprobe.trial.record import Trial
 
 RESAMPLES = 2000
@@ -21,10 +23,10 @@ RESAMPLES = 2000
 Array = NDArray[np.float64]
 
 
-def success_of_people(begun: Sequence[Trial]) -> ClusteredProportion:
+def success_of_people(begun: Sequence[Trial]) -> Proportion:
     """The share of ended trials that were solved, with an interval that holds whatever became of broken ones."""
 
-    def share(trials: Sequence[Trial], broken: bool) -> ClusteredProportion:
+    def share(trials: Sequence[Trial], broken: bool) -> Proportion:
         solved = [broken if trial.ending == "error" else trial.solved for trial in trials]
         return crossed_proportion(solved, np.ones(len(trials)), *_labels(trials))
 
@@ -36,13 +38,9 @@ def steps_of_people(
 ) -> tuple[int | None, int | None, int | None, float]:
     """Steps that people needed to open a box: the Kaplan-Meier median with its 95 % interval, and the mean.
 
-    An unsolved trial is censored at its budget, with which it counts in the mean. What lies beyond the budget is None,
-    as both ends are with a single person or luck.
-
-    Args:
-        trials: Ended trials, at least one.
-        modality: Their modality, and
-        condition: their condition, empty for several: the stream of the draws is named after both.
+    Of ended trials, at least one, of a modality and a condition (empty for several), which name the stream of the
+    draws. An unsolved trial is censored at its budget, with which it counts in the mean. What lies beyond the budget is
+    None, as both ends are with a single person or luck.
     """
     budget = max(trial.budget for trial in trials)
     steps = np.array([len(trial.steps) if trial.solved else budget + 1 for trial in trials])
@@ -51,12 +49,12 @@ def steps_of_people(
     # that of a condition of flips alone is named after its rate, whatever its label is
     place = (condition if first.p is None else str(first.p)) if condition else "None"
     rng = generator(first.seed, "analysis", first.spec, modality, place, "people")
-    medians = [_median(one) for one in _drawn(trials, rng, reached)]
-    low = high = None
-    if medians:
-        low = _within(min(float(np.percentile(one, 2.5, method="lower")) for one in medians), budget)
-        high = _within(max(float(np.percentile(one, 97.5, method="higher")) for one in medians), budget)
-    return _within(float(_median(shares)), budget), low, high, float(np.sum(1 - shares[:-1]))
+    low = high = math.inf
+    if medians := [_median(one) for one in _drawn(trials, rng, reached)]:
+        low = min(float(np.percentile(one, 2.5, method="lower")) for one in medians)
+        high = max(float(np.percentile(one, 97.5, method="higher")) for one in medians)
+    median, first_low, last_high = (int(step) if step <= budget else None for step in (int(_median(shares)), low, high))
+    return median, first_low, last_high, float(np.sum(1 - shares[:-1]))
 
 
 def _labels(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -94,7 +92,3 @@ def _median(shares: Array) -> NDArray[np.int64]:
     """The first step by which half are solved; the budget plus 1 if that never happens."""
     found: NDArray[np.int64] = np.sum(shares < 0.5 - 1e-12, axis=-1)
     return found
-
-
-def _within(step: float, budget: int) -> int | None:
-    return int(step) if step <= budget else None

@@ -19,8 +19,9 @@ from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, no
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after, unbroken
 from lockprobe.trial.record import Trial
 
@@ -40,7 +41,7 @@ def prior_for(joints: int) -> str | None:
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def optimal_actions(trials: Sequence[Trial], *boxes: Lockbox) -> tuple[ClusteredProportion, bool] | None:
+def optimal_actions(trials: Sequence[Trial], *boxes: Lockbox) -> tuple[Proportion, bool] | None:
     """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
     None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was

@@ -40,7 +40,7 @@ def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
         tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
         changes = {cell.dose: row for cell, row in shown.changes()}
         assert {dose: (row.value, row.low, row.high, row.p_value) for dose, row in changes.items()} == {
-            one.dose: (one.value, one.low, one.high, one.p_value) for one in tested.at
+            one.dose: (one.value, one.low, one.high, one.p_value) for one in tested
         }
         assert course.blind == (not changes) == (shown.clearest is None)
         for (cell, row), (_, first), (_, second) in zip(
@@ -51,7 +51,7 @@ def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
             assert first.n == second.n == row.n <= cell.trials
         for end, at in zip(BOUNDS, (0, 1), strict=True):
             bounds = {cell.dose: row.value for cell, row in shown.changes(end)}
-            assert bounds == {one.dose: one.bounds[at] for one in tested.at if one.bounds}
+            assert bounds == {one.dose: one.bounds[at] for one in tested if one.bounds}
         if shown.clearest:
             assert shown.clearest[1].p_value == min(row.p_value for row in changes.values())
 

@@ -18,9 +18,9 @@ from lockprobe.statistics.agent_comparison.paired import (
     sign_flip,
     two_way,
 )
+from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.proportions import paired
-from lockprobe.statistics.rare_long_trials import rare_block
+from lockprobe.statistics.paired_proportions import paired
 
 
 @given(st.lists(st.integers(-7, 7), min_size=1, max_size=9))

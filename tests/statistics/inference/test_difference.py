@@ -1,16 +1,14 @@
 """The test of differences from the lowest p: against all permutations, its level, its interval, one sample."""
 
 import itertools
-import json
-from dataclasses import asdict
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
-from solved import TRUTH, drawn, people, rng, study, unequal_luck
+from solved import TRUTH, drawn, people, rng, smallest, study, unequal_luck
 
 from lockprobe.statistics.inference.difference import any_difference, each_difference
-from lockprobe.statistics.proportions import paired
+from lockprobe.statistics.paired_proportions import paired
 
 
 def everything(solved):
@@ -34,8 +32,8 @@ def everything(solved):
 def test_the_permutation_test_is_what_all_permutations_give(seed):
     solved = drawn(rng(seed), success=np.array([0.2, 0.5, 0.8]), shape=(3, 1, 6))
     found = any_difference(study(solved), rng(9), permutations=20000)
-    assert [difference.exchange for difference in found.at] == pytest.approx(everything(solved), abs=0.015)
-    assert found.p_value == min(difference.p_value for difference in found.at)
+    assert [difference.exchange for difference in found] == pytest.approx(everything(solved), abs=0.015)
+    assert all(one.p_value >= one.exchange for one in found)
 
 
 @pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
@@ -43,14 +41,14 @@ def test_the_level_holds_whatever_luck_is_shared(shared):
     rejected = []
     for seed in range(100):
         found = any_difference(study(drawn(rng(seed), shared=shared)), rng(seed), permutations=99)
-        rejected.append(found.p_value <= 0.05)
+        rejected.append(smallest(found) <= 0.05)
     assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 100)
 
 
 def test_one_luck_for_all_p_leaves_nothing_to_find():
     found = any_difference(study(drawn(rng(), shared=1.0)), rng())
-    assert found.p_value == 1.0
-    assert {difference.value for difference in found.at} == {0.0}
+    assert smallest(found) == 1.0
+    assert {difference.value for difference in found} == {0.0}
 
 
 def test_shared_luck_makes_a_difference_surer():
@@ -60,41 +58,33 @@ def test_shared_luck_makes_a_difference_surer():
     alike[1, 0, 15:21] = True
     unlike = alike.copy()
     unlike[1] = np.roll(alike[1], 12)
-    assert any_difference(study(alike), rng()).p_value < 0.05
-    assert any_difference(study(unlike), rng()).p_value > 0.1
-
-
-def test_the_effect_of_the_paper_is_found():
-    found = [any_difference(study(drawn(rng(seed), TRUTH)), rng(seed), permutations=199) for seed in range(40)]
-    assert np.mean([one.p_value <= 0.05 for one in found]) > 0.7
+    assert smallest(any_difference(study(alike), rng())) < 0.05
+    assert smallest(any_difference(study(unlike), rng())) > 0.1
 
 
 def test_nothing_to_compare():
-    one = any_difference(study(np.ones((1, 3, 10))), rng())
-    assert (one.p_value, one.at, one.lowest) == (None, (), 0.0)
     apart = study(drawn(rng()))
-    assert any_difference(apart.at((apart.trial % 7) == np.round(apart.dose * 10)), rng()).p_value is None
-    assert any_difference(apart.at(apart.dose < 0), rng()).lowest is None
+    other_trials = apart.at((apart.trial % 7) == np.round(apart.dose * 10))
+    for none in (study(np.ones((1, 3, 10))), other_trials, apart.at(apart.dose < 0)):
+        assert any_difference(none, rng()) == ()
 
 
-def test_same_seed_same_numbers_and_all_of_them_are_plain():
+def test_same_seed_same_numbers():
     data = study(drawn(rng(), TRUTH))
-    assert any_difference(data, rng(5)) == any_difference(data, rng(5))
-    assert any_difference(data, rng(5)) != any_difference(data, rng(6))
-    assert json.loads(json.dumps(asdict(any_difference(data, rng())), allow_nan=False))
+    assert any_difference(data, rng(5)) == any_difference(data, rng(5)) != any_difference(data, rng(6))
 
 
 @pytest.mark.parametrize("p", [7, 21])
 def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding(p):
     """The permutation alone rejects in a seventh and in a quarter of such studies; with the interval hardly ever."""
     found = [any_difference(study(unequal_luck(rng(seed), p)), rng(seed), permutations=99) for seed in range(80)]
-    assert np.mean([min(at.exchange for at in one.at) < 0.05 for one in found]) > 0.06
-    assert np.mean([one.p_value < 0.05 for one in found]) < 0.05
+    assert np.mean([min(at.exchange for at in one) < 0.05 for one in found]) > 0.06
+    assert np.mean([smallest(one) < 0.05 for one in found]) < 0.05
 
 
 def test_a_difference_is_shown_only_if_its_interval_leaves_out_none():
     for seed in range(60):
-        for at in any_difference(study(drawn(rng(seed), TRUTH)), rng(seed), permutations=199).at:
+        for at in any_difference(study(drawn(rng(seed), TRUTH)), rng(seed), permutations=199):
             if at.p_value < 0.05:
                 assert at.low > 0 or at.high < 0
             assert at.low <= at.value <= at.high
@@ -104,7 +94,7 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
     """Thirty trials at the lowest p and five at the other: seven of those thirty have nothing to do with the five."""
     whole = study(np.stack([np.r_[np.zeros(22), np.ones(8)], np.ones(30)])[:, None])
     some = whole.at((whole.dose == 0) | (whole.trial <= 5))
-    (at,) = any_difference(some, rng()).at
+    (at,) = any_difference(some, rng())
     assert (at.first.count, at.first.n, at.second.count, at.second.n) == (0, 5, 5, 5)
     both = paired(np.zeros(5, dtype=bool), np.ones(5, dtype=bool))
     assert (at.value, at.low, at.high) == (both.value, both.low, both.high) == (1.0, both.low, 1.0)
@@ -113,14 +103,14 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
 def test_values_of_p_without_a_common_trial_are_not_compared():
     whole = study(drawn(rng(), TRUTH[:3], shape=(3, 1, 20)))
     found = any_difference(whole.at((whole.dose != 0.1) | (whole.trial > 20)), rng())
-    assert [at.dose for at in found.at] == [0.2]
+    assert [at.dose for at in found] == [0.2]
 
 
 @pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
 def test_intervals_of_differences_between_people_hold_the_truth(per_p, boxes, likeness):
     held = []
     for seed in range(150):
-        (at,) = any_difference(people(rng(seed), per_p, boxes, likeness, p=2), rng(seed), permutations=19).at
+        (at,) = any_difference(people(rng(seed), per_p, boxes, likeness, p=2), rng(seed), permutations=19)
         assert at.pairs is None
         held.append(at.low <= 0 <= at.high)
     assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
@@ -141,7 +131,7 @@ def test_a_p_with_few_trials_hides_no_effect_beside_it(few, values):
         success[1] = 0.75
         whole = study(drawn(rng(seed), success, (values, 1, 30)), np.arange(values) / 10)
         tested = any_difference(thinned(whole, (values - 1) / 10, few), rng(seed), permutations=200)
-        found.append(tested.at[0].p_value < 0.05)
+        found.append(tested[0].p_value < 0.05)
     assert np.mean(found) > 0.65
 
 
@@ -151,7 +141,7 @@ def test_a_p_with_few_trials_is_no_finding_itself(few):
     for seed in range(100):
         whole = study(drawn(rng(seed), shape=(7, 1, 30), shared=0.3))
         tested = any_difference(thinned(whole, 0.6, few), rng(seed), permutations=200)
-        rejected.append(min(at.exchange for at in tested.at) <= 0.05)
+        rejected.append(min(at.exchange for at in tested) <= 0.05)
     assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 100)
 
 

@@ -1,37 +1,28 @@
-"""Mean steps over p: Student's paired test by hand, crossing curves that a log-rank test misses, and people."""
+"""Mean steps over doses: Student's paired test by hand, rare blocks, crossing curves that log-rank tests miss, people."""
 
 from functools import partial
 
 import numpy as np
 import pytest
+from builders import SOLUTION, make_trial
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
+from solved import columns
 
-from lockprobe.statistics.inference.hazard import log_rank
-from lockprobe.statistics.inference.mean_steps import mean_steps
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.inference.log_rank import log_rank
+from lockprobe.statistics.inference.mean_steps import BLOCKS, mean_steps, rare_block
+from lockprobe.statistics.inference.over_doses import steps_over_doses
+from lockprobe.statistics.outcomes import broken_off, outcomes
 
 BUDGET = 20
-
-
-def columns(steps, p, *, player=(), trial=None):
-    """Trials of these lengths; one of the whole budget is unsolved."""
-    length = np.asarray(steps, dtype=np.int64)
-    return Outcomes(
-        dose=np.asarray(p, dtype=np.float64),
-        repetition=np.ones(len(length), dtype=np.int64),
-        trial=np.asarray(trial, dtype=np.int64),
-        length=length,
-        solved=length < BUDGET,
-        onset=np.zeros(len(length), dtype=np.int64),
-        player=np.asarray(player, dtype=np.str_),
-    )
 
 
 def paired(*by_p):
     """One row of steps for each p, trial by trial with the same luck."""
     n = len(by_p[0])
     p = np.repeat(np.arange(len(by_p)) / 10, n)
-    return columns(np.concatenate(by_p), p, trial=np.tile(np.arange(1, n + 1), len(by_p)))
+    return columns(p, np.tile(np.arange(1, n + 1), len(by_p)), length=np.concatenate(by_p))
 
 
 def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
@@ -98,17 +89,10 @@ def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
     assert mean_steps(found, BUDGET).p_value < 0.05
 
 
-@pytest.mark.parametrize(
-    ("found", "note"),
-    [
-        (columns([5, 6], [0, 0], trial=[1, 2]), "fewer than two doses"),
-        (columns([5, 6], [0, 0.4], trial=[1, 2]), "no common trial"),
-        (columns([5, 6], [0, 0.4], trial=[1, 1]), "too few clusters"),
-        (columns([], [], trial=[]), "fewer than two doses"),
-    ],
-)
-def test_what_cannot_be_tested_says_why(found, note):
-    assert (mean_steps(found, BUDGET).p_value, mean_steps(found, BUDGET).note) == (None, note)
+@pytest.mark.parametrize(("steps", "p", "trial"), [([5, 6], [0, 0], [1, 2]), ([5, 6], [0, 0.4], [1, 2]),
+                                                   ([5, 6], [0, 0.4], [1, 1]), ([], [], [])])  # fmt: skip
+def test_of_one_dose_or_fewer_than_two_blocks_nothing_is_tested(steps, p, trial):
+    assert mean_steps(columns(p, trial, length=steps), BUDGET).p_value is None
 
 
 def test_trials_of_one_person_are_taken_together():
@@ -116,8 +100,71 @@ def test_trials_of_one_person_are_taken_together():
     rng = np.random.default_rng(3)
     skill = rng.integers(5, 15, size=12)
     p = np.repeat([0.0, 0.4], 6)
-    once = columns(skill, p, player=[f"person-{i}" for i in range(12)], trial=np.arange(12))
-    many = columns(np.repeat(skill, 10), np.repeat(p, 10), player=np.repeat(once.player, 10), trial=np.arange(120))
+    once = columns(p, np.arange(12), length=skill, player=[f"person-{i}" for i in range(12)])
+    more = {"length": np.repeat(skill, 10), "player": np.repeat(once.player, 10)}
+    many = columns(np.repeat(p, 10), np.arange(120), **more)
     one, several = mean_steps(once, BUDGET), mean_steps(many, BUDGET)
     assert several.value == pytest.approx(one.value)
     assert several.p_value == pytest.approx(one.p_value)
+
+
+def test_so_many_blocks_are_added_that_too_few_rare_ones_appear_in_at_most_5_percent_of_samples():
+    """After k rare blocks a change is said if more than k + z sqrt(k + blocks) were to be expected; fewer would not do."""
+    k = np.arange(2000)
+
+    def wrong(blocks):
+        return stats.poisson.cdf(k, k + stats.norm.isf(0.025) * np.sqrt(k + blocks)).max()
+
+    assert wrong(BLOCKS) <= 0.05 < wrong(BLOCKS - 1)
+
+
+def test_a_rare_block_takes_the_whole_budget_or_as_few_steps_as_the_shortest_trial():
+    easy, hard, unseen = rare_block(6, 5, 20, 3), rare_block(19, 20, 20, 3), rare_block(19, 20, 20, 19)
+    assert (easy.below, easy.above) == (15, 14)
+    assert (hard.below, hard.above) == (16, 17)
+    assert (unseen.below, unseen.above) == (15, 16)
+    only = rare_block(1, 1, 1, 1)
+    assert min(only.below, only.above) > 0
+
+
+@given(
+    value=st.floats(-19, 19),
+    se=st.floats(0, 5),
+    first=st.floats(1, 20),
+    second=st.floats(1, 20),
+    clusters=st.integers(2, 300),
+    share=st.none() | st.floats(0.01, 1),
+)
+def test_interval_and_test_are_students_with_three_such_blocks(value, se, first, second, clusters, share):
+    found = rare_block(first, second, 20, 1)
+    low, high = found.interval(value, se, clusters, share=share)
+    size = 1 / clusters if share is None else share
+    below, above = (np.sqrt(se**2 + 3 * (size * one) ** 2) for one in (found.below, found.above))
+    assert (low, high) == pytest.approx(
+        (value - stats.t.ppf(0.975, clusters - 1) * below, value + stats.t.ppf(0.975, clusters - 1) * above)
+    )
+    p_value = found.p_value(value, se, clusters, share=share)
+    if abs(p_value - 0.05) > 1e-9:
+        assert (p_value < 0.05) == (low > 0 or high < 0)
+
+
+def over_doses(played):
+    return steps_over_doses(outcomes(played), broken_off(played), 20)
+
+
+def test_a_change_of_steps_holds_at_both_ends_of_what_broken_trials_can_have_become():
+    quick = [make_trial(SOLUTION, trial=i) for i in range(30)]
+    slow = [make_trial([0] * 10 + [*SOLUTION], p=0.4, trial=i) for i in range(30)]
+    broke = [make_trial([0, 0], p=0.4, trial=i, broken="model") for i in range(30)]
+    whole, few, many = (over_doses([*quick, *broke[:n], *slow[n:]]) for n in (0, 2, 28))
+    assert whole == mean_steps(outcomes([*quick, *slow]), 20)
+    assert (whole.value, few.value, many.value) == (10, 10, 10)
+    solved = [make_trial([0, *SOLUTION][-3:], p=0.4, trial=i) for i in range(2)]
+    never = [make_trial([0] * 20, p=0.4, trial=i) for i in range(2)]
+    ends = [mean_steps(outcomes([*quick, *gone, *slow[2:]]), 20) for gone in (solved, never)]
+    assert few.low == pytest.approx(min(one.low for one in ends))
+    assert few.high == pytest.approx(max(one.high for one in ends))
+    assert few.p_value == pytest.approx(max(one.p_value for one in ends))
+    assert few.p_value < 0.05
+    assert many.p_value == 1.0  # those that broke may have been solved at once
+    assert over_doses([*quick, *broke]).p_value is None

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from known_truth import WORLDS, Design, simulated
+from solved import columns
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.power.flip_rates import BUDGET
@@ -16,7 +17,7 @@ from lockprobe.statistics.inference.over_doses import (
     rise_and_fall,
     success_by_dose,
 )
-from lockprobe.statistics.outcomes import Outcomes, outcomes
+from lockprobe.statistics.outcomes import outcomes
 
 STUDIES = 100
 
@@ -46,7 +47,7 @@ def test_no_interval_of_the_differences_leaves_out_the_truth(name):
     truth, missed = WORLDS[name].success, 0
     for number in range(STUDIES):
         found = any_difference(drawn(name, number), generator(number), 99)
-        missed += any(not one.low <= t - truth[0] <= one.high for one, t in zip(found.at, truth[1:], strict=True))
+        missed += any(not one.low <= t - truth[0] <= one.high for one, t in zip(found, truth[1:], strict=True))
     assert missed <= 12
 
 
@@ -56,10 +57,10 @@ def test_broken_trials_find_no_effect_that_is_not_there():
     for number in range(40):
         ended, broken = simulated("broken-trials", generator(number), breaks=0.08)
         tested = success_by_dose(ended, broken, generator(number), BUDGET)
-        wrong[0] += tested.p_value is not None and tested.p_value < 0.05
+        wrong[0] += any(one.p_value < 0.05 for one in tested)
         lines = rise_and_fall(ended, broken, BUDGET)
         wrong[1] += lines.direction is not None
-        for one in tested.at:
+        for one in tested:
             assert one.low <= one.bounds[0] <= one.bounds[1] <= one.high
     assert max(wrong) <= 5
 
@@ -77,26 +78,22 @@ def test_every_end_completes_every_trial_that_broke(shape):
 def test_a_clear_peak_is_found_even_if_one_side_is_all_or_nothing():
     p = np.repeat([0.0, 0.1, 0.2, 0.3, 0.4], 30)
     solved = np.concatenate([np.arange(30) < k for k in (0, 0, 30, 4, 0)])
-    n = len(p)
-    columns = Outcomes(
-        dose=p, repetition=np.ones(n, np.int64), trial=np.tile(np.arange(30) + 1, 5), length=np.full(n, 9),
-        solved=solved, onset=np.zeros(n, np.int64),
-    )  # fmt: skip
-    assert p_values(columns, generator(1), BUDGET)["shape"] < 0.05
+    played = columns(p, np.tile(np.arange(30) + 1, 5), length=9, solved=solved)
+    assert p_values(played, generator(1), BUDGET)["shape"] < 0.05
 
 
 @pytest.mark.parametrize("trials", ["none", "one p", "one trial"])
 def test_too_little_to_test_gives_no_p_value(trials):
-    columns = outcomes([]) if trials == "none" else drawn("no-effect")
+    played = outcomes([]) if trials == "none" else drawn("no-effect")
     if trials == "one p":
-        columns = columns.at(columns.dose == 0)
+        played = played.at(played.dose == 0)
     if trials == "one trial":
-        columns = columns.at(np.arange(len(columns)) == 0)
-    found = p_values(columns, generator(1), BUDGET)
+        played = played.at(np.arange(len(played)) == 0)
+    found = p_values(played, generator(1), BUDGET)
     assert {found[question] for question in ("success", "shape", "looping")} == {None}
 
 
 @pytest.mark.parametrize("p", [(0.0, 1e-6, 1.0), (0.0, 1e-6, 2e-6, 1.0), (0.0, 0.5, 0.500001), (-0.1, 0.0, 3.0)])
 def test_doses_may_be_close_together_or_negative(p):
-    columns, _ = simulated("no-effect", generator(3), Design(p=p), success=(0.5,) * len(p), trap=(0.0,) * len(p))
-    assert all(one is None or math.isfinite(one) for one in p_values(columns, generator(1), BUDGET).values())
+    played, _ = simulated("no-effect", generator(3), Design(p=p), success=(0.5,) * len(p), trap=(0.0,) * len(p))
+    assert all(one is None or math.isfinite(one) for one in p_values(played, generator(1), BUDGET).values())

@@ -91,16 +91,9 @@ def test_after_seven_pairs_that_all_fall_one_way_there_is_an_effect():
     assert (log_wealth([1] * 10, 0.0, **PAIRS) >= LIMIT).argmax() == 6
 
 
-def test_a_difference_at_the_margin_is_small_in_at_most_a_twentieth_of_studies_and_none_soon_is():
+def test_that_there_is_no_difference_is_seen_as_small_after_49_pairs():
     wealth = np.exp(log_wealth([0] * 60, 0.1, **PAIRS, side="below"))
     assert (wealth >= 20).argmax() == 48
-    expected = sum(
-        {0: 0.7, 1: 0.2, -1: 0.1}[a] * {0: 0.7, 1: 0.2, -1: 0.1}[b]
-        * math.exp(log_wealth([a, b], 0.1, **PAIRS, side="below")[-1])
-        for a in (-1, 0, 1)
-        for b in (-1, 0, 1)
-    )  # fmt: skip
-    assert expected == pytest.approx(1)
 
 
 @pytest.mark.parametrize("seed", range(4))

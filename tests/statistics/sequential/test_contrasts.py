@@ -1,12 +1,19 @@
-"""Differences at every look, judged together: P values and intervals agree, and what was said stays said."""
+"""Differences and shares at every look: closed testing against all sets of hypotheses, and what was said stays said."""
 
 import math
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from lockprobe.statistics.sequential.betting import log_wealth
-from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
+from lockprobe.statistics.sequential.betting import SHARES, confidence_sequence, log_wealth
+from lockprobe.statistics.sequential.contrasts import (
+    Numbers,
+    adjusted,
+    at_every_look,
+    log_thresholds,
+    share_at_every_look,
+)
 
 STUDIES = [
     ((0.0,), {}),
@@ -117,3 +124,54 @@ def test_without_numbers_nothing_is_known():
     assert math.isnan(nothing.value)
     assert something.effect_at is not None
     assert at_every_look([empty])[0].blocks.size == 0
+
+
+def sets_with(i, many):
+    others = [j for j in range(many) if j != i]
+    return [part for size in range(many) for part in combinations(others, size)]
+
+
+def evidence(many, looks=12):
+    return np.random.default_rng(many).normal(1.5, 2.5, (looks, many))
+
+
+@pytest.mark.parametrize("many", [1, 2, 3, 5])
+def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(many):
+    """The smallest mean of all sets with a hypothesis, and what the hardest of all sets asks for."""
+    log_e = evidence(many)
+    adjusted_e, thresholds = np.exp(adjusted(log_e)), np.exp(log_thresholds(log_e, 0.05))
+    for row, limits, e in zip(adjusted_e, thresholds, np.exp(log_e), strict=True):
+        for i in range(many):
+            sets = [e[list(part)] for part in sets_with(i, many)]
+            assert row[i] == pytest.approx(min(np.mean([e[i], *part]) for part in sets))
+            assert limits[i] == pytest.approx(max(20 * (1 + len(part)) - part.sum() for part in sets))
+
+
+@pytest.mark.parametrize("level", [0.05, 0.01])
+def test_a_threshold_is_reached_exactly_where_closed_testing_rejects(level):
+    log_e = evidence(4, looks=400)
+    rejected = adjusted(log_e) >= np.log(1 / level)
+    assert (rejected == (log_e >= log_thresholds(log_e, level))).all()
+    assert 0.02 < rejected.mean() < 0.98
+    assert (log_thresholds(log_e, level) >= np.log(1 / level) - 1e-12).all()
+
+
+def test_others_of_much_evidence_cost_nothing():
+    assert adjusted(np.array([[4.0, 900.0, 1200.0]])) == pytest.approx(np.array([[4.0, 600.0, 600.0]]), abs=1.2)
+
+
+def test_the_interval_is_the_last_of_the_sequence_in_the_order_of_trials():
+    solved = np.random.default_rng(1).random(60) < 0.3
+    found = share_at_every_look(solved)
+    lows, highs = confidence_sequence(solved * 1.0, math.log(20), bets=SHARES)
+    assert (found.low, found.high) == pytest.approx((lows[-1], highs[-1]))
+    assert (found.count, found.n, found.value) == (solved.sum(), 60, solved.mean())
+
+
+def test_all_or_none_solved_and_no_trial():
+    assert share_at_every_look([True] * 20).high == 1
+    assert 0.75 < share_at_every_look([True] * 20).low < 0.85
+    assert share_at_every_look([False] * 20).low == 0
+    nothing = share_at_every_look([])
+    assert (nothing.n, nothing.low, nothing.high) == (0, 0, 1)
+    assert math.isnan(nothing.value)

@@ -35,7 +35,7 @@ from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, 
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.contrast import acting
-from lockprobe.statistics.inference.holm import holm_by_family
+from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.studies.study_design import design_of

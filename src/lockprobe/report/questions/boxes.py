@@ -15,10 +15,11 @@ from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.section import Block, Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.boxes import FEWEST, between_boxes, pairs_by_box
+from lockprobe.statistics.boxes import between_boxes
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
-from lockprobe.statistics.proportions import paired, proportion
+from lockprobe.statistics.paired_proportions import FEWEST, paired, pairs_by_box
+from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.study_design import design_of
 
 _BETWEEN = "SD between boxes"

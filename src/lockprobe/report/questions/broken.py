@@ -14,7 +14,7 @@ from lockprobe.report.answer_list import BEFORE, known_of_broken
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.statistics.inference.before_breaks import differences_before_breaks, few_broke_until
+from lockprobe.statistics.inference.difference import differences_before_breaks, few_broke_until
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.record import Trial
 

@@ -29,8 +29,7 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import published
 from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.conditions.modalities import by_fidelity, spoken
-from lockprobe.statistics.distributions import welch_test
-from lockprobe.statistics.inference.holm import holm
+from lockprobe.statistics.distributions import holm, welch_test
 from lockprobe.statistics.proportions import (
     ALPHA,
     Difference,

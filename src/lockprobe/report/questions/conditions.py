@@ -25,8 +25,7 @@ from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.contrast import CONTROLS, Cells, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.outcomes import points
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
 from lockprobe.studies.study_design import design_of
 
 _AGAINST = "against the rules"

@@ -21,12 +21,11 @@ from lockprobe.report.table_rows import chance_cell, distinct, played_subjects, 
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.inference.association import correlation
-from lockprobe.statistics.inference.hazard import looping
+from lockprobe.statistics.curves import incidence
+from lockprobe.statistics.inference.log_rank import looping
 from lockprobe.statistics.inference.over_doses import later_and_sooner
-from lockprobe.statistics.inference.trend import trend
+from lockprobe.statistics.inference.trend import correlation, trend
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
-from lockprobe.statistics.loops.incidence import incidence
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, numbered, points
 from lockprobe.statistics.proportions import ALPHA, Z

@@ -21,7 +21,8 @@ from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, st
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.pace import pace, steps_over_doses
+from lockprobe.statistics.inference.log_rank import pace
+from lockprobe.statistics.inference.over_doses import steps_over_doses
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
 
 _HIGHER = "higher"

@@ -75,7 +75,7 @@ def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
     rng = course.stream("permutation")
     tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
-    for one in tested.at:
+    for one in tested:
         columns = against_lowest(course, one.dose)
 
         def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def _differences(course: Course) -> Iterator[Row]:
             p_value=one.p_value,
             test=E_PROCESS if one.course else PERMUTED,
             family=f"success by {course.axis.name}",
-            corrected_for=len(tested.at) * tested.agents,
+            corrected_for=len(tested) * course.family,
         )
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))

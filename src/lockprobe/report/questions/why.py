@@ -20,8 +20,7 @@ from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.sequential.shares import share_at_every_look
+from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
 from lockprobe.statistics.why.contrasts import whys
 from lockprobe.statistics.why.mechanism import (
     CONTENT,

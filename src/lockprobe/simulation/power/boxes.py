@@ -8,7 +8,7 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.boxes import FEWEST, Pairs, difference_over_boxes
+from lockprobe.statistics.paired_proportions import FEWEST, Pairs, difference_over_boxes
 from lockprobe.statistics.proportions import ALPHA
 
 TRIALS = (1, 2, 3, 5, 10, 20)

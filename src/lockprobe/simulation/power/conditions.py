@@ -125,7 +125,7 @@ class Contrasts:
             onset=nothing,
         )
         if self.family.name:
-            tested = any_difference(columns, rng, agents=self.agents).at
+            tested = any_difference(columns, rng, agents=self.agents)
         else:
             groups = [columns.at(columns.dose == dose) for dose in doses]
             tested = tuple(one for _, one in each_difference(groups, rng, agents=self.agents))

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.agent_comparison.paired import ONE_BOX, BlockMean, paired_success, people_of, sheets
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
-from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference, share_of
-from lockprobe.statistics.inference.holm import holm_by_family
+from lockprobe.statistics.clustered import clustered_difference, share_of
+from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import Outcomes, broken_off, joined, outcomes, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, between, difference, proportion
 from lockprobe.trial.record import Trial
@@ -147,7 +147,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
             box = laid[0].box[np.flatnonzero(both)] if len(laid[0].box) else ONE_BOX
             solved = [one.solved[both] for one in laid]
         before, after = (proportion(int(own.sum()), len(own)) for own in solved)
-        apart: BlockMean | Difference | ClusteredDifference | None
+        apart: BlockMean | Difference | None
         if paired:
             apart = paired_success(solved[0], solved[1], None if person is None else person[both], box)
         elif any(group.crossed for group in groups):
@@ -160,11 +160,10 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         else:
             apart = difference(before, after)
         assert apart is not None
-        p_value = apart.interval_p if isinstance(apart, ClusteredDifference) else apart.p_value
         return StudyDifference(
             condition=first.condition, family=first.family, kind=kind, first=first.side, second=second.side,
             paired=paired, first_success=before, second_success=after, value=apart.value, low=apart.low,
-            high=apart.high, p_value=p_value, broken=broke,
+            high=apart.high, p_value=apart.p_value, broken=broke,
         )  # fmt: skip
 
     found = of(ended)

@@ -21,13 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.boxes import difference_over_boxes, pairs_by_box
 from lockprobe.statistics.clustered import alike_weights, two_way_variance
 from lockprobe.statistics.distributions import student_quantile, student_tails
+from lockprobe.statistics.inference.mean_steps import RareBlock
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_all
-from lockprobe.statistics.paired_proportions import FEW, score_interval
-from lockprobe.statistics.proportions import ALPHA, LEVEL, paired
-from lockprobe.statistics.rare_long_trials import RareBlock
+from lockprobe.statistics.paired_proportions import FEW, difference_over_boxes, paired, pairs_by_box, score_interval
+from lockprobe.statistics.proportions import ALPHA, LEVEL
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
 Array = NDArray[np.float64]
@@ -117,7 +116,7 @@ def block_mean(
     all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
     which five or fewer differ, it also holds Tango's score interval.
 
-    Of steps, it is widened by rare *blocks* instead (:mod:`lockprobe.statistics.rare_long_trials`).
+    Of steps, it is widened by rare *blocks* instead (:mod:`lockprobe.statistics.inference.mean_steps`).
 
     Args:
         differences: Shape (blocks, pairs of a block), NaN where a pair is missing.

@@ -42,8 +42,8 @@ from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.rare_long_trials import rare_block
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""

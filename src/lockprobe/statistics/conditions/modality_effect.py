@@ -21,11 +21,10 @@ from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.conditions.modalities import by_fidelity, fidelity
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.excess import excess
-from lockprobe.statistics.inference.hazard import Hazard, solving, worst
-from lockprobe.statistics.inference.holm import holm
+from lockprobe.statistics.distributions import holm
+from lockprobe.statistics.inference.log_rank import Hazard, excess, solving, worst
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
-from lockprobe.statistics.proportions import Paired, paired
+from lockprobe.statistics.paired_proportions import Paired, paired
 
 
 class ModalityPair(NamedTuple):

@@ -1,24 +1,71 @@
-"""Mean steps over doses: whether noise changes how many steps a trial takes.
+"""Mean steps: differences with rare long trials in their variance, and whether doses change them.
 
 An unsolved trial counts with its whole budget, so this is a restricted mean (Royston and Parmar, Statistics in Medicine
 2011). A log-rank test loses its power where curves of success cross, as where false reports first slow an agent down
-and then free it from a dead end. This test does not.
+and then free it from a dead end. A test of means does not.
 
-Rare long trials make the mean of few blocks skewed, so the variance has blocks of them that the sample may lack
-(:mod:`lockprobe.statistics.rare_long_trials`).
+An agent that is mostly a little faster and now and then needs its whole budget is no faster, and a sample without such
+a trial has neither its mean nor its spread. So three more blocks are added to the variance, as Agresti and Min (2005)
+add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the shortest trial,
+and the other what it takes on average, whichever is farther.
+
+Three are enough for every budget. Rare blocks have a Poisson distribution. A decrease is said after k of them if more
+than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have so few.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.clustered import two_way_variance
+from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.rare_long_trials import rare_block
+from lockprobe.statistics.proportions import LEVEL
+
+BLOCKS = 3
+"""Blocks that are added to the variance."""
+
+
+class RareBlock(NamedTuple):
+    """How far below and above a mean difference in steps a rare block may lie."""
+
+    below: float
+    above: float
+
+    def interval(
+        self, value: float, se: float, clusters: int, *, share: float | None = None, level: float = LEVEL
+    ) -> tuple[float, float]:
+        """Student's interval of a mean difference with this standard error, with rare blocks in its variance.
+
+        ``clusters`` are the blocks of the sample, or people where there are fewer; at least two. ``share`` is the size
+        of a rare block as a share of the sample, by default that of one of equal blocks.
+        """
+        quantile, share = student_quantile((1 + level) / 2, clusters - 1), share or 1 / clusters
+        return value - quantile * _wider(se, share * self.below), value + quantile * _wider(se, share * self.above)
+
+    def p_value(self, value: float, se: float, clusters: int, *, share: float | None = None) -> float:
+        """That the difference is 0, two-sided; below 0.05 if the interval at 95 % excludes 0."""
+        error = _wider(se, (share or 1 / clusters) * (self.below if value > 0 else self.above))
+        return float(student_tails(value / error, clusters - 1))
+
+
+def _wider(se: float, one: float) -> float:
+    return math.sqrt(se**2 + BLOCKS * one**2)
+
+
+def rare_block(first: float, second: float, budget: float, shortest: float) -> RareBlock:
+    """How far a rare block may lie from the difference in steps of two agents, or of one under two conditions.
+
+    ``first`` and ``second`` are their mean steps, of which the first are taken from the second; ``shortest`` are the
+    steps of the shortest trial of both. A rare one is taken to be as short, or a fifth of the budget.
+    """
+    least = min(shortest, budget / 5)
+    return RareBlock(max(budget - second, first - least, 1.0), max(budget - first, second - least, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +80,6 @@ class MeanSteps:
         low, high: Ends of the 95 % interval; None where it cannot be estimated.
         p_value: That it is 0, Student's t over clusters, two-sided; None where it cannot be estimated.
         n: Size of the sample.
-        note: Why there is no test, as a short code; empty if there is one.
     """
 
     value: float = math.nan
@@ -41,7 +87,6 @@ class MeanSteps:
     high: float | None = None
     p_value: float | None = None
     n: int = 0
-    note: str = ""
 
 
 def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
@@ -53,13 +98,11 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     """
     later = outcomes.dose > outcomes.dose.min(initial=math.inf)
     if not later.any():
-        return MeanSteps(note="fewer than two doses")
+        return MeanSteps()
     lowest, higher, variance, clusters, n = (_of_people if outcomes.crossed else _of_pairs)(outcomes, later)
-    if not n:
-        return MeanSteps(note="no common trial")
     change = higher - lowest
     if clusters < 2:
-        return MeanSteps(value=change, n=n, note="too few clusters")
+        return MeanSteps(value=change, n=n)
     error, rare = math.sqrt(variance), rare_block(lowest, higher, budget, float(outcomes.length.min()))
     low, high = rare.interval(change, error, clusters)
     return MeanSteps(

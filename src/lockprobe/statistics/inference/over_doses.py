@@ -12,12 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.statistics.broken_trials import completed
-from lockprobe.statistics.inference.difference import AnyDifference, any_difference, bounded_differences
-from lockprobe.statistics.inference.hazard import looping
-from lockprobe.statistics.inference.mean_steps import mean_steps
-from lockprobe.statistics.inference.ushape import TwoLines, corrected, onset_lines, two_lines
+from lockprobe.statistics.broken_trials import bounded, completed
+from lockprobe.statistics.inference.difference import DifferenceAt, any_difference, whatever_broke
+from lockprobe.statistics.inference.log_rank import looping
+from lockprobe.statistics.inference.mean_steps import MeanSteps, mean_steps
+from lockprobe.statistics.inference.ushape import TwoLines, onset_lines, two_lines
 from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.proportions import ALPHA
 
 Question = Literal["success", "speed", "shape", "looping", "looping again"]
 
@@ -48,19 +49,28 @@ def possible_ends(counted: Outcomes, broken: Outcomes, budget: int, *, shape: bo
 
 def success_by_dose(
     counted: Outcomes, broken: Outcomes, rng: np.random.Generator, budget: int, *, agents: int = 1
-) -> AnyDifference:
+) -> tuple[DifferenceAt, ...]:
     """Success at every dose against that at the lowest; ``agents`` are judged together."""
     found = any_difference(counted, rng, agents=agents)
     ends = [any_difference(end, rng, agents=agents) for end in possible_ends(counted, broken, budget)]
-    return bounded_differences(found, *ends) if ends else found
+    return whatever_broke(found, *ends) if ends else found
+
+
+def steps_over_doses(counted: Outcomes, broken: Outcomes, budget: int) -> MeanSteps:
+    """The mean steps at all higher doses less those at the lowest."""
+    found, ends = mean_steps(counted, budget), possible_ends(counted, broken, budget)
+    return bounded(found, *(mean_steps(end, budget) for end in ends)) if found.p_value is not None and ends else found
 
 
 def rise_and_fall(counted: Outcomes, broken: Outcomes, budget: int, *, agents: int = 1) -> TwoLines:
-    """The two-lines test of success; without a result at every look, since it holds for one."""
+    """The two-lines test of success, corrected for agents (Bonferroni); none at every look, since it holds for one."""
 
     def tested(some: Outcomes) -> TwoLines:
-        players = some.cluster if some.crossed else None
-        return corrected(two_lines(some.dose, some.solved, players), agents)
+        found = two_lines(some.dose, some.solved, some.cluster if some.crossed else None)
+        if found.p_value is None or agents == 1:
+            return found
+        p_value = min(1.0, agents * found.p_value)
+        return replace(found, p_value=p_value, direction=found.direction if p_value < ALPHA else None)
 
     if counted.order is not None:
         return TwoLines()
@@ -87,17 +97,17 @@ def _worst(found: TwoLines, ends: list[TwoLines]) -> TwoLines:
 
 def p_values(counted: Outcomes, rng: np.random.Generator, budget: int) -> dict[Question, float | None]:
     """The P value of each question, of an agent alone whose trials all ended; None where there is no test."""
+
+    def turning(found: TwoLines, first: int) -> float | None:
+        """The P value of a change of direction whose first line rises (1) or falls (-1)."""
+        turns = found.first is not None and first * found.first.z > 0
+        return None if found.p_value is None else found.p_value if turns else 1.0
+
     none, onset = counted.at(np.zeros(len(counted), dtype=np.bool_)), looping(counted)
     return {
-        "success": success_by_dose(counted, none, rng, budget).p_value,
+        "success": min((one.p_value for one in success_by_dose(counted, none, rng, budget)), default=None),
         "speed": mean_steps(counted, budget).p_value,
-        "shape": _turning(rise_and_fall(counted, none, budget), first=1),
+        "shape": turning(rise_and_fall(counted, none, budget), 1),
         "looping": onset.p_value if onset else None,
-        "looping again": _turning(onset_lines(counted), first=-1),
+        "looping again": turning(onset_lines(counted), -1),
     }
-
-
-def _turning(found: TwoLines, *, first: int) -> float | None:
-    """The P value of a change of direction whose first line rises (1) or falls (-1)."""
-    turns = found.first is not None and first * found.first.z > 0
-    return None if found.p_value is None else found.p_value if turns else 1.0

@@ -7,14 +7,14 @@ seven p from 0 to 0.6; and in 27 % of studies of a success like the paper's.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.distributions import student_tails
-from lockprobe.statistics.inference.excess import excess, grid
+from lockprobe.statistics.inference.log_rank import excess, grid
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
 
@@ -22,20 +22,20 @@ UShape = Literal["U", "inverted U"]
 
 Array = NDArray[np.float64]
 
-_TOO_FEW = "fewer than three doses"
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Counts:
+class Counts(NamedTuple):
     """Trials and successes per dose, each of shape (doses,), ascending."""
 
     dose: Array
     solved: Array
     n: Array
 
+    def sides(self, at: int) -> tuple[Counts, Counts]:
+        """The counts up to the break, and from it on."""
+        return Counts(*(of[: at + 1] for of in self)), Counts(*(of[at:] for of in self))
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
+
+class Line(NamedTuple):
     """One line of the two-lines test.
 
     Attributes:
@@ -58,7 +58,6 @@ class TwoLines:
         second: The line from the break on.
         p_value: The larger of the two P values if the slopes have opposite signs, else 1; None if there is no test.
         direction: The shape concluded at the 5 % level, if any.
-        note: Why there is no test, as a short code; empty if there is one.
     """
 
     break_p: float | None = None
@@ -66,7 +65,6 @@ class TwoLines:
     second: Line | None = None
     p_value: float | None = None
     direction: UShape | None = None
-    note: str = ""
 
 
 def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArray[np.int64] | None = None) -> TwoLines:
@@ -78,45 +76,29 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
     tests at 5 % would find it in up to 7 %.
 
     With clusters, the variance of a slope is the larger of that between clusters and that of independent trials, with
-    Student's t over clusters.
-
-    Args:
-        p: Flip probability of each trial, shape (trials,); three values at least.
-        solved: Whether it was solved, of the same shape.
-        cluster: The cluster of each trial, of the same shape; without it trials are independent.
+    Student's t over clusters. Columns have the shape (trials,): dose, success, and cluster, without which trials are
+    independent.
     """
     doses = np.unique(np.asarray(p, dtype=np.float64))
+    if len(doses) < 3:
+        return TwoLines()
     here = doses[:, None] == p
-    counted = Counts(
-        dose=doses, solved=(here & solved).sum(axis=1, dtype=np.float64), n=here.sum(axis=1, dtype=np.float64)
-    )
-    if len(counted.dose) < 3:
-        return TwoLines(note=_TOO_FEW)
-    at = _robin_hood_break(counted)
-    first, second = (
-        _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
-        for side, here in zip(_sides(counted, at), (p <= counted.dose[at], p >= counted.dose[at]), strict=True)
-    )
-    return _two_lines_test(float(counted.dose[at]), first, second)
+    counted = Counts(doses, (here & solved).sum(axis=1, dtype=np.float64), here.sum(axis=1, dtype=np.float64))
+    at, lines = _robin_hood_break(counted), []
+    for counts, side in zip(counted.sides(at), (p <= doses[at], p >= doses[at]), strict=True):
+        z = _score(counts)
+        p_value = (
+            math.erfc(abs(z) / math.sqrt(2)) if cluster is None else _clustered_p(p[side], solved[side], cluster[side])
+        )
+        lines.append(Line(z, p_value))
+    return _two_lines_test(float(doses[at]), *lines)
 
 
 def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
-    return TwoLines(
-        break_p=break_p,
-        first=first,
-        second=second,
-        p_value=p_value,
-        direction=None if p_value > ALPHA else "U" if first.z < 0 else "inverted U",
-    )
-
-
-def corrected(found: TwoLines, agents: int) -> TwoLines:
-    """The test with its P value corrected for the agents that are judged together (Bonferroni)."""
-    if found.p_value is None or agents == 1:
-        return found
-    p_value = min(1.0, agents * found.p_value)
-    return replace(found, p_value=p_value, direction=found.direction if p_value < ALPHA else None)
+    shape: UShape = "U" if first.z < 0 else "inverted U"
+    direction = None if p_value > ALPHA else shape
+    return TwoLines(break_p=break_p, first=first, second=second, p_value=p_value, direction=direction)
 
 
 def onset_lines(outcomes: Outcomes) -> TwoLines:
@@ -128,26 +110,20 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     """
     levels = np.unique(outcomes.dose)
     if len(levels) < 3:
-        return TwoLines(note=_TOO_FEW)
+        return TwoLines()
     running, event = grid(outcomes.until_loop, outcomes.looped)
     here = (levels[:, None] == outcomes.dose).astype(np.float64)
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
-    at = _robin_hood_break(Counts(dose=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
-    first, second = (
-        _onset_line(outcomes.at(side)) for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
-    )
-    return _two_lines_test(float(levels[at]), first, second)
-
-
-def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
-    """The counts up to the break, and from it on."""
-    first, second = (
-        Counts(dose=counted.dose[part], solved=counted.solved[part], n=counted.n[part])
-        for part in (slice(at + 1), slice(at, None))
-    )
-    return first, second
+    at = _robin_hood_break(Counts(levels, looped, np.maximum(np.maximum(looped, steps), 1.0)))
+    lines = []
+    for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at]):
+        own = outcomes.at(side)
+        found = excess(own.dose, own.until_loop, own.looped, own.cluster)
+        z = round(found.total, 10) / found.error if found.error > 0 else 0.0
+        lines.append(Line(z, 1.0 if found.p_value is None else found.p_value))
+    return _two_lines_test(float(levels[at]), *lines)
 
 
 def _score(counted: Counts) -> float:
@@ -168,20 +144,6 @@ def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]
         return 1.0
     variance = max(independent, k / (k - 2) * float(np.sum(sums**2)))
     return float(student_tails(float(np.sum(sums)) / math.sqrt(variance), k - 2))
-
-
-def _line(counted: Counts, clustered_p: float | None) -> Line:
-    z = _score(counted)
-    return Line(z=z, p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p)
-
-
-def _onset_line(outcomes: Outcomes) -> Line:
-    """The log-rank score of the dose among these trials."""
-    found = excess(outcomes.dose, outcomes.until_loop, outcomes.looped, outcomes.cluster)
-    return Line(
-        z=round(found.total, 10) / found.error if found.error > 0 else 0.0,
-        p_value=1.0 if found.p_value is None else found.p_value,
-    )
 
 
 def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
@@ -205,6 +167,6 @@ def _robin_hood_break(counted: Counts) -> int:
     inner = np.sign(bend or 1.0) * fitted[1:-1]
     lowest = int(np.argmin(inner))
     flat = 1 + np.flatnonzero(inner <= inner[lowest] + error[1:-1][lowest])
-    first, second = (abs(_score(side)) for side in _sides(counted, int(flat[(len(flat) - 1) // 2])))
+    first, second = (abs(_score(side)) for side in counted.sides(int(flat[(len(flat) - 1) // 2])))
     quantile = second / (first + second) if first + second > 0 else 0.5
     return int(flat[max(0, math.ceil(quantile * len(flat) - 1e-9) - 1)])

@@ -6,8 +6,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from lockprobe.statistics.loops.covering import LoopCover, LoopMeasures, cover, measure
-    from lockprobe.statistics.loops.words import any_loop, onset, onset_batch
+    from lockprobe.statistics.loops.covering import (
+        LoopCover,
+        LoopMeasures,
+        any_loop,
+        cover,
+        measure,
+        onset,
+        onset_batch,
+    )
 
 __all__ = ["LoopCover", "LoopMeasures", "Solver", "any_loop", "cover", "measure", "onset", "onset_batch"]
 
@@ -19,5 +26,4 @@ def __getattr__(name: str) -> object:
     """Names are imported when they are first used, so that ``lockprobe loops --help`` does without NumPy."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = "words" if name in ("any_loop", "onset", "onset_batch") else "covering"
-    return getattr(import_module(f"{__name__}.{home}"), name)
+    return getattr(import_module(f"{__name__}.covering"), name)

@@ -13,11 +13,10 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from math import perm, sqrt
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +41,16 @@ FIRST = 20
 """Steps of the shortest simulated trials; others have 40, 80 ... steps. A trial serves for every shorter length."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Chance:
+class Chance(NamedTuple):
     """The probability of a loop; its standard error is 0 if it is exact (counted), and never if it is simulated."""
 
     probability: float
-    method: Literal["exact", "simulation"] = "exact"
     error: float = 0.0
+
+    @property
+    def method(self) -> Literal["exact", "simulation"]:
+        """How it was found."""
+        return "simulation" if self.error else "exact"
 
 
 def chance_level(
@@ -80,20 +82,20 @@ def chance_level(
         raise BadValue("shortest loop", min_length, "at least 1 action")
     starts, apart = length - min_length + 1, 1 if overlap else min_length
     if starts <= apart:
-        return Chance(probability=0.0)
+        return Chance(0.0)
     others = actions - (null == "no-repeat")
     if starts > apart * actions * others ** (min_length - 1):
         # Copies of one word in a loop-free trial all start within `apart` steps of each other.
-        return Chance(probability=1.0)
+        return Chance(1.0)
     total = actions * others ** (length - 1)
     if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
-        return Chance(probability=(total - free) / total)
+        return Chance((total - free) / total)
     if actions**length <= ENUMERABLE:
         sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
         if null == "no-repeat":
             sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
         looping = np.count_nonzero(onset_batch(sequences, min_length=min_length, overlap=overlap))
-        return Chance(probability=looping / total)
+        return Chance(looping / total)
     return _simulated(length, actions, null, min_length, overlap=overlap)
 
 
@@ -117,20 +119,14 @@ def expected_loop_rate(
         (count / len(sequences), chance_level(length, actions, null=null, overlap=overlap, min_length=min_length))
         for length, count in Counter(map(len, sequences)).items()
     ]
-    error = sum(share * level.error for share, level in levels)
-    return Chance(
-        probability=sum(share * level.probability for share, level in levels),
-        method="simulation" if error else "exact",
-        error=error,
-    )
+    probability, error = (sum(share * level[of] for share, level in levels) for of in (0, 1))
+    return Chance(probability, error)
 
 
 @cache
 def _table() -> dict[str, list[list[int | None]]]:
     """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
-    text = files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text(encoding="utf-8")
-    table: dict[str, list[list[int | None]]] = json.loads(text)
-    return table
+    return json.loads(files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text("utf-8"))  # type: ignore[no-any-return]
 
 
 def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int | None:
@@ -157,7 +153,7 @@ def _simulated(length: int, actions: int, null: Null, min_length: int, *, overla
     onsets = _onsets(min(steps, decisive_length(actions, min_length)), actions, null, min_length, overlap=overlap)
     found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
     error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
-    return Chance(probability=float(found.mean()), method="simulation", error=float(error))
+    return Chance(float(found.mean()), float(error))
 
 
 @cache

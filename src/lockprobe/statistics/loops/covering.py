@@ -1,4 +1,4 @@
-"""Covers of a trial by action loops.
+"""Action loops: the first one of a trial, and covers of a trial by them.
 
 An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper (Sec.
 3.3) reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, by a
@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue, LockprobeError
 from lockprobe.statistics.loops import Solver
-from lockprobe.statistics.loops.words import Trial, letters, onset
+
+Trial = Sequence[Hashable] | NDArray[Any]
+"""The actions of a trial in order; of an array, shape (n,)."""
 
 LONGEST_ILP = 120
 
@@ -33,11 +35,65 @@ Interval = tuple[int, int]
 """A piece of a trial: its first action (from 0) and its length."""
 
 
+def _letters(trial: Trial, min_length: int = 1) -> tuple[Sequence[Hashable], str]:
+    """The actions as plain Python values, and as a string of one letter per action, whose searches run in C."""
+    if min_length < 1:
+        raise BadValue("shortest loop", min_length, "at least 1 action")
+    if isinstance(trial, np.ndarray) and trial.ndim != 1:
+        raise BadValue("sequence", trial.shape, "an array of shape (n,)")
+    actions: Sequence[Hashable] = trial.tolist() if isinstance(trial, np.ndarray) else trial
+    names: dict[Hashable, str] = {}
+    text = "".join([names.setdefault(action, chr(len(names))) for action in actions])
+    if any(action != action for action in names):  # noqa: PLR0124
+        raise BadValue("sequence", "NaN", "one action per step; give trials of different length as a list of sequences")
+    return actions, text
+
+
+def any_loop(trial: Trial, *, min_length: int = 3, overlap: bool = False) -> bool:
+    """Whether a trial holds a loop; settings as in :func:`cover`."""
+    return onset(trial, min_length=min_length, overlap=overlap) > 0
+
+
+def onset(trial: Trial, *, min_length: int = 3, overlap: bool = False) -> int:
+    """The step at which the first loop of a trial is complete, from 1; 0 if it holds none.
+
+    >>> onset("ABCDABC")
+    7
+    """
+    _, text = _letters(trial, min_length)
+    apart = 1 if overlap else min_length
+    first: dict[str, int] = {}
+    for start in range(len(text) - min_length + 1):
+        if start - first.setdefault(text[start : start + min_length], start) >= apart:
+            return start + min_length
+    return 0
+
+
+def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False) -> NDArray[np.int64]:
+    """:func:`onset` of many trials, integers of shape (trials, n); shape (trials,).
+
+    A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length.
+    """
+    if trials.ndim != 2:
+        raise BadValue("sequences", trials.shape, "an array of shape (trials, n)")
+    steps = np.ascontiguousarray(trials.T)
+    n = len(steps)
+    first = np.full(len(trials), n + 1)
+    for distance in range(1 if overlap else min_length, n - min_length + 1):
+        run, size = steps[:-distance] == steps[distance:], 1
+        while size < min_length:  # runs of equal steps, each made of two shorter ones
+            more = min(size, min_length - size)
+            run = run[:-more] & run[more:]
+            size += more
+        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + min_length, n + 1), out=first)
+    return np.where(first > n, 0, first)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopCover:
     """One cover of a trial by action loops.
 
-    Args:
+    Attributes:
         n: Actions in the trial.
         any_loop: Whether the trial holds a loop.
         covered: Actions inside the cover, 0 to n.
@@ -77,7 +133,7 @@ def cover(trial: Trial, *, solver: Solver = "dp", overlap: bool = False, min_len
     """
     if solver not in get_args(Solver):
         raise BadValue("solver", solver, "dp or ilp")
-    actions, text = letters(trial, min_length)
+    actions, text = _letters(trial, min_length)
     if solver == "ilp":
         if len(text) > LONGEST_ILP:
             raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")

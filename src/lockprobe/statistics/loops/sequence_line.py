@@ -22,13 +22,11 @@ def parse_sequence(line: str) -> tuple[str, ...]:
     Actions are separated by blanks or commas, or by ``;``, ``|`` or ``->``, of which a line has only one kind. A line
     without any separator is read one action per character: ``ABCABC`` is six actions (and ``slider1`` seven: write
     ``slider1,`` for a trial of that one action). A JSON array holds actions of any name; so does the only array of a
-    JSON object, for example a line ``{"trial": 1, "actions": ["A", "B"]}``.
+    JSON object, for example a line ``{"trial": 1, "actions": ["A", "B"]}``. A line is refused if it can be read in
+    several ways, or punctuation would be an action or part of one.
 
     >>> parse_sequence("left, right up")
     ('left', 'right', 'up')
-
-    Raises:
-        BadValue: If the line can be read in several ways, or punctuation would be an action or part of one.
     """
     text = line.strip()
     if text[:1] in ("[", "{"):

@@ -70,7 +70,7 @@ def looks(numbers: int) -> NDArray[np.int64]:
 
 
 def log_wealth(values: ArrayLike, mean: float, *, low: float = 0.0, high: float = 1.0, side: Side = "both") -> Array:
-    """The logarithm of the e-process against a mean, after each number.
+    """The logarithm of the e-process against a mean, after each number; if it holds, ever log(20) in 1 of 20 at most.
 
     Args:
         values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).
@@ -79,9 +79,6 @@ def log_wealth(values: ArrayLike, mean: float, *, low: float = 0.0, high: float 
         low: Lower bound of the numbers, known before.
         high: Upper bound.
         side: On which side of the hypothesis means speak against it.
-
-    Returns:
-        Shape (numbers,); 3.0 or more after some number has a probability of at most 1 / 20 under the hypothesis.
 
     >>> round(float(log_wealth([1] * 6, 0.0, low=-1, high=1)[-1]), 2)
     2.44
@@ -112,9 +109,6 @@ def confidence_sequence(
         low: Lower bound of the numbers, known before.
         high: Upper bound.
         bets: Bets between 0 and 1, shape (bets,); those of :func:`log_wealth` unless they are for shares.
-
-    Returns:
-        Lower and upper ends, each of shape (looks,).
 
     >>> ends = confidence_sequence([1, 0] * 50, math.log(20))
     >>> round(float(ends[0][-1]), 2), round(float(ends[1][-1]), 2)
