@@ -88,7 +88,7 @@ class Comparison:
                 named("first_", one.first, one.first_success)
                 | named("second_", one.second, one.second_success)
                 | {name: value for name, value in plain_json(one).items() if name not in apart}
-                | {"verdict": one.verdict}
+                | {"verdict": one.detected * (1 if one.value > 0 else -1)}
                 for one in self.differences
             ],
             "unlike": [*self.unlike],
@@ -189,7 +189,7 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
         return "No two studies have a trial to compare under a condition that they share."
     asked = [one for one in found if one.kind == found[0].kind]
     sizes = Counter(one.family for one in asked)
-    shown = [one for one in asked if one.verdict and len(sizes) * one.p_adjusted < ALPHA]
+    shown = [one for one in asked if one.detected and len(sizes) * one.p_adjusted < ALPHA]
     one = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
     first, second, shares = _subject(one.first), _subject(one.second), (one.first_success, one.second_success)
     sample = f"{shares[0].n} pairs of trials with common random numbers"
@@ -201,7 +201,7 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
         f"{p_value(min(1.0, len(sizes) * one.p_adjusted))}{corrected}"
         f"{', whatever became of broken trials' * bool(one.broken)}; {sample})"
     )
-    more = sum(bool(other.verdict) for other in asked) - len(shown)
+    more = sum(other.detected for other in asked) - len(shown)
     more_said = f" {more} more {'are' if more > 1 else 'is'} detected if each family is taken alone." * bool(more)
     what = "baselines of different studies" if one.kind == "between-baselines" else "studies"
     if not shown:
@@ -291,7 +291,7 @@ def difference_table(found: Sequence[StudyDifference]) -> TextTable:
                 _subject(one.second).name, _subject(one.first).name, one.condition,
                 f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials",
                 percent(second.value), percent(first.value), bracketed(one.value, one.low, one.high),
-                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)],
+                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[one.detected],
             ]
         )  # fmt: skip
     return rows

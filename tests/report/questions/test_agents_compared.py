@@ -77,9 +77,9 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
 
     for family, baseline in (("agents", False), ("agents and baselines", True)):
         own = [one for one in pairs if one.baseline is baseline]
-        at = [(one, p) for one in own for p in [*one.at(SUCCESS)][: 1 if one.copies else None]]
-        expected = [holm([one.means[name, None].p_value for one in own]) for name in (SUCCESS, STEPS)]
-        expected.append(holm([one.means[SUCCESS, p].p_value for one, p in at]))
+        at = [(one, p) for one in own for p in one.met[: 1 if one.copies else None]]
+        expected = [holm([one.mean(name).p_value for one in own]) for name in (SUCCESS, STEPS)]
+        expected.append(holm([one.mean(SUCCESS, p).p_value for one, p in at]))
         asked = [({"axis": "flip rate"}, one, name, None) for name in (SUCCESS, STEPS) for one in own]
         asked += [({"condition": "flip?p=0.4" if p else "truth"}, one, SUCCESS, p) for one, p in at]
         for (columns, one, name, p), p_value in zip(asked, np.concatenate(expected), strict=True):
