@@ -125,6 +125,14 @@ def test_what_is_said_of_two_agents(tmp_path, one, other, begins, holds):
     assert holds in text
 
 
+def test_of_one_pair_it_is_said_too_what_false_reports_do(tmp_path):
+    answer, more = said(of_trials(tmp_path, *some("llm:a", 9, 2), *some("llm:b", 9, 9)))
+    assert answer.startswith("llm:a solves the box less often than llm:b: 55 % against 90 % of 20 trials")
+    assert more.startswith(
+        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a"
+    )
+
+
 def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):
     begun = of_trials(tmp_path / "begun", *some("llm:a", 9, p=P[:1]), *some("llm:b", 9, 8))
     rows = [row for row in begun.where(SUCCESS) if row.versus]

@@ -221,9 +221,9 @@ def _pairs(found: Results) -> list[_Pair]:
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
-def _said(pair: _Pair) -> str:
-    """Two agents in a sentence, and one more of what false reports and other conditions do."""
-    return " ".join(filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair))))
+def _said(pair: _Pair) -> list[str]:
+    """Two agents in a sentence, and one more of what false reports and one of what other conditions do."""
+    return [*filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair)))]
 
 
 def _over_rates_said(pair: _Pair) -> str:
@@ -327,21 +327,22 @@ def _show(found: Results) -> Iterator[Part]:
         return
     sentences = [_said(pair) for pair in pairs]
     if len(pairs) == 1:
-        answer = _over_rates_said(pairs[0]) or sentences[0]
+        answer = sentences[0].pop(0)
     else:
         moved = [pair for pair in pairs if (CHANGE, _ANY) in pair.rows]
         under = [pair.rows[SUCCESS, name].detected for pair in pairs for name in pair.others]
         counts = [
-            f"{sum(pair.rows[quantity, ''].detected for pair in pairs if (quantity, '') in pair.rows)} in {what}"
+            f"{sum(row.detected for row in rows)} in {what}"
             for quantity, what in ((SUCCESS, "success"), (STEPS, "steps"))
-            if any((quantity, "") in pair.rows for pair in pairs)
+            if (rows := [pair.rows[quantity, ""] for pair in pairs if (quantity, "") in pair.rows])
         ]
         counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
         counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
         answer = f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
-    blocks: list[Block] = [Text(said) for said in (sentences[:3] if len(pairs) > 1 else ())]
-    if more := sentences[3:]:
-        blocks.append(Detail(f"{len(more)} more pairs in words", [Text(said) for said in more]))
+    texts = [Text(" ".join(said)) for said in sentences if said]
+    blocks: list[Block] = [*texts[:3]]
+    if more := texts[3:]:
+        blocks.append(Detail(f"{len(more)} more pairs in words", more))
     people = (
         " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
         "are permuted."
