@@ -23,7 +23,6 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
-from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
@@ -139,14 +138,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
             if shared and shared.name in family and trial.group in (agents or known):
                 played.setdefault((shared.name, Side(name, trial.group, shared.prompt)), []).append(trial)
         samples += [
-            Sample(
-                side=side,
-                condition=condition,
-                family=family[condition],
-                luck=one.study.seed,
-                baseline=is_baseline(trials[0].spec),
-                trials=trials,
-            )
+            Sample(side=side, condition=condition, luck=one.study.seed, trials=trials, family=family[condition])
             for (condition, side), trials in played.items()
         ]
     samples.sort(key=lambda one: [*family].index(one.condition))

@@ -28,9 +28,9 @@ def trials(solved, agent="llm:a", start=1):
     return [one_trial(None if one is None else bool(one), agent, start + i) for i, one in enumerate(solved)]
 
 
-def sample(study, solved, luck=1, agent="llm:a", condition="truth", baseline=False, played=None):
+def sample(study, solved, luck=1, agent="llm:a", condition="truth", played=None):
     played = trials(solved, agent) if played is None else played
-    return Sample(side=Side(f"study {study}", agent), condition=condition, luck=luck, baseline=baseline, trials=played)
+    return Sample(side=Side(f"study {study}", agent), condition=condition, luck=luck, trials=played)
 
 
 def only(*samples):
@@ -75,9 +75,7 @@ def test_one_seed_means_pairs_and_two_mean_independent_samples(solved, random):
 
 def test_p_values_are_corrected_within_a_kind_and_a_family_as_statsmodels_does():
     samples = [
-        replace(
-            sample(study, random_outcomes(), agent=agent, condition=name, baseline=agent == "random"), family=family
-        )
+        replace(sample(study, random_outcomes(), agent=agent, condition=name), family=family)
         for name, family in (("truth", "flip rate"), ("nudge", ""), ("warn", ""))
         for study in range(3)
         for agent in ("llm:a", "random")

@@ -103,10 +103,9 @@ def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
             yield _Tested(tested | {"p_value": one.change_p}, [over] * shown, (CHANGE, one.family), times)
             mean = {"quantity": CHANGE, "of": "mean", "unit": "points"} | of_blocks(changes[None])
             yield _Tested(mean, [over] * shown)
-            for dose in one.met[1:]:
-                if dose in changes:
-                    change = _change(one, dose, at[one.doses[0]]["condition"])
-                    yield _Tested(change | {"corrected_for": times}, [at[dose]] * shown)
+            for dose in (dose for dose in changes if dose is not None):
+                change = _change(one, dose, at[one.doses[0]]["condition"])
+                yield _Tested(change | {"corrected_for": times}, [at[dose]] * shown)
 
 
 def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:

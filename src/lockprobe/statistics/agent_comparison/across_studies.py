@@ -17,6 +17,7 @@ import numpy as np
 from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, paired_success, sheets
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference, share_of
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.holm import holm_by_family
 from lockprobe.statistics.outcomes import Outcomes, broken_off, joined, outcomes, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, between, difference, proportion
@@ -50,9 +51,13 @@ class Sample:
     side: Side
     condition: str
     luck: int
-    baseline: bool
     trials: Sequence[Trial]
     family: str = ""
+
+    @property
+    def baseline(self) -> bool:
+        """Whether the agent is a baseline."""
+        return any(is_baseline(trial.spec) for trial in self.trials[:1])
 
     @property
     def success(self) -> Proportion:
