@@ -41,7 +41,6 @@ from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.record import Trial
 
-_NAME = "agents_compared"
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
 
 _FAMILIES = ("agents", "agents and baselines")
@@ -363,4 +362,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Agents compared", answer, blocks)
 
 
-SECTIONS = (Section(name=_NAME, title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)
+SECTIONS = (Section(name="agents_compared", title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -43,6 +43,7 @@ _LOOPS = ("no change with the flip rate", "fewer loops at higher flip rates", "m
 """By what is detected: nothing, the pattern of the paper, its opposite."""
 
 _OVER_RATES = "permutation test, corrected for all flip rates"
+_LATER = "{:.2f} (hazard ratio of a first loop, higher flip rates over the lowest)"
 
 _LINES = {"inverted U": 1, "U": -1}
 """What two lines show: a rise before a fall, or a fall before a rise."""
@@ -291,24 +292,17 @@ def _loops_again(course: Course) -> Judged | None:
     return Judged(here, _pattern(sign), test, row.p_value)
 
 
-def _shape(course: Course) -> Judged | None:
-    """Success rises and then falls."""
-    return _noted(course.get("two_lines", "success"), "the lines meet at {:.2f}", "two lines", _LINES)
-
-
-def _onset(course: Course) -> Judged | None:
-    """First loops come later at higher flip rates."""
-    here = "{:.2f} (hazard ratio of a first loop, higher flip rates over the lowest)"
-    row = course.get("hazard_ratio", "first loops")
-    return _noted(row, here, "loop onset, log-rank", {"later": 1, "sooner": -1})
-
-
-def _noted(row: Estimate | None, here: str, test: str, signs: Mapping[str, int]) -> Judged | None:
+def _noted(quantity: str, of: str, here: str, test: str, **signs: int) -> Callable[[Course], Judged | None]:
     """Whether the note of a number over all flip rates names the pattern of a claim (1) or its opposite (-1)."""
-    if row is None or row.p_value is None:
-        return None
-    said = "" if row.value is None else here.format(row.value)
-    return Judged(said, _pattern(_sign(row.p_value, signs.get(row.note, 0))), test, row.p_value)
+
+    def judge(course: Course) -> Judged | None:
+        row = course.get(quantity, of)
+        if row is None or row.p_value is None:
+            return None
+        said = "" if row.value is None else here.format(row.value)
+        return Judged(said, _pattern(_sign(row.p_value, signs.get(row.note, 0))), test, row.p_value)
+
+    return judge
 
 
 def _correlation(course: Course) -> Judged | None:
@@ -331,11 +325,11 @@ _OF_ONE: Mapping[str, Callable[[Course], Judged | None]] = {
     "peak": _peak,
     "ratio": _ratio,
     "effect": _effect,
-    "shape": _shape,
+    "shape": _noted("two_lines", "success", "the lines meet at {:.2f}", "two lines", **_LINES),
     "loops": _loops,
     "loops-drop": _drop,
     "loops-rise": _loops_again,
-    "onset": _onset,
+    "onset": _noted("hazard_ratio", "first loops", _LATER, "loop onset, log-rank", later=1, sooner=-1),
     "correlation": _correlation,
 }
 

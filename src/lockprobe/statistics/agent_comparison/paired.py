@@ -107,7 +107,12 @@ def people_of(*laid: Sheet) -> Labels | None:
 
 
 def block_mean(
-    differences: Array, *, unit: float | None = None, choices: int = 1, rare: RareBlock | None = None
+    differences: Array,
+    *,
+    unit: float | None = None,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+    exchange: bool = True,
 ) -> BlockMean:
     """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
 
@@ -123,6 +128,7 @@ def block_mean(
         unit: The largest difference of a single trial, 1 for shares; None if it is not known.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
         rare: Of steps, how far a rare block may lie from the mean.
+        exchange: Whether it is tested so; else by Student's t, if there are blocks enough.
     """
     present = ~np.isnan(differences)
     sizes = present.sum(axis=1).astype(np.float64)
@@ -132,7 +138,7 @@ def block_mean(
     if not n:
         return BlockMean(value=math.nan, pairs=0, blocks=0)
     value = float(sums.sum()) / pairs
-    found = BlockMean(value=value, p_value=sign_flip(sums), pairs=pairs, blocks=n)
+    found = BlockMean(value=value, p_value=sign_flip(sums) if exchange else None, pairs=pairs, blocks=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
     if unit is None and spread < TIE:
         return found

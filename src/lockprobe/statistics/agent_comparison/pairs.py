@@ -268,7 +268,7 @@ def changes_of(
                 found[doses[i + 1]] = mean
         found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
         # the blocks of the mean share people
-        every = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
+        every = replace(block_mean(changes, unit=2.0, exchange=False), low=None, high=None, p_value=None)
         return found | {None: every} if found else found
     table = np.nan_to_num(changes[~np.isnan(changes).all(axis=1)][:, met]).T
     if table.shape[1] < 2:
@@ -281,7 +281,7 @@ def changes_of(
     largest = (np.abs(flipped) / scale[:, None]).max(axis=0)
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
         p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
-        mean = replace(block_mean(changes[:, [i]], unit=2.0, choices=len(met)), p_value=p_value)
-        found[doses[i + 1]] = _over_boxes(mean, changes[:, [i]], box, len(met))
-    mean = _over_boxes(block_mean(changes, unit=2.0), changes, box, len(met))
+        mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
+        found[doses[i + 1]] = _over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
+    mean = _over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
     return found | {None: replace(mean, p_value=None)}
