@@ -1,9 +1,8 @@
 """The claims of the paper: their figures, and verdicts on the whole of a claim, which follow from valid tests."""
 
 import math
-from collections.abc import Sequence
+import re
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -26,7 +25,6 @@ from lockprobe.statistics.published import (
     TABLE1,
 )
 from lockprobe.studies.options.studyfile import study
-from lockprobe.trial.record import Trial
 
 
 def test_the_papers_figures_follow_from_its_counts():
@@ -87,16 +85,7 @@ LEFT = (0, 1, 2, 0, 1, 2, 2, 1, 0, 0, 2, 0, 0, 1, 1, 1, 0, 2, 2, 0)
 """A loop that is left at once."""
 
 
-def agent(
-    solved: Sequence[int],
-    loops: Sequence[int] = (24, 20, 16, 20),
-    *,
-    p: Sequence[float] = PS,
-    looping: Sequence[int] = CYCLE,
-    misread: Sequence[int] = (),
-    said: str = "moved",
-    asked: bool = True,
-) -> list[Trial]:
+def agent(solved, loops, *, p=PS, looping=CYCLE, misread=(), said="moved", asked=True):
     """Trials of which so many of 30 are solved and so many loop at each p; a looping trial that is solved is so late.
 
     Args:
@@ -131,87 +120,48 @@ def agent(
 
 
 PAPER = (7, 14, 20, 10)
-AGENTS = {
-    "only falls": (partial(agent, (30, 28, 20, 8)), {"peak": 0, "ratio": 0, "effect": 0, "shape": None, "baseline": 0}),
-    "falls a little first": (
-        partial(agent, (30, 28, 20), (24, 16, 20), p=(0.0, 0.4, 0.6)),
-        {"peak": 0, "effect": None},
+AGENTS = [  # solved and looping trials at each p, more of the agent, and what is expected
+    ((30, 28, 20, 8), (), {}, "-peak -ratio -effect ?shape -baseline"),  # only falls
+    ((30, 28, 20), (24, 16, 20), {"p": (0.0, 0.4, 0.6)}, "-peak ?effect"),  # falls a little first
+    ((15,) * 4, (), {}, "-peak -ratio ?effect ?shape +baseline"),
+    ((4, 10, 16, 28), (), {}, "-peak +effect ?shape"),  # only rises
+    ((7, 15, 20, 20), (), {}, "+peak +ratio +effect ?shape"),  # levels off
+    ((0,) * 4, (), {}, "-peak ?ratio ?effect -baseline"),
+    ((7, 9, 10, 9), (), {}, "-peak ?ratio ?effect ?shape"),  # too few trials to tell
+    (PAPER, (), {}, "-misinterpretation -hallucination"),  # never misreads
+    (PAPER, (), {"asked": False}, " misinterpretation  hallucination"),
+    ((15,) * 4, (), {"misread": range(15), "said": "blocked"}, "+misinterpretation -hallucination"),  # misses changes
+    ((0,) * 4, (30,) * 4, {}, "-loops -loops-drop ?loops-rise ?onset"),
+    (PAPER, (0,) * 4, {}, "-loops -loops-drop ?loops-rise ?onset"),
+    (PAPER, (24,) * 4, {}, "?loops ?loops-drop ?loops-rise ?onset"),
+    (PAPER, (4, 12, 22, 28), {}, "-loops -loops-drop -loops-rise -onset -correlation"),
+    (PAPER, (28, 20, 12, 1), {}, "+loops -loops-drop -loops-rise +onset ?correlation"),
+    (
+        PAPER,
+        (26, 18, 14, 26),
+        {"looping": LEFT, "misread": range(0, 30, 2)},
+        "+baseline +peak +ratio +effect +shape +loops +loops-drop +loops-rise +misinterpretation +hallucination",
     ),
-    "flat": (partial(agent, (15,) * 4), {"peak": 0, "ratio": 0, "effect": None, "shape": None, "baseline": 1}),
-    "only rises": (partial(agent, (4, 10, 16, 28)), {"peak": 0, "effect": 1, "shape": None}),
-    "levels off": (partial(agent, (7, 15, 20, 20)), {"peak": 1, "ratio": 1, "effect": 1, "shape": None}),
-    "never solves": (partial(agent, (0,) * 4), {"peak": 0, "ratio": None, "effect": None, "baseline": 0}),
-    "few trials at once": (partial(agent, (7, 9, 10, 9)), {"peak": 0, "ratio": None, "effect": None, "shape": None}),
-    "never misreads": (partial(agent, PAPER), {"misinterpretation": 0, "hallucination": 0}),
-    "is not asked": (partial(agent, PAPER, asked=False), {"misinterpretation": "-", "hallucination": "-"}),
-    "misses changes": (
-        partial(agent, (15,) * 4, misread=range(15), said="blocked"),
-        {"misinterpretation": 1, "hallucination": 0},
-    ),
-    "always loops": (
-        partial(agent, (0,) * 4, (30,) * 4),
-        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None},
-    ),
-    "never loops": (
-        partial(agent, PAPER, (0,) * 4),
-        {"loops": 0, "loops-drop": 0, "loops-rise": None, "onset": None},
-    ),
-    "loops at every p alike": (
-        partial(agent, PAPER, (24,) * 4),
-        {"loops": None, "loops-drop": None, "loops-rise": None, "onset": None},
-    ),
-    "loops more and more": (
-        partial(agent, PAPER, (4, 12, 22, 28)),
-        {"loops": 0, "loops-drop": 0, "loops-rise": 0, "onset": 0, "correlation": 0},
-    ),
-    "loops less and less": (
-        partial(agent, PAPER, (28, 20, 12, 1)),
-        {"loops": 1, "loops-drop": 0, "loops-rise": 0, "onset": 1, "correlation": None},
-    ),
-    "as the paper has it": (
-        partial(agent, PAPER, (26, 18, 14, 26), looping=LEFT, misread=range(0, 30, 2)),
-        {
-            "baseline": 1,
-            "peak": 1,
-            "ratio": 1,
-            "effect": 1,
-            "shape": 1,
-            "loops": 1,
-            "loops-drop": 1,
-            "loops-rise": 1,
-            "misinterpretation": 1,
-            "hallucination": 1,
-        },
-    ),
-}
-"""Agents, and what is expected: 1 compatible or borne out, 0 not compatible, None not decided, "-" not measured."""
+]
+SIGNS = {"compatible": "+", "borne out": "+", "not compatible": "-", "not decided": "?", "": " "}
+"""A verdict -> its sign; a claim that is not measured has none."""
 
 
-@pytest.mark.parametrize("name", AGENTS)
-def test_a_verdict_is_about_the_whole_claim(tmp_path, name):
-    made, expected = AGENTS[name]
-    trials = made()
+@pytest.mark.parametrize(("solved", "loops", "more", "expected"), AGENTS)
+def test_a_verdict_is_about_the_whole_claim(tmp_path, solved, loops, more, expected):
+    trials = agent(solved, loops or (24, 20, 16, 20), **more)
     rates = sorted({trial.p for trial in trials})
     known = measured(found_in(tmp_path, small_study(["llm:x"], rates, 3, 10), trials))
-    said = {1: ("compatible", "borne out"), 0: ("not compatible",), None: ("not decided",), "-": (None,)}
-    verdicts = {measure: known.get(measure, (None, None))[0] for measure in expected}
-    assert {measure: one for measure, one in verdicts.items() if one not in said[expected[measure]]} == {}
+    measures = re.findall(r"[\w-]+\b", re.sub(r"(^| )[-+?]", " ", expected))
+    assert " ".join(SIGNS[known.get(one, ("",))[0]] + one for one in measures) == expected
 
 
-ORDERS = {
-    "as in the paper": (
-        {},
-        {"modality-order": "borne out", "modality-outpaces": "borne out", "modality-steps": "compatible"},
-    ),
-    "turned around": (
-        {"rgb": "symbolic", "symbolic": "rgb"},
-        dict.fromkeys(("modality-order", "modality-outpaces", "modality-steps"), "not compatible"),
-    ),
-    "RGB-D last": (  # the trend alone would bear the order out
-        {"rgbd": "symbolic", "symbolic": "rgbd"},
-        dict.fromkeys(("modality-order", "modality-outpaces"), "not compatible"),
-    ),
-}
+THREE = ("modality-order", "modality-outpaces", "modality-steps")
+ORDERS = [  # which modality is taken for which, and the signs of the three claims
+    ({}, "+++"),
+    ({"rgb": "symbolic", "symbolic": "rgb"}, "---"),
+    ({"rgbd": "symbolic", "symbolic": "rgbd"}, "--"),  # the trend alone would bear the order out
+]
 
 
 def again(trial, modality):
@@ -220,16 +170,14 @@ def again(trial, modality):
     return replace(trial, key=key, modality=modality, condition=modality)
 
 
-@pytest.mark.parametrize("name", ORDERS)
-def test_the_order_of_three_modalities(tmp_path, modal, name):
-    turned, expected = ORDERS[name]
+@pytest.mark.parametrize(("turned", "signs"), ORDERS)
+def test_the_order_of_three_modalities(tmp_path, modal, turned, signs):
     trials = [again(one, turned.get(one.modality, one.modality)) if one.agent == "viewer" else one for one in modal]
     found = found_in(tmp_path, modality_study(), trials)
     known = measured(found)
-    assert {measure: known[measure][0] for measure in expected} == expected
+    assert "".join(SIGNS[known[measure][0]] for measure in THREE).startswith(signs)
     assert known["modality-order"][1] < 0.05
-    (order,) = (one for one in paper_claims() if one.measure == "modality-order")
-    (here,) = judged(found, order)
+    (here,) = (said for one in paper_claims() if one.measure == "modality-order" for said in judged(found, one))
     assert (here.agent, here.here.startswith("mean steps ")) == ("viewer", True)
     assert measured(found, "rgb").keys() == measured(found, "rgbd").keys() == {"misinterpretation"}
 

@@ -125,7 +125,7 @@ def test_every_condition_that_two_studies_share_is_compared_and_what_one_has_is_
 def sample(study, solved, *, luck=1, condition="truth", family=""):
     trials = [make_trial(SOLUTION if i < solved else (0,) * 20, agent="llm:a", trial=i + 1) for i in range(20)]
     side = Side(study, "llm:a")
-    return Sample(side=side, condition=condition, family=family, luck=luck, baseline=False, trials=trials)
+    return Sample(side=side, condition=condition, family=family, luck=luck, trials=trials)
 
 
 FLIPS = [sample(study, 10, luck=luck, family="flip rate") for luck, study in enumerate("ab")]

@@ -23,7 +23,6 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
-from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
@@ -88,7 +87,7 @@ class Comparison:
                 named("first_", one.first, one.first_success)
                 | named("second_", one.second, one.second_success)
                 | {name: value for name, value in plain_json(one).items() if name not in apart}
-                | {"verdict": one.verdict}
+                | {"verdict": one.detected * (1 if one.value > 0 else -1)}
                 for one in self.differences
             ],
             "unlike": [*self.unlike],
@@ -139,14 +138,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
             if shared and shared.name in family and trial.group in (agents or known):
                 played.setdefault((shared.name, Side(name, trial.group, shared.prompt)), []).append(trial)
         samples += [
-            Sample(
-                side=side,
-                condition=condition,
-                family=family[condition],
-                luck=one.study.seed,
-                baseline=is_baseline(trials[0].spec),
-                trials=trials,
-            )
+            Sample(side=side, condition=condition, luck=one.study.seed, trials=trials, family=family[condition])
             for (condition, side), trials in played.items()
         ]
     samples.sort(key=lambda one: [*family].index(one.condition))
@@ -189,7 +181,7 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
         return "No two studies have a trial to compare under a condition that they share."
     asked = [one for one in found if one.kind == found[0].kind]
     sizes = Counter(one.family for one in asked)
-    shown = [one for one in asked if one.verdict and len(sizes) * one.p_adjusted < ALPHA]
+    shown = [one for one in asked if one.detected and len(sizes) * one.p_adjusted < ALPHA]
     one = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
     first, second, shares = _subject(one.first), _subject(one.second), (one.first_success, one.second_success)
     sample = f"{shares[0].n} pairs of trials with common random numbers"
@@ -201,7 +193,7 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
         f"{p_value(min(1.0, len(sizes) * one.p_adjusted))}{corrected}"
         f"{', whatever became of broken trials' * bool(one.broken)}; {sample})"
     )
-    more = sum(bool(other.verdict) for other in asked) - len(shown)
+    more = sum(other.detected for other in asked) - len(shown)
     more_said = f" {more} more {'are' if more > 1 else 'is'} detected if each family is taken alone." * bool(more)
     what = "baselines of different studies" if one.kind == "between-baselines" else "studies"
     if not shown:
@@ -291,7 +283,7 @@ def difference_table(found: Sequence[StudyDifference]) -> TextTable:
                 _subject(one.second).name, _subject(one.first).name, one.condition,
                 f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials",
                 percent(second.value), percent(first.value), bracketed(one.value, one.low, one.high),
-                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)],
+                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[one.detected],
             ]
         )  # fmt: skip
     return rows

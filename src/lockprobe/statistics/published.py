@@ -1,4 +1,4 @@
-"""The paper's published results, as counts where its text implies them.
+"""The paper's published results, as counts where its text implies them, and tests of what was measured against them.
 
 23.3 % of 30 trials are 7, and 20 is the only whole number near 2.85 times that. Loop rates are reconstructed as 24 and
 16 of 30, which fits "approximately 80 %" and a drop of "more than 26 %" (percentage points).
@@ -6,10 +6,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Literal
 
-from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.proportions import Proportion, opposed_shares, proportion
 
 PEAK = 0.4
 """The flip probability at which the paper has most success and fewest loops (Figs. 4 and 5b)."""
@@ -32,11 +35,9 @@ class MisreadRate:
     """A row of Table 1: rates per trial over 10 trials.
 
     Attributes:
-        mean: Mean of the rates, [0, 1].
-        sd: Standard deviation of the rates.
+        mean, sd: Mean and standard deviation of the rates, [0, 1].
         total: Number of misinterpretations.
         affected: Trials with at least one misinterpretation.
-        trials: Number of trials.
     """
 
     mean: float
@@ -52,3 +53,43 @@ TABLE1: Mapping[str, MisreadRate] = {
     "symbolic": MisreadRate(mean=0.049, sd=0.069, total=6, affected=4),
 }
 """Table 1 by modality."""
+
+Shares = tuple[Proportion, Proportion]
+"""Shares of trials at a flip rate of 0 and at :data:`PEAK`."""
+
+SOLVED: Shares = (SOLVED_AT_0, SOLVED_AT_40)
+LOOPED: Shares = (LOOPS_AT_0, LOOPS_AT_40)
+
+
+def change_p(kind: Literal["difference", "ratio"], here: Shares, paper: Shares = SOLVED) -> float:
+    """P value, two-sided, of a change from 0 to the peak being the paper's: a z test of two independent estimates.
+
+    A difference has an error with two more trials of each kind (Agresti and Coull), the logarithm of a ratio one with
+    half a trial more of each (Walter 1975). If trials broke it is the larger P value of both ends, and 1 if the
+    paper's number lies between these.
+    """
+    of = _rise if kind == "difference" else _log_ratio
+    published, ends = of(*paper), [of(*end) for end in opposed_shares(*here)]
+    between = len({value > published[0] for value, _ in ends}) > 1
+    return 1.0 if between else max(_apart(end, published) for end in ends)
+
+
+def correlation_p(r: float, points: int) -> float:
+    """P value, two-sided, of a correlation over so many points being the paper's, by Fisher's z; -1 < r < 1."""
+    here, paper = ((math.atanh(r), 1 / math.sqrt(n - 3)) for r, n in ((r, points), (CORRELATION, CORRELATION_POINTS)))
+    return _apart(here, paper)
+
+
+def _rise(first: Proportion, second: Proportion) -> tuple[float, float]:
+    smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
+    return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
+
+
+def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
+    (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
+    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
+
+
+def _apart(here: tuple[float, float], paper: tuple[float, float]) -> float:
+    """P value of two independent estimates, each with its standard error, being of one truth."""
+    return 2 * NormalDist().cdf(-abs(here[0] - paper[0]) / math.hypot(here[1], paper[1]))

@@ -77,9 +77,9 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
 
     for family, baseline in (("agents", False), ("agents and baselines", True)):
         own = [one for one in pairs if one.baseline is baseline]
-        at = [(one, p) for one in own for p in [*one.at(SUCCESS)][: 1 if one.copies else None]]
-        expected = [holm([one.means[name, None].p_value for one in own]) for name in (SUCCESS, STEPS)]
-        expected.append(holm([one.means[SUCCESS, p].p_value for one, p in at]))
+        at = [(one, p) for one in own for p in one.met[: 1 if one.copies else None]]
+        expected = [holm([one.mean(name).p_value for one in own]) for name in (SUCCESS, STEPS)]
+        expected.append(holm([one.mean(SUCCESS, p).p_value for one, p in at]))
         asked = [({"axis": "flip rate"}, one, name, None) for name in (SUCCESS, STEPS) for one in own]
         asked += [({"condition": "flip?p=0.4" if p else "truth"}, one, SUCCESS, p) for one, p in at]
         for (columns, one, name, p), p_value in zip(asked, np.concatenate(expected), strict=True):
@@ -123,6 +123,14 @@ def test_what_is_said_of_two_agents(tmp_path, one, other, begins, holds):
     (text,) = said(of_trials(tmp_path, *one, *other))
     assert text.startswith(begins)
     assert holds in text
+
+
+def test_of_one_pair_it_is_said_too_what_false_reports_do(tmp_path):
+    answer, more = said(of_trials(tmp_path, *some("llm:a", 9, 2), *some("llm:b", 9, 9)))
+    assert answer.startswith("llm:a solves the box less often than llm:b: 55 % against 90 % of 20 trials")
+    assert more.startswith(
+        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a"
+    )
 
 
 def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):

@@ -28,9 +28,9 @@ def trials(solved, agent="llm:a", start=1):
     return [one_trial(None if one is None else bool(one), agent, start + i) for i, one in enumerate(solved)]
 
 
-def sample(study, solved, luck=1, agent="llm:a", condition="truth", baseline=False, played=None):
+def sample(study, solved, luck=1, agent="llm:a", condition="truth", played=None):
     played = trials(solved, agent) if played is None else played
-    return Sample(side=Side(f"study {study}", agent), condition=condition, luck=luck, baseline=baseline, trials=played)
+    return Sample(side=Side(f"study {study}", agent), condition=condition, luck=luck, trials=played)
 
 
 def only(*samples):
@@ -75,9 +75,7 @@ def test_one_seed_means_pairs_and_two_mean_independent_samples(solved, random):
 
 def test_p_values_are_corrected_within_a_kind_and_a_family_as_statsmodels_does():
     samples = [
-        replace(
-            sample(study, random_outcomes(), agent=agent, condition=name, baseline=agent == "random"), family=family
-        )
+        replace(sample(study, random_outcomes(), agent=agent, condition=name), family=family)
         for name, family in (("truth", "flip rate"), ("nudge", ""), ("warn", ""))
         for study in range(3)
         for agent in ("llm:a", "random")
@@ -96,12 +94,12 @@ def test_p_values_are_corrected_within_a_kind_and_a_family_as_statsmodels_does()
 
 def test_a_difference_needs_the_corrected_test_and_the_interval():
     shown = only(sample(0, [False] * 20), sample(1, [True] * 15 + [False] * 5, luck=2))
-    assert (shown.verdict, shown.p_adjusted < 0.05) == (1, True)
+    assert shown.detected
     many = [sample(0, [False] * 20), *(sample(i, [True] * 5 + [False] * 15, luck=i + 1) for i in range(1, 9))]
     hidden = study_differences(many)[0]
     assert hidden.low > 0
     assert hidden.p_value < 0.05 < hidden.p_adjusted
-    assert hidden.verdict == 0
+    assert not hidden.detected
 
 
 @pytest.mark.parametrize("luck", [1, 2])
@@ -109,10 +107,11 @@ def test_broken_trials_that_could_turn_the_difference_leave_nothing_shown(luck):
     whole = only(sample(0, [False] * 20), sample(1, [True] * 10 + [False] * 10, luck=luck))
     few = only(sample(0, [False] * 20), sample(1, [True] * 10 + [False] * 9 + [None], luck=luck))
     turned = only(sample(0, [False] * 8 + [None] * 12), sample(1, [True] * 3 + [False] * 17, luck=luck))
-    assert whole.verdict == few.verdict == 1
+    assert whole.detected
+    assert few.detected
     assert (whole.broken, few.broken, turned.broken) == (0, 1, 12)
     assert few.p_value >= whole.p_value
-    assert (turned.p_value, turned.verdict) == (1.0, 0)
+    assert (turned.p_value, turned.detected) == (1.0, False)
     assert (turned.first_success.count, turned.first_success.broken) == (0, 12)
     assert turned.first_success.high > 0.6  # all that broke may have been solved
 

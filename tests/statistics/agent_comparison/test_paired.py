@@ -1,5 +1,6 @@
 """The contrast over blocks of luck: the test against all signs, intervals that hold the truth, people as clusters."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -21,6 +22,7 @@ from lockprobe.statistics.agent_comparison.paired import (
 from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.paired_proportions import paired
+from lockprobe.statistics.sequential.order import BlockOrder
 
 
 @given(st.lists(st.integers(-7, 7), min_size=1, max_size=9))
@@ -57,6 +59,13 @@ def test_missing_pairs_are_in_no_number():
     assert values == (0.0, 0.3)
     assert np.isnan(first.solved).tolist() == [[False, True], [True, True]]
     assert second.steps[1, 1] == 20
+
+
+def test_the_box_of_a_block_stands_in_its_row_when_blocks_are_in_the_order_of_the_plan():
+    made = outcomes([make_trial([0] * 20, repetition=i, trial=j) for i, j in product((1, 2), (1, 2))])
+    planned = BlockOrder(plans=((2, 1), (2, 2)))  # first trial 1 of both repetitions
+    _, (sheet,) = sheets([replace(made, box=np.array(["a", "b", "c", "d"]), order=planned)])
+    assert sheet.box.tolist() == ["a", "c", "b", "d"]
 
 
 def test_blocks_that_all_differ_alike_have_an_interval_if_the_most_that_a_trial_differs_by_is_known():

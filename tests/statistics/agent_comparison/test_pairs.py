@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, changes_of, compared
+from lockprobe.statistics.agent_comparison.pairs import STEPS, SUCCESS, changes_of, compared
 from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.trial.record import STATES
 
@@ -74,19 +74,20 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
     assert bool(found) == bool(every)
     for first, other in zip(found, turned, strict=True):
         assert first.shares == tuple(np.mean(every, axis=0)[::-1])
-        mean = first.means[SUCCESS, None]
+        mean = first.mean(SUCCESS)
         assert (mean.value, mean.pairs) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
-        assert first.means[STEPS, None].value == pytest.approx(-16 * mean.value)  # 4 steps, or 20
-        for p, mean in first.at(SUCCESS).items():
+        assert first.mean(STEPS).value == pytest.approx(-16 * mean.value)  # 4 steps, or 20
+        for p in first.met:
+            mean = first.mean(SUCCESS, p)
             gained, lost = sum(a > b for a, b in both[p]), sum(a < b for a, b in both[p])
             assert mean.p_value == pytest.approx(binomtest(gained, gained + lost).pvalue if gained + lost else 1)
-        for key in ((SUCCESS, None), (STEPS, None), *((SUCCESS, p) for p in first.at(SUCCESS))):
-            own, its = first.means[key], other.means[key]
+        for key in ((SUCCESS,), (STEPS,), *((SUCCESS, p) for p in first.met)):
+            own, its = first.mean(*key), other.mean(*key)
             assert (own.value, own.p_value) == pytest.approx((-its.value, its.p_value))
             assert own.low is its.high is None or own.low == pytest.approx(-its.high)
         changed = [(r[0] - r[2], r[1] - r[3]) for r in blocks if None not in r]
-        if first.at(CHANGE):
-            assert first.at(CHANGE)[0.3].value == pytest.approx(np.mean([after - before for before, after in changed]))
+        if first.changes:
+            assert first.changes[0.3].value == pytest.approx(np.mean([after - before for before, after in changed]))
 
 
 def test_agents_that_act_the_same_play_alike_unless_one_trial_differs_or_broke():
@@ -104,7 +105,7 @@ def test_agents_that_act_the_same_play_alike_unless_one_trial_differs_or_broke()
 def test_equally_good_agents_that_play_differently_are_not_told_apart_by_the_test_alone():
     """The first fails at the lowest p alone, in six blocks of ten, the second not here: the test is below 0.05."""
     p = tuple(i / 10 for i in range(7))
-    found = pair(trials("llm:b", (10,) * 7, 10, p), trials("llm:a", (4, *[10] * 6), 10, p)).means[SUCCESS, None]
+    found = pair(trials("llm:b", (10,) * 7, 10, p), trials("llm:a", (4, *[10] * 6), 10, p)).mean(SUCCESS)
     assert found.p_value < 0.05
     assert not found.clear
 
@@ -118,12 +119,12 @@ def test_agents_beside_people_are_compared_with_both_kept_together():
     ]
     found = pair(people, own)
     assert found.people
-    assert found.means[SUCCESS, None].value == -0.5
-    assert [mean.value for mean in found.at(SUCCESS).values()] == [-1.0, 0.0]
-    assert found.means[SUCCESS, 0.0].p_value == 2 * 0.5**12
-    assert found.at(CHANGE)[0.4].value == 1.0
+    assert found.mean(SUCCESS).value == -0.5
+    assert [found.mean(SUCCESS, p).value for p in (0.0, 0.4)] == [-1.0, 0.0]
+    assert found.mean(SUCCESS, 0.0).p_value == 2 * 0.5**12
+    assert found.changes[0.4].value == 1.0
     assert found.change_p < 0.01
-    assert found.means[CHANGE, None].low is None
+    assert found.changes[None].low is None
 
 
 # Broken trials
@@ -151,7 +152,7 @@ def test_an_agent_whose_failures_break_is_not_called_better():
     found = pair(with_broken("llm:b", second, failures[2:]), first)
     assert found.bounded
     assert found.shares[1] > 0.85
-    assert not found.means[SUCCESS, None].clear
+    assert not found.mean(SUCCESS).clear
 
 
 def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_doses():
@@ -164,10 +165,13 @@ def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_d
         )
 
     held, ends = of([None] * 4), [of(ways) for ways in product((True, False), repeat=4)]
-    for key in ((SUCCESS, None), (SUCCESS, 0.0), (SUCCESS, 0.3), (CHANGE, 0.3), (CHANGE, None)):
-        own = [end.means[key] for end in ends]
-        assert held.means[key].low == pytest.approx(min(one.low for one in own))
-        assert held.means[key].high == pytest.approx(max(one.high for one in own))
+    for of in (
+        *(lambda one, p=p: one.mean(SUCCESS, p) for p in (None, 0.0, 0.3)),
+        *(lambda one, p=p: one.changes[p] for p in (None, 0.3)),
+    ):
+        own = [of(end) for end in ends]
+        assert of(held).low == pytest.approx(min(one.low for one in own))
+        assert of(held).high == pytest.approx(max(one.high for one in own))
 
 
 def test_a_change_has_the_largest_p_value_of_both_ends():
@@ -185,7 +189,7 @@ def test_a_change_has_the_largest_p_value_of_both_ends():
 
 # Does noise help one more: found where it does, not where only base rates differ.
 
-P = (0.0, 0.2, 0.4)
+P, ONE_BOX = (0.0, 0.2, 0.4), np.empty(0, dtype=np.str_)
 
 
 def moved_by(first, second, blocks=30, seed=0, **more):
@@ -194,7 +198,7 @@ def moved_by(first, second, blocks=30, seed=0, **more):
         (np.random.default_rng([seed, i]).random((blocks, 3)) < np.array(chances)) * 1.0
         for i, chances in enumerate((first, second), start=1)
     )
-    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), **more)
+    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), ONE_BOX, **more)
 
 
 def test_noise_that_helps_one_agent_only_is_found_and_where():
@@ -215,7 +219,7 @@ def test_equal_effects_of_noise_on_unequal_agents_are_rarely_taken_for_different
 def test_a_block_without_the_lowest_p_is_dropped():
     apart = np.random.default_rng(1).integers(-1, 2, (12, 3)) * 1.0
     apart[:4, 0] = apart[5, 1] = np.nan
-    some_left = changes_of(P, apart, None, np.random.default_rng(1))
+    some_left = changes_of(P, apart, None, np.random.default_rng(1), ONE_BOX)
     assert [some_left[p].pairs for p in P[1:]] == [7, 8]
     apart[:, 0] = np.nan
-    assert changes_of(P, apart, None, np.random.default_rng(1)) == {}
+    assert changes_of(P, apart, None, np.random.default_rng(1), ONE_BOX) == {}

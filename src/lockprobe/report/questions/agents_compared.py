@@ -7,7 +7,7 @@ floor, what is told is how soon. Two agents that act the same in every trial pla
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from itertools import product
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -41,7 +41,6 @@ from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.record import Trial
 
-_NAME = "agents_compared"
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
 
 _FAMILIES = ("agents", "agents and baselines")
@@ -55,88 +54,60 @@ _EDGE = 0.1
 """So near to 0 or 1 the success of two agents is at its floor or its ceiling, where it does not tell them apart."""
 
 
+class _Tested(NamedTuple):
+    """A number of two agents, whose P value is not yet corrected for those of its family.
+
+    Attributes:
+        columns: Of its row.
+        places: The other columns of its row; of two that each play alike at all doses it has a row at each of them.
+        family: What its P value is corrected with (Holm); None if with nothing.
+        times: For how many doses it is corrected already.
+    """
+
+    columns: dict[str, Any]
+    places: Sequence[dict[str, Any]]
+    family: Hashable | None = None
+    times: int = 1
+
+
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    of_cell = {(cell.agent, cell.condition): cell.of for cell in numbers.cells}
-    names = {
-        (one.agent, one.modality): {dose: trials[0].condition for dose, trials in one.by_dose.items()}
-        for one in numbers.courses
-    }
-    found = compared([one.trials for one in numbers.courses])
-    families = [one.family for one in found]
-    success = holm_by_family(families, [one.means[SUCCESS, None].p_value for one in found])
-    steps = holm_by_family(families, [one.means[STEPS, None].p_value for one in found])
-    changes = holm_by_family(families, [one.change_p for one in found])
-    changed = Counter(one.family for one in found if one.at(CHANGE) and not one.plays_alike)
-    # two that each play identically at every dose count as one test, not one for each dose
-    places = [(i, dose) for i, one in enumerate(found) for dose in [*one.at(SUCCESS)][: 1 if one.copies else None]]
-    of_place = [families[i] for i, _ in places]
-    tested = holm_by_family(of_place, [found[i].means[SUCCESS, dose].p_value for i, dose in places])
-    at_dose = dict(zip(places, tested, strict=True))
-    for i, one in enumerate(found):
-        agent, modality = one.second.agent, one.second.modality
-        of = {"agent": agent, "modality": modality, "axis": FLIPS.name} | _versus(one)
-        many = families.count(one.family)
-        for name, unit, p in ((SUCCESS, "points", success[i]), (STEPS, "steps", steps[i])):
-            tests = {"p_value": p, "test": _test(one, name), "corrected_for": many, "note": _WORST * one.bounded}
-            tests = {"p_value": None, "note": _ALIKE} if one.plays_alike else tests
-            yield Estimate(quantity=name, unit=unit, **of, **of_blocks(one.means[name, None]) | tests)
+    found = [*_over_flips(numbers), *_under_conditions(numbers)]
+    corrected = holm_by_family([one.family for one in found], [one.columns.get("p_value") for one in found])
+    sizes = Counter(one.family for one in found if one.places)
+    for one, tested in zip(found, corrected, strict=True):
+        tests = {"p_value": tested, "corrected_for": sizes[one.family] * one.times} if one.family else {}
+        alike = {"p_value": None} if _ALIKE in one.columns.get("note", "") else {}
+        yield from (Estimate(**one.columns | tests | alike | place) for place in one.places)
+
+
+def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
+    """Every pair over all flip rates, at each, and how much more each of them changes the one."""
+    cells = {(cell.agent, cell.condition): cell.of for cell in numbers.cells}
+    courses = {(one.agent, one.modality): one for one in numbers.courses}
+    for one in compared([course.trials for course in numbers.courses]):
+        of, course = _of(one), courses[one.second.agent, one.second.modality]
+        at = {dose: cells[course.agent, trials[0].condition] | of for dose, trials in course.by_dose.items()}
+        over = of | {"axis": FLIPS.name} | ({"corrected_for": 1} if one.plays_alike else {})
+        success, steps = (_difference(one, quantity) for quantity in (SUCCESS, STEPS))
+        yield from (_Tested(tested, [over], (tested["quantity"], one.family)) for tested in (success, steps))
         for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield Estimate(quantity=_SHARE, of=part, **of, n=one.means[SUCCESS, None].pairs, value=share)
-        doses, own = [*one.at(SUCCESS)], names[agent, modality]
-        cells = {dose: of_cell[agent, own[dose]] | _versus(one) for dose in doses}
-        note = "; ".join([_SAME] * one.copies + [_WORST] * one.bounded)
-        for dose in doses:
-            p = at_dose[i, doses[0] if one.copies else dose]
-            yield from _at_one(one, dose, cells[dose], p, of_place.count(one.family), note)
-        if (moved := one.at(CHANGE)) and not one.plays_alike:
-            of |= {"quantity": CHANGE, "unit": "points"}
-            yield Estimate(of="mean", **of, **of_blocks(one.means[CHANGE, None]))
-            many = changed[one.family] * len(moved)
-            yield Estimate(of=_ANY, **of, p_value=changes[i], corrected_for=many, test=_test(one, CHANGE))
-            for dose, mean in moved.items():
-                yield _change(one, dose, cells[dose], own[one.doses[0]], mean.p_value, len(moved))
-    yield from _under_conditions(numbers)
+            yield _Tested({"quantity": _SHARE, "of": part, "n": success["n"], "value": share}, [over])
+        for dose in one.met[:1] if one.copies else one.met:  # of copies one test, not one for each dose
+            places = [at[here] for here in one.met] if one.copies else [at[dose]]
+            yield _Tested(_difference(one, SUCCESS, dose), places, ("at one rate", one.family))
+            yield _Tested(_difference(one, STEPS, dose), places)
+        if changes := one.changes:
+            times, shown = len(changes) - 1, not one.plays_alike
+            tested = {"quantity": CHANGE, "of": _ANY, "unit": "points", "test": _test(one, CHANGE)}
+            yield _Tested(tested | {"p_value": one.change_p}, [over] * shown, (CHANGE, one.family), times)
+            mean = {"quantity": CHANGE, "of": "mean", "unit": "points"} | of_blocks(changes[None])
+            yield _Tested(mean, [over] * shown)
+            for dose in (dose for dose in changes if dose is not None):
+                change = _change(one, dose, at[one.doses[0]]["condition"])
+                yield _Tested(change | {"corrected_for": times}, [at[dose]] * shown)
 
 
-def _versus(one: AgentPair) -> dict[str, Any]:
-    family = _FAMILIES[one.baseline]
-    return {"versus": one.first.agent, "versus_modality": one.first.modality, "family": family}
-
-
-def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
-    """The test of a quantity over all doses, or at one; none at one where both play alike."""
-    if one.every_look:
-        return E_PROCESS
-    if dose in one.alike:
-        return ""
-    if one.people:
-        return "t, clustered by person and block" if dose is None else "permutation of people"
-    if quantity == CHANGE:
-        return "sign flips of blocks"
-    return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
-
-
-def _at_one(
-    one: AgentPair, dose: float, of: Mapping[str, Any], tested: float | None, many: int, note: str = ""
-) -> Iterator[Estimate]:
-    """Two agents under one condition; the P value of success is corrected for so many, that of steps is not."""
-    alike = dose in one.alike
-    for name, unit in ((SUCCESS, "points"), (STEPS, "steps")):
-        columns = of_blocks(one.means[name, dose]) | {"quantity": name, "unit": unit, "test": _test(one, name, dose)}
-        columns |= {"note": "; ".join(filter(None, (note, _ALIKE * alike)))}
-        columns |= {"p_value": tested, "corrected_for": many, "clusters": None} if name == SUCCESS else {}
-        yield Estimate(**of, **columns | ({"p_value": None} if alike else {}))
-
-
-def _change(
-    one: AgentPair, dose: float, of: Mapping[str, Any], control: str, tested: float | None, many: int
-) -> Estimate:
-    """How much more a dose changes the success of the one than of the other."""
-    tests = {"p_value": tested, "corrected_for": many, "test": _test(one, CHANGE), "control": control}
-    return Estimate(quantity=CHANGE, unit="points", **of, **of_blocks(one.means[CHANGE, dose]) | tests)
-
-
-def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
+def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
     """Every pair under each condition that is no flip rate, and how much more the condition changes the one.
 
     The pairs of one kind under the doses of an axis are a family, and under all other conditions of a modality another
@@ -145,7 +116,6 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
     design, orders = design_of(numbers.study), numbers.opened.orders
     every = {(cell.agent, cell.condition): cell for cell in numbers.cells}
     cells = acting(every, design)
-    found: list[tuple[str, str, str, AgentPair]] = []
     for arm in design.arms:
         label, control = arm.label, design.control(arm.label)
         if label in design.axis:
@@ -158,18 +128,47 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[Estimate]:
 
         own = [cell for (agent, name), cell in cells.items() if name in (label, control) and (agent, label) in cells]
         players = on_axis([trial for cell in own for trial in cell.trials], place, orders)
-        pairs = compared(players, [str(spec) for spec in arm.specs])
-        found += [(label, control, axis, one) for one in pairs if 1.0 in one.at(SUCCESS) and not one.copies]
-    families = [(axis, *one.family) for _, _, axis, one in found]
-    success = holm_by_family(families, [one.means[SUCCESS, 1.0].p_value for *_, one in found])
-    changes = holm_by_family(families, [None if one.plays_alike else one.change_p for *_, one in found])
-    changed = Counter(family for family, p in zip(families, changes, strict=True) if p is not None)
-    for i, (label, control, axis, one) in enumerate(found):
-        family = f"{_FAMILIES[one.baseline]}, {axis or 'conditions'}"
-        of = every[one.second.agent, label].of | _versus(one) | {"modality": one.second.modality, "family": family}
-        yield from _at_one(one, 1.0, of, success[i], families.count(families[i]))
-        if changes[i] is not None:
-            yield _change(one, 1.0, of, control, changes[i], changed[families[i]])
+        for one in compared(players, [str(spec) for spec in arm.specs]):
+            if 1.0 not in one.met or one.copies:
+                continue
+            of, family = every[one.second.agent, label].of | _of(one, axis or "conditions"), (axis, one.family)
+            yield _Tested(_difference(one, SUCCESS, 1.0), [of], (SUCCESS, *family))
+            yield _Tested(_difference(one, STEPS, 1.0), [of])
+            if one.changes and not one.plays_alike:
+                yield _Tested(_change(one, 1.0, control), [of], (CHANGE, *family))
+
+
+def _of(one: AgentPair, under: str = "") -> dict[str, Any]:
+    """The columns that say of whom a row is."""
+    family = ", ".join(filter(None, (_FAMILIES[one.baseline], under)))
+    versus = {"versus": one.first.agent, "versus_modality": one.first.modality}
+    return {"agent": one.second.agent, "modality": one.second.modality, "family": family} | versus
+
+
+def _difference(one: AgentPair, quantity: str, dose: float | None = None) -> dict[str, Any]:
+    """The columns of a difference over all doses, or at one."""
+    at_one = dose is not None
+    alike = dose in one.alike if at_one else one.plays_alike
+    note = "; ".join(filter(None, (_SAME * (at_one and one.copies), _WORST * one.bounded, _ALIKE * alike)))
+    columns = {"quantity": quantity, "unit": "steps" if quantity == STEPS else "points", "note": note}
+    clusters = {"clusters": None} if at_one and quantity == SUCCESS else {}
+    return columns | {"test": _test(one, quantity, dose) * (not alike)} | of_blocks(one.mean(quantity, dose)) | clusters
+
+
+def _change(one: AgentPair, dose: float, control: str) -> dict[str, Any]:
+    """The columns of how much more a dose changes the success of the one than of the other."""
+    columns = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
+    return columns | of_blocks(one.changes[dose])
+
+
+def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
+    if one.every_look:
+        return E_PROCESS
+    if one.people:
+        return "t, clustered by person and block" if dose is None else "permutation of people"
+    if quantity == CHANGE:
+        return "sign flips of blocks"
+    return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
 
 
 class _Pair(NamedTuple):
@@ -220,9 +219,9 @@ def _pairs(found: Results) -> list[_Pair]:
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
-def _said(pair: _Pair) -> str:
-    """Two agents in a sentence, and one more of what false reports and other conditions do."""
-    return " ".join(filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair))))
+def _said(pair: _Pair) -> list[str]:
+    """Two agents in a sentence, and one more of what false reports and one of what other conditions do."""
+    return [*filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair)))]
 
 
 def _over_rates_said(pair: _Pair) -> str:
@@ -326,21 +325,22 @@ def _show(found: Results) -> Iterator[Part]:
         return
     sentences = [_said(pair) for pair in pairs]
     if len(pairs) == 1:
-        answer = _over_rates_said(pairs[0]) or sentences[0]
+        answer = sentences[0].pop(0)
     else:
         moved = [pair for pair in pairs if (CHANGE, _ANY) in pair.rows]
         under = [pair.rows[SUCCESS, name].detected for pair in pairs for name in pair.others]
         counts = [
-            f"{sum(pair.rows[quantity, ''].detected for pair in pairs if (quantity, '') in pair.rows)} in {what}"
+            f"{sum(row.detected for row in rows)} in {what}"
             for quantity, what in ((SUCCESS, "success"), (STEPS, "steps"))
-            if any((quantity, "") in pair.rows for pair in pairs)
+            if (rows := [pair.rows[quantity, ""] for pair in pairs if (quantity, "") in pair.rows])
         ]
         counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
         counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
         answer = f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
-    blocks: list[Block] = [Text(said) for said in (sentences[:3] if len(pairs) > 1 else ())]
-    if more := sentences[3:]:
-        blocks.append(Detail(f"{len(more)} more pairs in words", [Text(said) for said in more]))
+    texts = [Text(" ".join(said)) for said in sentences if said]
+    blocks: list[Block] = [*texts[:3]]
+    if more := texts[3:]:
+        blocks.append(Detail(f"{len(more)} more pairs in words", more))
     people = (
         " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
         "are permuted."
@@ -362,4 +362,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Agents compared", answer, blocks)
 
 
-SECTIONS = (Section(name=_NAME, title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)
+SECTIONS = (Section(name="agents_compared", title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -15,7 +15,6 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from statistics import NormalDist
 from typing import Literal, NamedTuple
 
 from lockprobe.foundation.formatting import bracketed, p_cell, p_value, percent, points, range_of, share
@@ -35,7 +34,6 @@ from lockprobe.statistics.proportions import (
     Difference,
     Proportion,
     difference,
-    opposed_shares,
     proportion,
     ratio,
 )
@@ -51,7 +49,8 @@ _LOOPS = ("no change with the flip rate", "fewer loops at higher flip rates", "m
 """By what is detected: nothing, the pattern of the paper, its opposite."""
 
 _OVER_RATES = "permutation test, corrected for all flip rates"
-_LATER = "hazard ratio of a first loop, higher flip rates over the lowest"
+_LATER = "{:.2f} (hazard ratio of a first loop, higher flip rates over the lowest)"
+
 _LINES = {"inverted U": 1, "U": -1}
 """What two lines show: a rise before a fall, or a fall before a rise."""
 
@@ -92,21 +91,19 @@ def paper_claims() -> tuple[PaperClaim, ...]:
 # A sign is what a valid test says of the pattern of a claim: 1 shows it, -1 its opposite, 0 neither.
 
 
-def sign_of(p: float | None, direction: float) -> int:
+def _sign(p: float | None, direction: float) -> int:
     """From a two-sided test, where a positive direction is that of the claim."""
     return 0 if p is None or p >= ALPHA or not direction else 1 if direction > 0 else -1
 
 
-def borne_out(sign: int) -> str:
+def _pattern(sign: int) -> str:
     """The verdict on a claim that is a pattern and no figure."""
     return ("not decided", "borne out", "not compatible")[sign]
 
 
-def verdict_of(p: float | None, sign: int = 1) -> str:
-    """On a claim of a figure and a pattern, from the test that may tell the two figures apart."""
-    if sign < 0 or (p is not None and p < ALPHA):
-        return "not compatible"
-    return "compatible" if sign > 0 else "not decided"
+def _figure(p: float | None, sign: int = 1) -> str:
+    """The verdict on a figure with a pattern, from the test that may tell it from the paper's."""
+    return "compatible" if (one := _pattern(-1 if p is not None and p < ALPHA else sign)) == "borne out" else one
 
 
 def _share(cell: Cell, quantity: str = "success") -> Proportion:
@@ -117,7 +114,7 @@ def _share(cell: Cell, quantity: str = "success") -> Proportion:
     return replace(proportion(row.count, row.n), low=row.low, high=row.high, broken=broken)
 
 
-def _change(first: Cell, second: Cell, quantity: str = "loop_rate") -> Difference:
+def _change(first: Cell, second: Cell, quantity: str) -> Difference:
     found = difference(_share(first, quantity), _share(second, quantity))
     assert found is not None  # both have trials
     return found
@@ -127,7 +124,7 @@ def _differ(first: Cell, others: Sequence[Cell], quantity: str, direction: int) 
     """Whether one of them is shown to differ so from the first, corrected for their number (Holm)."""
     changes = [_change(first, one, quantity) for one in others]
     corrected = holm([one.p_value for one in changes])
-    return any(sign_of(p, direction * one.value) > 0 for p, one in zip(corrected, changes, strict=True))
+    return any(_sign(p, direction * one.value) > 0 for p, one in zip(corrected, changes, strict=True))
 
 
 def _as_paper(cell: Cell, quantity: str, paper: Proportion) -> Judged:
@@ -136,7 +133,7 @@ def _as_paper(cell: Cell, quantity: str, paper: Proportion) -> Judged:
     found = difference(paper, here)
     p = found.p_value if found else None
     said = f"{here.count}/{here.n}, {here.value:.3f} [{here.low:.3f}, {here.high:.3f}]"
-    return Judged(said, verdict_of(p), f"Fisher, against {paper.count}/{paper.n}", p)
+    return Judged(said, _figure(p), f"Fisher, against {paper.count}/{paper.n}", p)
 
 
 def _same_step(cell: Cell, paper: int) -> Judged:
@@ -146,44 +143,7 @@ def _same_step(cell: Cell, paper: int) -> Judged:
     inside = (early or math.inf) <= paper <= (late or math.inf)
     said, *ends = ("not reached" if one is None else f"{one:g}" for one in (step, early, late))
     here = f"80 % by step {said} [{', '.join(ends)}]"
-    return Judged(here, "compatible" if inside else "not compatible", "95 % interval of the step, from the band")
-
-
-_Estimated = tuple[float, float]
-"""A number and its standard error."""
-
-_Pair = tuple[Proportion, Proportion]
-"""Shares at a flip rate of 0 and of 0.4."""
-
-_SOLVED, _LOOPED = (published.SOLVED_AT_0, published.SOLVED_AT_40), (published.LOOPS_AT_0, published.LOOPS_AT_40)
-
-
-def _rise(first: Proportion, second: Proportion) -> _Estimated:
-    """A difference of shares; the error is with two more trials of each kind (Agresti and Coull)."""
-    smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
-    return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
-
-
-def _log_ratio(first: Proportion, second: Proportion) -> _Estimated:
-    """The logarithm of a ratio of shares, second over first (Walter 1975)."""
-    (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
-    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
-
-
-def _apart(here: _Estimated, paper: _Estimated) -> float:
-    """P value, two-sided, of two independent estimates being of one truth."""
-    (value, error), (other, its_error) = here, paper
-    return 2 * NormalDist().cdf(-abs(value - other) / math.hypot(error, its_error))
-
-
-def _unlike(of: Callable[[Proportion, Proportion], _Estimated], here: _Pair, papers: _Pair) -> float:
-    """P value of what two shares give being what the paper's give.
-
-    If trials broke, the larger of both ends, and 1 if the paper's number lies between these.
-    """
-    paper, ends = of(*papers), [of(*end) for end in opposed_shares(*here)]
-    between = len({value > paper[0] for value, _ in ends}) > 1
-    return 1.0 if between else max(_apart(end, paper) for end in ends)
+    return Judged(here, _figure(None, 1 if inside else -1), "95 % interval of the step, from the band")
 
 
 # Claims about one agent, from what it did at a flip rate of 0 to the last one.
@@ -193,7 +153,7 @@ def _misread(course: Course) -> Judged | None:
     """Misreadings occur as often as in the paper."""
     cell = course.played[0]
     rate, spread, total = (cell.get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
-    if rate is None or rate.value is None or spread is None or spread.value is None or total is None:
+    if not (rate and spread and total) or rate.value is None or spread.value is None:
         return None
     if not total.value:
         return _never_misread(cell)
@@ -201,7 +161,7 @@ def _misread(course: Course) -> Judged | None:
     p = welch_test((paper.mean, paper.sd, paper.trials), (rate.value, spread.value, rate.n or 0))
     here = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
     here += f", in {affected.count} of {affected.n} trials" if affected else ""
-    return Judged(here, verdict_of(p), "Welch, on the rates per trial", p)
+    return Judged(here, _figure(p), "Welch, on the rates per trial", p)
 
 
 def _hallucinated(course: Course) -> Judged | None:
@@ -211,7 +171,7 @@ def _hallucinated(course: Course) -> Judged | None:
         return _never_misread(course.played[0])
     here = f"{row.count} of {row.n} misreadings claim moved after a report of blocked, "
     here += share(row.value, row.low, row.high)
-    verdict = borne_out(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
+    verdict = _pattern(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
     return Judged(here, verdict, "95 % interval above or below one half, clustered by trial")
 
 
@@ -220,78 +180,83 @@ def _never_misread(cell: Cell) -> Judged | None:
     misread, rate = cell.get("misread"), cell.get("misinterpretations", "rate")
     paper = published.TABLE1[spec_name(cell.modality)]
     found = difference(proportion(paper.affected, paper.trials), proportion(0, rate.n or 0)) if rate else None
-    if misread is None or rate is None or found is None:
+    if not (misread and rate and found):
         return None
     here = f"none in {misread.n} claims of {rate.n} trials, at most {percent(misread.high, 1)}"
     test = f"Fisher, trials with a misreading, against {paper.affected}/{paper.trials}"
-    return Judged(here, borne_out(sign_of(found.p_value, -1)), test, found.p_value)
+    return Judged(here, _pattern(_sign(found.p_value, -1)), test, found.p_value)
 
 
-def _at_peak(cell: Cell) -> bool:
-    return math.isclose(cell.dose or 0.0, published.PEAK)
+def _peak_of(course: Course) -> Cell | None:
+    """What it did at the flip rate at which the paper has its peak."""
+    return next((cell for cell in course.played if math.isclose(cell.dose or 0.0, published.PEAK)), None)
 
 
-def _ends(course: Course, quantity: str) -> tuple[_Pair, Difference, str]:
-    """A share at 0 and at the paper's peak, their difference, and that in words."""
-    one, two = course.played[0], next(filter(_at_peak, course.played))
-    change = _change(one, two, quantity)
-    said = f"{points(change.value)} points [{points(change.low)}, {points(change.high)}]"
-    return (_share(one, quantity), _share(two, quantity)), change, said
+def _to_peak(course: Course, quantity: str) -> tuple[Cell, published.Shares, Difference]:
+    """The cell at the peak, a share at 0 and there, and their difference."""
+    peak = _peak_of(course)
+    assert peak is not None  # what a claim needs
+    shares = _share(course.played[0], quantity), _share(peak, quantity)
+    return peak, shares, _change(course.played[0], peak, quantity)
+
+
+def _in_points(change: Difference) -> str:
+    return f"{points(change.value)} points [{points(change.low)}, {points(change.high)}]"
 
 
 def _rise_to_peak(course: Course) -> tuple[int, float | None]:
     """Whether success at the paper's peak is shown to be above that at 0, and the P value."""
-    row = next((row for cell, row in course.changes() if _at_peak(cell)), None)
-    return (sign_of(row.p_value, row.value or 0.0), row.p_value) if row else (0, None)
+    peak = _peak_of(course)
+    row = next((row for cell, row in course.changes() if cell == peak), None)
+    return (_sign(row.p_value, row.value or 0.0), row.p_value) if row else (0, None)
 
 
 def _peak(course: Course) -> Judged:
     """Success rises to 0.4 by as much as in the paper, and is nowhere shown to be higher."""
-    shares, rise, said = _ends(course, "success")
-    here = f"from 0 to 0.4 {said}"
-    if _differ(next(filter(_at_peak, course.played)), course.played, "success", 1):
+    peak, shares, rise = _to_peak(course, "success")
+    here = f"from 0 to 0.4 {_in_points(rise)}"
+    if _differ(peak, course.played, "success", 1):
         return Judged(here, "not compatible", "Fisher, against every flip rate (Holm): higher at another")
     sign, p = _rise_to_peak(course)
     if sign:
-        return Judged(here, verdict_of(None, sign), _OVER_RATES, p)
-    of_paper, p = _rise(*_SOLVED)[0], _unlike(_rise, shares, _SOLVED)
+        return Judged(here, _figure(None, sign), _OVER_RATES, p)
+    p, of_paper = published.change_p("difference", shares), published.SOLVED_AT_40.value - published.SOLVED_AT_0.value
     test = f"z test against the paper's rise of {100 * of_paper:.0f} points; no rise to 0.4 was detected"
-    return Judged(here, borne_out(-1 if rise.value < of_paper and p < ALPHA else 0), test, p)
+    return Judged(here, _pattern(-1 if rise.value < of_paper and p < ALPHA else 0), test, p)
 
 
 def _ratio(course: Course) -> Judged:
     """Success rises from 0 to 0.4, and as many times as in the paper."""
-    one, two = shares = _ends(course, "success")[0]
+    _, (one, two), _ = _to_peak(course, "success")
     here = f"{two.count}/{two.n} at 0.4 over {one.count}/{one.n} at 0"
     if found := ratio(one, two):
         here += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
-    p, (sign, _) = _unlike(_log_ratio, shares, _SOLVED), _rise_to_peak(course)
+    p, (sign, _) = published.change_p("ratio", (one, two)), _rise_to_peak(course)
     rise = ("no rise", "a rise", "a fall")[sign]
     test = f"z test of the log ratios, with half a trial added to each count; {rise} to 0.4 was detected"
-    return Judged(here, verdict_of(p, sign), test, p)
+    return Judged(here, _figure(p, sign), test, p)
 
 
 def _effect(course: Course) -> Judged | None:
     """Success is above that at 0 for some flip rate; the opposite is a fall at the paper's moderate noise, 0.4."""
-    changes = course.changes()
-    if not changes:
+    if not (changes := course.changes()):
         return None
-    rises = [(cell, row) for cell, row in changes if sign_of(row.p_value, row.value or 0.0) > 0]
+    rises = [(cell, row) for cell, row in changes if _sign(row.p_value, row.value or 0.0) > 0]
     if rises:
         cell, row = min(rises, key=lambda one: (one[1].p_value or 0.0, -(one[1].value or 0.0)))
     else:
-        largest = max(changes, key=lambda one: one[1].value or 0.0)
-        cell, row = next((one for one in changes if _at_peak(one[0])), largest)
+        peak, largest = _peak_of(course), max(changes, key=lambda one: one[1].value or 0.0)
+        cell, row = next((one for one in changes if one[0] == peak), largest)
     here = f"{points(row.value or 0.0)} points from 0 to {cell.dose:g}"
-    return Judged(here, borne_out(1 if rises else _rise_to_peak(course)[0]), _OVER_RATES, row.p_value)
+    return Judged(here, _pattern(1 if rises else _rise_to_peak(course)[0]), _OVER_RATES, row.p_value)
 
 
-def _fewer(course: Course) -> int:
+def _fewer_loops(course: Course) -> int:
     """Whether loops are rarer than at 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
     if _differ(course.played[0], course.played[1:], "loop_rate", 1):
         return -1
-    drop = _ends(course, "loop_rate")[1] if any(map(_at_peak, course.played)) else None
-    return sign_of(drop.p_value, -drop.value) if drop else 0
+    drop = _to_peak(course, "loop_rate")[2] if _peak_of(course) else None
+    return _sign(drop.p_value, -drop.value) if drop else 0
 
 
 def _loops(course: Course) -> Judged:
@@ -299,33 +264,21 @@ def _loops(course: Course) -> Judged:
     here, _, test, p, _ = _as_paper(course.played[0], "loop_rate", published.LOOPS_AT_0)
     low, high = (course.played[0].value("loop_rate", of) for of in ("uniform", "no-repeat"))
     here += "" if low is None or high is None else f"; by chance {range_of(low, high)}"
-    sign = 0 if course.blind else _fewer(course)
+    sign = 0 if course.blind else _fewer_loops(course)
     why = "loops of a blind agent cannot depend on reports" if course.blind else f"{_LOOPS[sign]} detected"
-    return Judged(here, verdict_of(p, sign), f"{test}; {why}", p)
+    return Judged(here, _figure(p, sign), f"{test}; {why}", p)
 
 
 def _drop(course: Course) -> Judged:
     """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
-    (one, two), drop, said = _ends(course, "loop_rate")
+    peak, (one, two), drop = _to_peak(course, "loop_rate")
     far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > _NEAR + 1e-9]
-    lower = _differ(next(filter(_at_peak, course.played)), far, "loop_rate", -1)
-    p, sign = _unlike(_rise, (one, two), _LOOPED), -1 if lower else sign_of(drop.p_value, -drop.value)
-    why = "fewer loops far from 0.4" if lower else _LOOPS[_fewer(course)]
-    here, test = f"{one.count}/{one.n} to {two.count}/{two.n}, {said}", f"z test of the two differences; {why} detected"
-    return Judged(here, verdict_of(p, sign), test, p)
-
-
-def _pattern(quantity: str, of: str, here: str, test: str, **notes: int) -> Callable[[Course], Judged | None]:
-    """Whether the note of a number over all flip rates names the pattern of a claim (1) or its opposite (-1)."""
-
-    def judge(course: Course) -> Judged | None:
-        row = course.get(quantity, of)
-        if row is None or row.p_value is None:
-            return None
-        said = "" if row.value is None else here.format(row.value)
-        return Judged(said, borne_out(sign_of(row.p_value, notes.get(row.note, 0))), test, row.p_value)
-
-    return judge
+    lower = _differ(peak, far, "loop_rate", -1)
+    p = published.change_p("difference", (one, two), published.LOOPED)
+    why = "fewer loops far from 0.4" if lower else _LOOPS[_fewer_loops(course)]
+    here = f"{one.count}/{one.n} to {two.count}/{two.n}, {_in_points(drop)}"
+    sign = -1 if lower else _sign(drop.p_value, -drop.value)
+    return Judged(here, _figure(p, sign), f"z test of the two differences; {why} detected", p)
 
 
 def _loops_again(course: Course) -> Judged | None:
@@ -338,11 +291,24 @@ def _loops_again(course: Course) -> Judged | None:
     slopes = [ways[(z > 0) - (z < 0)] + (f" ({p_value(p)})" if p is not None else "") for z, p in known]
     here = f"hazard of a first loop {slopes[0]} up to {row.value:.2g}, {slopes[1]} above"
     first, second = holm([p for _, p in known])
-    against = -1 in (sign_of(first, -known[0][0]), sign_of(second, known[1][0]))
+    against = -1 in (_sign(first, -known[0][0]), _sign(second, known[1][0]))
     against = against and not any(cell.value("broken") for cell in course.cells)
-    sign = -1 if against else -sign_of(row.p_value, _LINES.get(row.note, 0))
+    sign = -1 if against else -_sign(row.p_value, _LINES.get(row.note, 0))
     test = "loop onset, two lines; assumes that solved trials would have looped like the others"
-    return Judged(here, borne_out(sign), test, row.p_value)
+    return Judged(here, _pattern(sign), test, row.p_value)
+
+
+def _noted(quantity: str, of: str, here: str, test: str, **signs: int) -> Callable[[Course], Judged | None]:
+    """Whether the note of a number over all flip rates names the pattern of a claim (1) or its opposite (-1)."""
+
+    def judge(course: Course) -> Judged | None:
+        row = course.get(quantity, of)
+        if row is None or row.p_value is None:
+            return None
+        said = "" if row.value is None else here.format(row.value)
+        return Judged(said, _pattern(_sign(row.p_value, signs.get(row.note, 0))), test, row.p_value)
+
+    return judge
 
 
 def _correlation(course: Course) -> Judged | None:
@@ -350,11 +316,10 @@ def _correlation(course: Course) -> Judged | None:
     row = course.get("loop_success", "correlation")
     if row is None or row.value is None or row.low is None or row.n is None or row.n < 4 or abs(row.value) == 1:
         return None
-    both = (row.value, row.n), (published.CORRELATION, published.CORRELATION_POINTS)
-    p, sign = _apart(*((math.atanh(r), 1 / math.sqrt(n - 3)) for r, n in both)), sign_of(row.p_value, -row.value)
+    p, sign = published.correlation_p(row.value, row.n), _sign(row.p_value, -row.value)
     here = f"{bracketed(row.value, row.low, row.high, '{:.2f}', 1)} over {row.n} points"
     which = ("no correlation was detected", "r is negative", "r is positive")[sign]
-    return Judged(here, verdict_of(p, sign), f"Fisher's z test; {which}; neither value is evidence of harm by loops", p)
+    return Judged(here, _figure(p, sign), f"Fisher's z test; {which}; neither value is evidence of harm by loops", p)
 
 
 _OF_ONE: Mapping[str, Callable[[Course], Judged | None]] = {
@@ -366,13 +331,11 @@ _OF_ONE: Mapping[str, Callable[[Course], Judged | None]] = {
     "peak": _peak,
     "ratio": _ratio,
     "effect": _effect,
-    "shape": _pattern("two_lines", "success", "the lines meet at {:.2f}", "two lines", **_LINES),
+    "shape": _noted("two_lines", "success", "the lines meet at {:.2f}", "two lines", **_LINES),
     "loops": _loops,
     "loops-drop": _drop,
     "loops-rise": _loops_again,
-    "onset": _pattern(
-        "hazard_ratio", "first loops", f"{{:.2f}} ({_LATER})", "loop onset, log-rank", later=1, sooner=-1
-    ),
+    "onset": _noted("hazard_ratio", "first loops", _LATER, "loop onset, log-rank", later=1, sooner=-1),
     "correlation": _correlation,
 }
 
@@ -385,19 +348,16 @@ class _Shown(NamedTuple):
 
     found: Results
     agent: str
-    by: Mapping[str, Course]
-
-    def first(self, modality: str) -> Cell:
-        return self.by[modality].played[0]
+    by: Mapping[str, Cell]
 
     @property
     def three(self) -> tuple[str, str, str]:
         """The paper's modalities. Its ground truth is a state; reports that tell outcomes too stand for it if alone."""
         return "rgb", "rgbd", next((one for one in PLAIN_WORDS if one in self.by), STATES)
 
-    def borne_out(self, sign: int) -> str:
-        """Only all three modalities can show what is said of three."""
-        return borne_out(0 if sign > 0 and not set(self.three) <= self.by.keys() else sign)
+    def pattern(self, sign: int) -> str:
+        """The verdict on what is said of three modalities, which only all three can show."""
+        return _pattern(0 if sign > 0 and not set(self.three) <= self.by.keys() else sign)
 
     @property
     def pairs(self) -> Mapping[tuple[str, str], Estimate]:
@@ -405,23 +365,23 @@ class _Shown(NamedTuple):
         rows = self.found.where("hazard_ratio", agent=self.agent, of="modalities")
         return {(row.versus_modality, row.modality): row for row in rows if row.value is not None}
 
-    def sooner(self, first: str, second: str) -> tuple[int, float | None]:
+    def sooner(self, *pair: str) -> tuple[int, float | None]:
         """Whether the box is solved sooner in the first of two modalities, corrected for the pairs."""
-        row = self.pairs.get((first, second))
-        return (sign_of(row.p_value, 1 - (row.value or 0.0)), row.p_value) if row else (0, None)
+        row = self.pairs.get((pair[0], pair[1]))
+        return (_sign(row.p_value, 1 - (row.value or 0.0)), row.p_value) if row else (0, None)
 
 
-def _joined(said: Mapping[str, str]) -> str:
-    return "; ".join(f"{one} with {spoken(modality)}" for modality, one in said.items())
+def _by_modality(said: Mapping[str, str], between: str = "; ") -> str:
+    return between.join(f"{one} with {spoken(modality)}" for modality, one in said.items())
 
 
 def _final(shown: _Shown) -> Judged:
     """As many trials are solved as in the paper, in every modality."""
-    same = {modality: _as_paper(shown.first(modality), "success", published.MODALITY) for modality in shown.by}
+    same = {modality: _as_paper(cell, "success", published.MODALITY) for modality, cell in shown.by.items()}
     p = min((p for p in holm([one.p_value for one in same.values()]) if p is not None), default=None)
-    verdict = verdict_of(p, int(set(shown.three) <= shown.by.keys()))
+    verdict = _figure(p, int(set(shown.three) <= shown.by.keys()))
     test = "Fisher, against 8/10 in each modality, corrected for their number"
-    return Judged(_joined({modality: one.here for modality, one in same.items()}), verdict, test, p)
+    return Judged(_by_modality({modality: one.here for modality, one in same.items()}), verdict, test, p)
 
 
 def _order(shown: _Shown) -> Judged | None:
@@ -429,27 +389,40 @@ def _order(shown: _Shown) -> Judged | None:
     trend = shown.found.get("modality_effect", agent=shown.agent, of="trend over fidelity")
     if trend is None or trend.p_value is None:
         return None
-    means = {modality: shown.first(modality).value("mean_steps_all") or 0.0 for modality in shown.by}
-    sign = sign_of(trend.p_value, -(trend.value or 0.0))
+    means = {modality: cell.value("mean_steps_all") or 0.0 for modality, cell in shown.by.items()}
+    sign = _sign(trend.p_value, -(trend.value or 0.0))
     pairs = [shown.sooner(*pair)[0] for pair in pairwise(shown.three)]
     if sign > 0 and (-1 in pairs or [*means.values()] != sorted(means.values())):
         sign = -1 if -1 in pairs else 0
-    here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(modality)}" for modality, mean in means.items())
+    here = f"mean steps {_by_modality({modality: f'{mean:.1f}' for modality, mean in means.items()}, ', ')}"
     test = "log-rank test for a trend over fidelity, and the order of the mean steps"
-    return Judged(here, shown.borne_out(sign), test, trend.p_value)
+    return Judged(here, shown.pattern(sign), test, trend.p_value)
 
 
 def _steps(shown: _Shown) -> Judged | None:
     """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
     lowest, _, highest = shown.three
     steps = {lowest: published.STEPS_TO_80["rgb"], highest: published.STEPS_TO_80["symbolic"]}
-    same = {one: _same_step(shown.first(one), step) for one, step in steps.items() if one in shown.by}
+    same = {one: _same_step(shown.by[one], step) for one, step in steps.items() if one in shown.by}
     if not same:
         return None
     sign, p = shown.sooner(lowest, highest)
     outside = any(one.verdict == "not compatible" for one in same.values())
     test = "95 % intervals of the steps, from the bands, and log-rank of RGB against positions in words"
-    return Judged(_joined({one: said.here for one, said in same.items()}), verdict_of(None, -outside or sign), test, p)
+    here = _by_modality({one: said.here for one, said in same.items()})
+    return Judged(here, _figure(None, -outside or sign), test, p)
+
+
+def _depth(shown: _Shown) -> Judged | None:
+    """RGB-D is slower than RGB, however its depth is shown."""
+    pairs = [pair for pair in shown.pairs if tuple(map(spec_name, pair)) == ("rgb", "rgbd")]
+    return _paced(shown, pairs[:1], _pattern, "log-rank, corrected for the pairs")
+
+
+def _outpaces(shown: _Shown) -> Judged | None:
+    """RGB is faster than RGB-D, and RGB-D faster than ground truth."""
+    pairs = [pair for pair in pairwise(shown.three) if set(pair) <= shown.by.keys()]
+    return _paced(shown, pairs, shown.pattern, "log-rank of the two pairs, corrected; the larger P value")
 
 
 def _paced(shown: _Shown, pairs: Sequence[tuple[str, str]], verdict: Callable[[int], str], test: str) -> Judged | None:
@@ -461,18 +434,6 @@ def _paced(shown: _Shown, pairs: Sequence[tuple[str, str]], verdict: Callable[[i
     ratios = ", ".join(f"{value:.2f} ({second} over {first})" for value, first, second in rows)
     p = max((p for p in ps if p is not None), default=None)
     return Judged(f"hazard ratio of solving: {ratios}", verdict(min(signs)), test, p)
-
-
-def _depth(shown: _Shown) -> Judged | None:
-    """RGB-D is slower than RGB, however its depth is shown."""
-    pairs = [pair for pair in shown.pairs if tuple(map(spec_name, pair)) == ("rgb", "rgbd")]
-    return _paced(shown, pairs[:1], borne_out, "log-rank, corrected for the pairs")
-
-
-def _outpaces(shown: _Shown) -> Judged | None:
-    """RGB is faster than RGB-D, and RGB-D faster than ground truth."""
-    pairs = [pair for pair in pairwise(shown.three) if set(pair) <= shown.by.keys()]
-    return _paced(shown, pairs, shown.borne_out, "log-rank of the two pairs, corrected; the larger P value")
 
 
 def _faster(shown: _Shown) -> Judged | None:
@@ -488,11 +449,11 @@ def _faster(shown: _Shown) -> Judged | None:
     if not hazards:
         return None
     refuted = [p for p in holm([p for hazard, p in hazards.values() if hazard < 1]) if p is not None and p < ALPHA]
-    every = hazards.keys() >= shown.by.keys() and all(sign_of(p, hazard - 1) > 0 for hazard, p in hazards.values())
-    ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in hazards.items())
+    every = hazards.keys() >= shown.by.keys() and all(_sign(p, hazard - 1) > 0 for hazard, p in hazards.values())
+    ratios = _by_modality({modality: f"{hazard:.2f}" for modality, (hazard, _) in hazards.items()}, ", ")
     here = f"hazard ratio of solving, human-inspired over this agent: {ratios}"
     test = "log-rank, clustered by block; the largest P value"
-    return Judged(here, shown.borne_out(-1 if refuted else int(every)), test, max(p for _, p in hazards.values()))
+    return Judged(here, shown.pattern(-1 if refuted else int(every)), test, max(p for _, p in hazards.values()))
 
 
 _OF_MODALITIES: Mapping[str, Callable[[_Shown], Judged | None]] = {
@@ -508,14 +469,14 @@ _OF_MODALITIES: Mapping[str, Callable[[_Shown], Judged | None]] = {
 def _reading(found: Results) -> Iterator[Judged]:
     """Whether what a false report is makes a difference here, for each agent that was told several kinds."""
     rows = [one for one in found.where("success_difference", of="", versus="") if one.axis in READING_FACTORS]
-    for agent in dict.fromkeys(row.agent for row in rows if row.agent in found.subjects):
-        own = [row for row in rows if row.agent == agent]
-        row = min(own, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)))
-        detected = sum(row.p_value is not None and row.p_value < ALPHA for row in own)
-        here = f"{detected} of {len(own)} differences between readings were detected; the clearest: {row.condition} "
-        here += f"minus {row.control} {bracketed(row.value, row.low, row.high)} points"
-        label = found.label(agent, row.modality)
-        yield Judged(here, "not decided", "McNemar, and interval", row.p_value, label)
+    for agent, own in grouped(rows, lambda row: row.agent).items():
+        if agent in found.subjects:
+            row = min(own, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)))
+            detected = sum(row.p_value is not None and row.p_value < ALPHA for row in own)
+            here = f"{detected} of {len(own)} differences between readings were detected; the clearest: {row.condition}"
+            here += f" minus {row.control} {bracketed(row.value, row.low, row.high)} points"
+            test = "McNemar, and interval"
+            yield Judged(here, "not decided", test, row.p_value, found.label(agent, row.modality))
 
 
 def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
@@ -539,13 +500,13 @@ def _of_agents(
     if judge := _OF_MODALITIES.get(claim.measure):
         told = [one for one in courses if one.subject and one.cells[0].trials and one.cells[0].dose == 0]
         for agent, own in grouped(told, lambda one: one.agent).items():
-            shown = {one.modality: one for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
             if found.where("modality_effect", agent=agent):
-                yield agent, "", judge(_Shown(found, agent, shown))
+                by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
+                yield agent, "", judge(_Shown(found, agent, by))
     papers = found.facts_about(_PAPERS_STRATEGY)
     for one in courses if claim.measure in _OF_ONE else ():
         speaks = one.agent in papers if claim.of == "strategy" else one.subject
-        heard = not (claim.needs and one.blind) and (claim.needs != "peak" or any(map(_at_peak, one.played)))
+        heard = not (claim.needs and one.blind) and (claim.needs != "peak" or _peak_of(one))
         if speaks and heard and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
             yield one.agent, one.modality, _OF_ONE[claim.measure](one)
 

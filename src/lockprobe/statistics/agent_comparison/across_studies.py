@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import ONE_BOX, BlockMean, paired_success, people_of, sheets
+from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, paired_success, sheets
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference, share_of
+from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import Outcomes, broken_off, joined, outcomes, solved_in_pairs
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, between, difference, proportion
@@ -51,9 +51,13 @@ class Sample:
     side: Side
     condition: str
     luck: int
-    baseline: bool
     trials: Sequence[Trial]
     family: str = ""
+
+    @property
+    def baseline(self) -> bool:
+        """Whether the agent is a baseline."""
+        return any(is_baseline(trial.spec) for trial in self.trials[:1])
 
     @property
     def success(self) -> Proportion:
@@ -96,17 +100,9 @@ class StudyDifference:
 
     @property
     def detected(self) -> bool:
-        """Whether one of the two is shown to solve the box more often."""
-        return bool(self.verdict)
-
-    @property
-    def verdict(self) -> int:
-        """1 if the second side is shown to solve the box more often, -1 if less often, else 0.
-
-        The corrected test must reject, and the interval must exclude 0.
-        """
+        """Whether one of the two is shown to solve the box more often: corrected test and interval must agree."""
         clear = self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
-        return int(np.sign(self.value)) if self.p_adjusted < ALPHA and clear else 0
+        return self.p_adjusted < ALPHA and clear
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
@@ -134,40 +130,27 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
 def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
     """The difference, in pairs of trials that both finished if luck is shared; None without a trial to compare."""
     ended, broken = ([of(one.trials) for one in (first, second)] for of in (outcomes, broken_off))
-    same_luck, broke = first.luck == second.luck, sum(map(len, broken))
-    paired = same_luck and not all(one.crossed for one in ended)  # no two people play as a pair
+    paired = first.luck == second.luck and not all(one.crossed for one in ended)  # no two people play as a pair
     if not all(map(len, ended)) or (paired and not len(solved_in_pairs(*ended))):
         return None
 
     def of(groups: Sequence[Outcomes]) -> StudyDifference:
-        solved: list[NDArray[Any]] = [one.solved for one in groups]
+        apart: BlockMean | Difference
         if paired:
             _, laid = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
-            both, person = ~np.isnan(laid[0].solved - laid[1].solved), people_of(*laid)
-            box = laid[0].box[np.flatnonzero(both)] if len(laid[0].box) else ONE_BOX
-            solved = [one.solved[both] for one in laid]
-        before, after = (proportion(int(own.sum()), len(own)) for own in solved)
-        apart: BlockMean | Difference | None
-        if paired:
-            apart = paired_success(solved[0], solved[1], None if person is None else person[both], box)
-        elif any(group.crossed for group in groups):
-            together = joined(groups)
-            later = together.dose == 1
-            luck = together.luck + later * (0 if same_luck else len(together))
-            alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
-            people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
-            apart = clustered_difference(together.solved, later, people, luck)
+            both, apart = both_played(laid[0], laid[1]), paired_success(laid[0], laid[1])
+            before, after = (proportion(int(one.solved[both].sum()), len(one.solved[both])) for one in laid)
         else:
-            apart = difference(before, after)
-        assert apart is not None
+            apart = _independent(groups, same_luck=first.luck == second.luck)
+            before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
         return StudyDifference(
             condition=first.condition, family=first.family, kind=kind, first=first.side, second=second.side,
             paired=paired, first_success=before, second_success=after, value=apart.value, low=apart.low,
-            high=apart.high, p_value=apart.p_value, broken=broke,
+            high=apart.high, p_value=apart.p_value, broken=sum(map(len, broken)),
         )  # fmt: skip
 
     found = of(ended)
-    if not broke:
+    if not found.broken:
         return found
     low, high = opposed(of, ended, broken, (False, True))
     return replace(
@@ -175,3 +158,19 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         first_success=between(found.first_success, high.first_success, low.first_success),
         second_success=between(found.second_success, low.second_success, high.second_success),
     )
+
+
+def _independent(groups: Sequence[Outcomes], *, same_luck: bool) -> Difference:
+    """The difference of two samples without pairs, clustered by person where people are on one side."""
+    if not any(group.crossed for group in groups):
+        before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
+        apart = difference(before, after)
+        assert apart is not None  # both have trials
+        return apart
+    together = joined(groups)
+    later = together.dose == 1
+    luck = together.luck + later * (0 if same_luck else len(together))
+    alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
+    people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
+    found = clustered_difference(together.solved, later, people, luck)
+    return Difference(value=found.value, low=found.low, high=found.high, p_value=found.interval_p)

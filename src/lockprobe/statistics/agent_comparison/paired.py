@@ -26,7 +26,7 @@ from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.inference.mean_steps import RareBlock
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_all
 from lockprobe.statistics.paired_proportions import FEW, difference_over_boxes, paired, pairs_by_box, score_interval
-from lockprobe.statistics.proportions import ALPHA, LEVEL
+from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
 Array = NDArray[np.float64]
@@ -37,8 +37,6 @@ FEWEST = 7
 
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
-
-ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
 
 TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
@@ -84,12 +82,13 @@ def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
     own = [list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True)) for group in groups]
     lucks = sorted({luck for group in own for luck in group})
+    known = dict(zip(lucks, boxes_of_all(groups).tolist(), strict=False))  # none where all are of one box
     # by the largest plan of an agent
     order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
     if order is not None:
         lucks.sort(key=lambda luck: int(order.rank(*luck)))
     row, made = {luck: i for i, luck in enumerate(lucks)}, []
-    box = boxes_of_all(groups)
+    box = np.array([known[luck] for luck in lucks] if known else [], dtype=np.str_)
     for group, played in zip(groups, own, strict=True):
         place = np.array([row[luck] for luck in played], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
@@ -107,7 +106,12 @@ def people_of(*laid: Sheet) -> Labels | None:
 
 
 def block_mean(
-    differences: Array, *, unit: float | None = None, choices: int = 1, rare: RareBlock | None = None
+    differences: Array,
+    *,
+    unit: float | None = None,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+    exchange: bool = True,
 ) -> BlockMean:
     """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
 
@@ -123,27 +127,28 @@ def block_mean(
         unit: The largest difference of a single trial, 1 for shares; None if it is not known.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
         rare: Of steps, how far a rare block may lie from the mean.
+        exchange: Whether it is tested so; else by Student's t, if there are blocks enough.
     """
     present = ~np.isnan(differences)
-    kept = present.any(axis=1)
-    sizes = present.sum(axis=1)[kept].astype(np.float64)
-    sums = np.where(present, differences, 0.0).sum(axis=1)[kept]
-    n, pairs, level = len(sizes), int(sizes.sum()), 1 - ALPHA / choices
+    sizes = present.sum(axis=1).astype(np.float64)
+    sums = np.where(present, differences, 0.0).sum(axis=1)[sizes > 0]
+    sizes = sizes[sizes > 0]
+    n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return BlockMean(value=math.nan, pairs=0, blocks=0)
     value = float(sums.sum()) / pairs
-    found = BlockMean(value=value, p_value=sign_flip(sums), pairs=pairs, blocks=n)
+    found = BlockMean(value=value, p_value=sign_flip(sums) if exchange else None, pairs=pairs, blocks=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
     if unit is None and spread < TIE:
         return found
-    widest, small, most = float(sizes.max()), n / max(1, n - 1), unit or math.inf
-    found = _student(found, spread, widest, n, unit=unit or 0.0, rare=rare, level=level, most=most, small=small)
+    widest, small = float(sizes.max()), n / max(1, n - 1)
+    found = _student(found, spread, widest, n, unit=unit, most=unit, rare=rare, choices=choices, small=small)
     if found.low is None or found.high is None or unit != 1.0 or pairs != n:
         return found
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
     if first + second > FEW:
         return found
-    low, high = score_interval(first, second, n, level)  # few pairs differ: not narrower than Tango's
+    low, high = score_interval(first, second, n, 1 - ALPHA / choices)  # few pairs differ: not narrower than Tango's
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
@@ -153,10 +158,10 @@ def _student(
     widest: float,
     clusters: int,
     *,
-    unit: float,
+    unit: float | None,
+    most: float | None,
     rare: RareBlock | None,
-    level: float,
-    most: float | None = None,
+    choices: int,
     small: float = 1.0,
 ) -> BlockMean:
     """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
@@ -166,17 +171,18 @@ def _student(
         spread: The variance of the sum of its pairs; widened by a pair of the size ``unit``, or by rare clusters alone.
         widest: Pairs of the largest cluster.
         clusters: How many count as independent.
-        unit: The largest difference of a single trial.
+        unit: The largest difference of a single trial; None if it is not known.
+        most: The largest mean.
         rare: Of steps, how far a rare cluster may lie from the mean.
-        level: Of the interval.
-        most: The largest mean; by default ``unit``.
+        choices: Number of means examined.
         small: Factor of the widening in small samples.
     """
     if clusters < 2:
         return found
-    value, share, most = found.value, widest / found.pairs, most or unit
+    value, share, level = found.value, widest / found.pairs, 1 - ALPHA / choices
     if rare is None:
-        se = math.sqrt(spread + small * unit**2 * (widest**2 if spread < TIE else widest)) / found.pairs
+        more = widest**2 if spread < TIE else widest
+        se = math.sqrt(spread + small * (unit or 0.0) ** 2 * more) / found.pairs
         half = student_quantile((1 + level) / 2, clusters - 1) * se
         low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
     else:
@@ -184,7 +190,7 @@ def _student(
         low, high = rare.interval(value, se, clusters, share=share, level=level)
         p_value = rare.p_value(value, se, clusters, share=share)
     tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
-    return replace(found, low=max(-most, low), high=min(most, high), p_value=tested)
+    return replace(found, low=max(-(most or math.inf), low), high=min(most or math.inf, high), p_value=tested)
 
 
 def two_way(
@@ -195,20 +201,20 @@ def two_way(
     *,
     pairs: int,
     unit: float,
+    most: float,
     rare: RareBlock | None = None,
-    level: float = LEVEL,
-    most: float | None = None,
+    choices: int = 1,
 ) -> BlockMean:
     """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
 
-    The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). Other
-    arguments are those of :func:`block_mean`, the level of the interval, and the largest mean.
+    The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). ``most`` is
+    the largest mean; other arguments are those of :func:`block_mean`.
     """
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
     found = BlockMean(value=value, pairs=pairs, blocks=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
-    return _student(found, spread, widest, fewest, unit=unit, rare=rare, level=level, most=most)
+    return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, choices=choices)
 
 
 def crossed_mean(
@@ -216,16 +222,32 @@ def crossed_mean(
 ) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
-    If people have unequally many trials, the interval also holds that of the mean over people, and the P value is the
-    larger: a conclusion must hold with every trial and with every person counted alike
+    If people have unequally many trials, a conclusion must hold with every trial and with every person counted alike
     (:func:`lockprobe.statistics.clustered.crossed_proportion`).
     """
     pooled, alike = (
-        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, rare=rare)
+        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
         for weight in (np.ones(len(values)), alike_weights(person))
         for mean in [float((weight * values).mean())]
     )
     return _held_by_both(pooled, alike)
+
+
+def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> BlockMean:
+    """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
+
+    If people have unequally many trials, a conclusion must also hold with every person counted alike.
+    """
+    place, sizes = np.unique(person, return_inverse=True, return_counts=True)[1:]
+    rows = np.full((len(sizes), int(sizes.max())), math.nan)
+    for i in range(len(sizes)):
+        rows[i, : sizes[i]] = values[place.reshape(-1) == i]
+    found = block_mean(rows, unit=unit, rare=rare)
+    if np.ptp(sizes) == 0:
+        return found
+    means = np.nanmean(rows, axis=1)
+    alike = block_mean(means[:, None], unit=unit, rare=rare)
+    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
 
 
 def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
@@ -238,37 +260,26 @@ def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
     return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
 
 
-def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> BlockMean:
-    """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
-
-    If people have unequally many trials, a conclusion must also hold with every person counted alike.
-    """
-    place = np.unique(person, return_inverse=True)[1].reshape(-1)
-    sizes = np.bincount(place)
-    rows = np.full((len(sizes), int(sizes.max())), math.nan)
-    for i in range(len(sizes)):
-        rows[i, : sizes[i]] = values[place == i]
-    found = block_mean(rows, unit=unit, rare=rare)
-    if np.ptp(sizes) == 0:
-        return found
-    means = np.nanmean(rows, axis=1)
-    alike = block_mean(means[:, None], unit=unit, rare=rare)
-    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
+def both_played(one: Sheet, two: Sheet) -> NDArray[np.bool_]:
+    """Whether both finished their trial, shape (blocks, doses)."""
+    return ~np.isnan(two.solved - one.solved)
 
 
-def paired_success(first: Array, second: Array, person: Labels | None, box: NDArray[np.str_] = ONE_BOX) -> BlockMean:
-    """The difference in success of two agents at one dose, with McNemar's test and Agresti and Min's interval.
+def paired_success(one: Sheet, two: Sheet, at: int = 0) -> BlockMean:
+    """The second's success minus the first's at one dose, with McNemar's test and Agresti and Min's interval.
 
     If one of several people has several boxes, agents are exchanged within whole people, and the interval is over them.
     Of several boxes each counts alike (:mod:`lockprobe.statistics.boxes`).
     """
-    found = paired(first > 0, second > 0)
+    both, people = both_played(one, two)[:, at], people_of(one, two)
+    first, second = (sheet.solved[both, at] > 0 for sheet in (one, two))
+    found = paired(first, second)
     value, low, high, p_value = found.value, found.low, found.high, found.p_value
-    if len(box):
-        counted = difference_over_boxes(pairs_by_box(np.column_stack([first, second]) > 0, box))
+    if len(one.box):
+        counted = difference_over_boxes(pairs_by_box(np.column_stack([first, second]), one.box[both]))
         value, low, high, p_value = counted.value, counted.low, counted.high, max(p_value, counted.interval_p)
-    if person is not None and len(np.unique(person)) < len(person):
-        over = at_one_dose(second - first, person, unit=1.0)
+    if people is not None and len(np.unique(person := people[both, at])) < len(person):
+        over = at_one_dose(second * 1.0 - first, person, unit=1.0)
         low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
         p_value = 1.0 if over.p_value is None else over.p_value
     return BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
@@ -286,14 +297,8 @@ def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 
         agents: Number of means that are judged together (Bonferroni).
     """
     (found,) = at_every_look([numbers_of(differences, bound)], agents=agents)
-    return BlockMean(
-        value=found.value,
-        low=found.low,
-        high=found.high,
-        p_value=found.p_value if found.n else None,
-        pairs=int(np.count_nonzero(~np.isnan(differences))),
-        blocks=found.n,
-    )
+    pairs, tested = int(np.count_nonzero(~np.isnan(differences))), found.p_value if found.n else None
+    return BlockMean(value=found.value, low=found.low, high=found.high, p_value=tested, pairs=pairs, blocks=found.n)
 
 
 def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:

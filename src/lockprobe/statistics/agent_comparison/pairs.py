@@ -23,7 +23,6 @@ import numpy as np
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.agent_comparison.paired import (
-    ONE_BOX,
     TIE,
     Array,
     BlockMean,
@@ -31,6 +30,7 @@ from lockprobe.statistics.agent_comparison.paired import (
     Sheet,
     at_one_dose,
     block_mean,
+    both_played,
     crossed_mean,
     mean_at_every_look,
     paired_success,
@@ -43,7 +43,6 @@ from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.mean_steps import rare_block
-from lockprobe.statistics.proportions import ALPHA
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
@@ -61,8 +60,10 @@ class AgentPair:
     Attributes:
         baseline: Whether the first is a baseline that the second is compared with.
         doses: The doses of the axis, ascending.
+        budget: Most steps of a trial.
         laid: The trials of both. If some broke, also as if those of the first had been solved and those of the second
             had failed, and the reverse.
+        alike: Doses at which no trial broke and the two act the same in every trial; nothing is tested there.
         of: Specs of the condition under which they are compared, which name random streams; empty over flip rates.
     """
 
@@ -70,7 +71,9 @@ class AgentPair:
     second: AxisTrials
     baseline: bool
     doses: Sequence[float]
+    budget: int
     laid: Sequence[tuple[Sheet, Sheet]]
+    alike: frozenset[float]
     of: Sequence[str]
 
     @property
@@ -88,7 +91,12 @@ class AgentPair:
         """Whether intervals and P values hold at every look; people come as they please, so theirs hold at one."""
         return self.laid[0][0].planned and not self.people
 
-    @property
+    @cached_property
+    def met(self) -> tuple[float, ...]:
+        """The doses at which both finished a trial."""
+        return tuple(np.array(self.doses)[both_played(*self.laid[0]).any(axis=0)].tolist())
+
+    @cached_property
     def copies(self) -> bool:
         """Whether each of the two plays identically at every dose, so that all doses are equal."""
         columns = [of for one in self.laid[0] for of in (one.solved, one.steps)]
@@ -96,91 +104,81 @@ class AgentPair:
             np.array_equal(of, np.broadcast_to(of[:, :1], of.shape), equal_nan=True) for of in columns
         )
 
-    @cached_property
-    def alike(self) -> frozenset[float]:
-        """Doses at which no trial broke and the two act the same in every trial; nothing is tested there."""
-        one, two = (
-            {(dose, trial.repetition, trial.trial): trial for dose, trial in zip(by.doses, by.trials, strict=True)}
-            for by in (self.first, self.second)
-        )
-        both = one.keys() & two.keys()
-        apart = {key[0] for key in both if one[key].actions != two[key].actions}
-        broke = {key[0] for trials in (one, two) for key, trial in trials.items() if trial.error is not None}
-        return frozenset({key[0] for key in both} - apart - broke)
-
     @property
     def plays_alike(self) -> bool:
         """Whether the two act the same in every trial."""
-        return self.alike >= {*self.at(SUCCESS)}
+        return self.alike >= {*self.met}
 
     @property
     def bounded(self) -> bool:
         """Whether trials broke, so that intervals and P values hold whatever became of these."""
         return len(self.laid) > 1
 
-    @cached_property
+    @property
     def shares(self) -> tuple[float, float]:
         """What the first and the second solved of the trials that both finished."""
-        one, two = (sheet.solved for sheet in self.laid[0])
-        both = ~np.isnan(two - one)
-        return float(one[both].mean()), float(two[both].mean())
+        one, two = (sheet.solved[both_played(*self.laid[0])].mean() for sheet in self.laid[0])
+        return float(one), float(two)
 
-    def at(self, quantity: str) -> dict[float, BlockMean]:
-        """Each dose with its mean, ascending; those of a change are corrected for the doses, no others for anything.
+    def mean(self, quantity: str, dose: float | None = None) -> BlockMean:
+        """The difference in success or in steps over all doses, or at one at which both finished a trial.
 
-        There is no change for a baseline, at a single dose, and where what is said must hold at every look.
+        Interval and P value hold whatever became of broken trials, and are corrected for nothing.
         """
-        return {dose: mean for (name, dose), mean in self.means.items() if name == quantity and dose is not None}
+        found, *ends = (self._mean(quantity, dose, *laid) for laid in self.laid)
+        return bounded(found, *ends) if ends else found
+
+    def _mean(self, quantity: str, dose: float | None, one: Sheet, two: Sheet) -> BlockMean:
+        if dose is not None and quantity == SUCCESS and not self.every_look:
+            return paired_success(one, two, self.doses.index(dose))
+        here = slice(None) if dose is None else [self.doses.index(dose)]
+        both, people = both_played(one, two)[:, here], people_of(one, two)
+        unit, rare, apart = 1.0, None, (two.solved - one.solved)[:, here]
+        if quantity == STEPS:
+            unit, apart = float(self.budget), (two.steps - one.steps)[:, here]
+            first, second = (sheet.steps[:, here][both] for sheet in (one, two))
+            shortest = float(min(first.min(), second.min()))
+            rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
+        if self.every_look:
+            return mean_at_every_look(apart, bound=unit)
+        if people is None:
+            return _over_boxes(block_mean(apart, unit=unit, rare=rare), apart, one.box)
+        if dose is None:
+            return crossed_mean(apart[both], np.nonzero(both)[0], people[both], unit=unit, rare=rare)
+        return at_one_dose(apart[both], people[:, here][both], unit=unit, rare=rare)
 
     @property
     def change_p(self) -> float | None:
         """The P value of a change at any dose, corrected for the doses."""
-        return min((one.p_value for one in self.at(CHANGE).values() if one.p_value is not None), default=None)
+        return min((one.p_value for one in self.changes.values() if one.p_value is not None), default=None)
 
     @cached_property
-    def means(self) -> Mapping[tuple[str, float | None], BlockMean]:
-        """The mean of each quantity over all doses (None) and at each; none without a trial that both finished.
+    def changes(self) -> Mapping[float | None, BlockMean]:
+        """How much more each dose changes the success of the second, and the mean of all changes (None).
 
-        Intervals and P values hold whatever became of broken trials.
+        P values and intervals of doses are corrected for the doses. There are none for a baseline, at a single dose,
+        where what is said must hold at every look, and with too few blocks, or people, that have both doses.
         """
-        found, *ends = map(self._means, range(len(self.laid)))
-        return {key: bounded(mean, *(end[key] for end in ends)) if ends else mean for key, mean in found.items()}
+        if self.baseline or len(self.doses) < 2 or self.every_look:
+            return {}
+        found, *ends = map(self._changes, range(len(self.laid)))
+        return {dose: bounded(mean, *(end[dose] for end in ends)) if ends else mean for dose, mean in found.items()}
 
-    def _means(self, end: int) -> dict[tuple[str, float | None], BlockMean]:
-        one, two = self.laid[end]
-        solved, steps, person = two.solved - one.solved, two.steps - one.steps, people_of(one, two)
-        budget, found = float(max(self.first.budget, self.second.budget)), dict[tuple[str, float | None], BlockMean]()
-        for place, dose in enumerate((None, *self.doses)):
-            here = slice(None) if dose is None else slice(place - 1, place)
-            if not (both := ~np.isnan(solved[:, here])).any():
-                continue
-            first, second = (sheet.steps[:, here][both] for sheet in (one, two))
-            shortest = float(min(first.min(), second.min()))
-            rare = rare_block(float(first.mean()), float(second.mean()), budget, shortest)
-            who = None if person is None else person[:, here][both]
-            rows = np.flatnonzero(both.any(axis=1))[: len(one.box)]  # none where all are of one box
-            for quantity, of, unit, wider in ((SUCCESS, solved, 1.0, None), (STEPS, steps, budget, rare)):
-                apart = of[:, here]
-                if self.every_look:
-                    mean = mean_at_every_look(apart, bound=unit)
-                elif quantity == SUCCESS and dose is not None:
-                    mean = paired_success(one.solved[:, here][both], two.solved[:, here][both], who, one.box[rows])
-                elif who is None:
-                    mean = block_mean(apart, unit=unit, rare=wider)
-                    mean = mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), one.box[rows])
-                elif dose is None:
-                    mean = crossed_mean(apart[both], np.nonzero(both)[0], who, unit=unit, rare=wider)
-                else:
-                    mean = at_one_dose(apart[both], who, unit=unit, rare=wider)
-                found[quantity, dose] = mean
-        if found and not self.baseline and len(self.doses) > 1 and not self.every_look:
-            # at the lowest dose success of the first counts for the change, so its broken trials end the other way
-            turned = self.laid[-end][1].solved - self.laid[-end][0].solved
-            streams = self.first.spec, self.first.modality, self.second.spec, self.second.modality
-            rng = generator(self.first.seed, "analysis", *streams, "comparison", *self.of)
-            changes = changes_of(self.doses, np.column_stack([turned[:, :1], solved[:, 1:]]), person, rng, one.box)
-            found |= {(CHANGE, dose): mean for dose, mean in changes.items()}
-        return found
+    def _changes(self, end: int) -> dict[float | None, BlockMean]:
+        # at the lowest dose success of the first counts for the change, so its broken trials end the other way
+        (one, two), turned = self.laid[end], self.laid[-end]
+        apart = np.column_stack([(turned[1].solved - turned[0].solved)[:, :1], (two.solved - one.solved)[:, 1:]])
+        who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
+        rng = generator(self.first.seed, "analysis", *who, "comparison", *self.of)
+        return changes_of(self.doses, apart, people_of(one, two), rng, one.box)
+
+
+def _over_boxes(mean: BlockMean, apart: Array, box: Labels, choices: int = 1) -> BlockMean:
+    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
+    if not len(box):
+        return mean
+    rows = ~np.isnan(apart).all(axis=1)
+    return mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), box[rows], choices=choices)
 
 
 def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[AgentPair]:
@@ -194,31 +192,44 @@ def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[Agen
         of: Specs of the condition under which they are compared; empty over flip rates.
     """
     ended, broken = [one.outcomes for one in players], [one.broken_off for one in players]
+    budgets = [one.budget for one in players]
     doses, laid = sheets(ended)
     failed, solved = laid, laid
     if any(map(len, broken)):
         off = [one.at(np.isin(one.dose, doses)) for one in broken]
         failed, solved = (
-            sheets([completed(one, two, soon, by.budget) for one, two, by in zip(ended, off, players, strict=True)])[1]
+            sheets([completed(one, two, soon, most) for one, two, most in zip(ended, off, budgets, strict=True)])[1]
             for soon in (False, True)
         )
+    acted = [
+        {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
+        for player in players
+        for pairs in [zip(player.doses, player.trials, strict=True)]
+    ]
     others = [i for i, one in enumerate(players) if not is_baseline(one.spec)]
-    baselines = [i for i, one in enumerate(players) if others and is_baseline(one.spec) and one.kind in BASELINES]
+    baselines = [i for i, one in enumerate(players) if others and one.kind in BASELINES]
     subjects = others or range(len(players))
-    pairs = [(first, second, False) for second, first in combinations(subjects, 2)]
-    pairs += [(first, second, True) for second, first in product(subjects, baselines)]
+    pairs = [(i, j, False) for j, i in combinations(subjects, 2) if _one_task(players[i], players[j])]
+    pairs += [(i, j, True) for j, i in product(subjects, baselines)]
     found = []
     for i, j, baseline in pairs:
-        first, second = players[i], players[j]
-        if not baseline and (first.modality != second.modality or first.agent == second.agent):
-            continue
         ends = [(laid[i], laid[j])]
         if len(broken[i]) or len(broken[j]):
             ends += [(solved[i], failed[j]), (failed[i], solved[j])]
-        pair = AgentPair(first=first, second=second, baseline=baseline, doses=doses, laid=ends, of=of)
-        if pair.means:
+        both = acted[i].keys() & acted[j].keys()
+        apart = {place[0] for place in both if acted[i][place] != acted[j][place]}
+        apart |= {place[0] for own in (acted[i], acted[j]) for place, actions in own.items() if actions is None}
+        pair = AgentPair(
+            first=players[i], second=players[j], baseline=baseline, doses=doses, budget=max(budgets[i], budgets[j]),
+            laid=ends, alike=frozenset({place[0] for place in both} - apart), of=of,
+        )  # fmt: skip
+        if pair.met:
             found.append(pair)
     return found
+
+
+def _one_task(one: AxisTrials, two: AxisTrials) -> bool:
+    return one.modality == two.modality and one.agent != two.agent
 
 
 def changes_of(
@@ -226,7 +237,7 @@ def changes_of(
     apart: Array,
     person: Labels | None,
     rng: np.random.Generator,
-    box: Labels = ONE_BOX,
+    box: Labels,
     flips: int = FLIPS,
 ) -> dict[float | None, BlockMean]:
     """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
@@ -244,39 +255,33 @@ def changes_of(
         flips: Number of flips.
     """
     changes = apart[:, 1:] - apart[:, :1]
-    met = [i for i in range(changes.shape[1]) if not np.isnan(changes[:, i]).all()]
-    level, found = 1 - ALPHA / max(1, len(met)), dict[float | None, BlockMean]()
+    met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
+    found = dict[float | None, BlockMean]()
     if person is not None:
         for i in met:
             here = ~np.isnan(changes[:, i])
-            low, high, who = apart[here, 0], apart[here, i + 1], np.concatenate([person[here, 0], person[here, i + 1]])
+            low, high, who = apart[here, 0], apart[here, i + 1], person[here][:, [0, i + 1]].T.ravel()
             rest, luck = np.concatenate([low.mean() - low, high - high.mean()]), np.tile(np.arange(len(low)), 2)
-            value, pairs = float(high.mean() - low.mean()), len(low)
-            mean = two_way(value, rest, luck, who, pairs=pairs, unit=1.0, most=2.0, level=level)
+            value = float(high.mean() - low.mean())
+            mean = two_way(value, rest, luck, who, pairs=len(low), unit=1.0, most=2.0, choices=len(met))
             if mean.p_value is not None:
                 found[doses[i + 1]] = mean
         found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
-        if found:  # the blocks of the mean share people
-            found[None] = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
+        # the blocks of the mean share people
+        every = replace(block_mean(changes, unit=2.0, exchange=False), low=None, high=None, p_value=None)
+        return found | {None: every} if found else found
+    table = np.nan_to_num(changes[~np.isnan(changes).all(axis=1)][:, met]).T
+    if table.shape[1] < 2:
         return found
-    played = ~np.isnan(changes).all(axis=1)
-    blocks = changes[played][:, met]
-    if len(blocks) < 2:
-        return found
-
-    def over(mean: BlockMean, values: Array) -> BlockMean:
-        here = ~np.isnan(values).all(axis=1)
-        own = box[played][here] if len(box) else box
-        return mean_over_boxes(mean, np.nanmean(values[here], axis=1), own, choices=len(met))
-
-    table = np.nan_to_num(blocks)
-    scale = np.sqrt(np.sum(table**2, axis=0))
-    scale = np.where(scale > 0, scale, np.inf)
-    signs = rng.integers(0, 2, size=(flips, len(table))) * 2.0 - 1.0
-    largest = (np.abs(signs @ table) / scale).max(axis=1)
-    for place, value in enumerate(np.abs(table.sum(axis=0)) / scale):
+    scale = np.sqrt(np.sum(table**2, axis=1))
+    scale[scale == 0] = np.inf
+    bits = rng.bit_generator.random_raw(-(-flips * table.shape[1] // 2)).view(np.uint32)  # two draws a number
+    plus = (bits[: flips * table.shape[1]] >= 2**31).reshape(flips, -1).astype(np.float32)
+    flipped = [2 * (plus @ own) - own.sum() for own in table.astype(np.float32)]  # whole numbers, so exact
+    largest = (np.abs(flipped) / scale[:, None]).max(axis=0)
+    for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
         p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
-        mean = block_mean(blocks[:, [place]], unit=2.0, choices=len(met))
-        found[doses[met[place] + 1]] = over(replace(mean, p_value=p_value), blocks[:, [place]])
-    found[None] = replace(over(block_mean(blocks, unit=2.0), blocks), p_value=None)
-    return found
+        mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
+        found[doses[i + 1]] = _over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
+    mean = _over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
+    return found | {None: replace(mean, p_value=None)}
