@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal
 
 from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, section
 from lockprobe.foundation.parallel import Each
@@ -31,7 +31,8 @@ from lockprobe.report.svg import Image, image
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
-_FORMS = ("png", "svg")
+_FORMS: tuple[Literal["svg", "png"], ...] = ("svg", "png")
+"""Of figures: all of them, and those that are shown on slides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,11 +171,11 @@ def _draw(figure: Figure, found: Results) -> _Drawn | None:
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
-    """A figure in all its forms; None if there is nothing to draw."""
-    from lockprobe.report.figures import files
+    """A figure in its forms; None if there is nothing to draw."""
+    from lockprobe.report.figures import render
 
     made = made_figure(found, figure)
-    return None if made is None else files(made)
+    return None if made is None else {form: render(made, form) for form in _FORMS[: 1 + figure.slide]}
 
 
 def made_figure(found: Results, figure: Figure) -> Any:
@@ -187,12 +188,10 @@ def made_figure(found: Results, figure: Figure) -> Any:
 
 def _files(found: Results, parts: _Parts) -> Iterator[File]:
     yield from parts.texts
-    for name, figure in parts.drawn.items():
-        for form, picture in figure.files.items():
-            yield f"figures/{name}.{form}", picture
-    for name in {one.name for of in all_sections() for one in of.figures} - parts.drawn.keys():
+    for name in dict.fromkeys([*parts.drawn, *(one.name for of in all_sections() for one in of.figures)]):
+        files = parts.drawn[name].files if name in parts.drawn else {}
         for form in _FORMS:
-            yield f"figures/{name}.{form}", None
+            yield f"figures/{name}.{form}", files.get(form)
     images = {name: figure.image for name, figure in parts.drawn.items()}
     yield "report.html", page_of(found, images, parts.photographs, parts.trials)
 

@@ -25,6 +25,9 @@ INK, FAINT = "#222222", "#666666"
 SMALL = 9.0
 """Size of all text, in points."""
 
+DPI = 200
+"""Pixels per inch of PNG files, and of what is measured."""
+
 _STYLE: dict[str, Any] = {
     "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
     "pdf.fonttype": 42,  # TrueType, which publishers take; the usual Type 3 many do not

@@ -185,8 +185,7 @@ def _against_success(axes: Any, course: Course) -> None:
         axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
     said = f"r = {bracketed(r.value, r.low, r.high, '{:.2f}', 1)}" if r else "r is not defined"
     frame.title(axes, frame.heading(course), f"{said}; {len(shares)} dots")
-    axes.set(xlim=(-0.04, 1.04), xlabel="trials with an action loop")
-    frame.share_ticks(axes.xaxis)
+    frame.share_axis(axes, "trials with an action loop", "x", grid=False)
     frame.share_axis(axes, "success rate")
 
 

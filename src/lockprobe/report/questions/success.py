@@ -116,7 +116,8 @@ def _show_doses(found: Results) -> Iterator[Part]:
         called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
-        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,)}
+        slide = i == 1 and not found.several_p
+        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,), "slide": slide}
         blocks: list[Block] = [
             Figure(f"series-{i}-success", f"Success by {axis.name}", Caption(said, _intervals(found, shown)), **drawn),
             Cells(_cells(found, axis), 2),
@@ -194,13 +195,11 @@ def draw(found: Results, place: int | None = None) -> Any:
     """Success by dose, a panel for each agent that the study is about; by flip rate without the place of an axis."""
     from lockprobe.report.figures.compose import sheet
     from lockprobe.report.figures.frame import axis_note
-    from lockprobe.report.figures.settings import own_settings
 
     axis = None if place is None else found.design.axes[place]
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis is None else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    with own_settings():
-        return sheet(shown, _panel, note=axis_note(axis) if axis else "")
+    return sheet(shown, _panel, note=axis_note(axis) if axis else "")
 
 
 def _panel(axes: Axes, course: Shown) -> None:
@@ -226,6 +225,7 @@ _FIG4 = Figure(
     _fig4_caption,
     f"{__name__}:draw",
     applies=lambda found: found.several_p and any(course.played for course in found.courses()),
+    slide=True,
 )
 _SUCCESS = Table("success", _cells)
 

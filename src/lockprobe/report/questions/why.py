@@ -188,6 +188,7 @@ _FIGURE = Figure(
     ),
     draw="lockprobe.report.questions.why:draw",
     applies=lambda found: bool(_asked(found)),
+    slide=True,
 )
 
 _NOTE = Note(
@@ -234,18 +235,17 @@ _NAME, _SHARES, _NUMBERS, _ROW = 0.31, 0.16, 0.22, 0.26
 
 def draw(found: Results) -> Any:
     """The comparisons as intervals against 0, a panel for each agent."""
-    from lockprobe.report.figures import own_settings, sheet
+    from lockprobe.report.figures import sheet
 
     panels = [(_compared(found, total), _arms(found, total)) for total in _asked(found)]
     reach = max([0.2, *(abs(end or 0) for rows, _ in panels for row in rows for end in (row.low, row.high, row.value))])
     most = [max(len(rows) for rows, _ in panels[i : i + 2]) for i in range(0, len(panels), 2)]
     shown = [(rows, arms, most[i // 2], 1.05 * reach) for i, (rows, arms) in enumerate(panels)]
-    with own_settings():
-        return sheet(shown, _draw, heights=[_ROW * rows for rows in most], around=0.85, width=5.2)
+    return sheet(shown, _draw, heights=[_ROW * rows for rows in most], width=5.2)
 
 
 def _draw(axes: Any, panel: tuple[Sequence[Estimate], Mapping[str, Estimate], int, float]) -> None:
-    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.frame import axis, safe_name, title
     from lockprobe.report.figures.palette import SUBJECTS, Style
     from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import FAINT, INK, SMALL
@@ -269,11 +269,9 @@ def _draw(axes: Any, panel: tuple[Sequence[Estimate], Mapping[str, Estimate], in
     wide = 2 * reach / (1 - _NAME - _SHARES - _NUMBERS - 0.06)  # with a little space on both sides
     left = -reach - wide * (_NAME + _SHARES + 0.03)
     tick = next(one for one in (0.5, 0.4, 0.2) if one <= reach)
-    axes.set(ylim=(most - 0.5, -0.5), xlim=(left, left + wide), yticks=[])
-    axes.set_xticks([-tick, 0, tick], [points(-tick), "0", points(tick)])
-    axes.spines[["left", "bottom"]].set_visible(False)
-    axes.spines["bottom"].set_position(("data", bottom))
-    axes.set_xlabel("change of success, points", x=-left / wide)
+    axes.set(ylim=(most - 0.5, -0.5), xlim=(left, left + wide))
+    names, where = [points(-tick), "0", points(tick)], 1 - len(rows) / most
+    axis(axes, "x", [-tick, 0, tick], names, "change of success, points", bare=True, at=where, middle=-left / wide)
     sizes = f"flip rate {total.doses['flip.p']:g}; n = {total.clusters} blocks"
     title(axes, safe_name(Subject.of(total.agent).name, 38), sizes)
 
