@@ -56,6 +56,11 @@ def bars(axes, *, across=False):
     return found
 
 
+def beside(axes):
+    """The names at the right edge of axes."""
+    return {text.get_text() for text in axes.texts if text.get_ha() == "left" and text.get_va() == "center"}
+
+
 def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []

@@ -35,17 +35,9 @@ _STYLE: dict[str, Any] = {
     "text.color": INK,
     "axes.titlesize": SMALL,
     "axes.titley": 1.0,  # else Matplotlib looks for ticks above the axes, of which there are none, four times a figure
-    "axes.labelcolor": INK,
-    "axes.edgecolor": "#888888",
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.6,
     "legend.frameon": False,
 }
-"""What figures look like, beyond Matplotlib's defaults. Ticks, which Matplotlib makes late, are styled by ``sheet``."""
+"""What figures look like, beyond Matplotlib's defaults."""
 
 _NAME, _BACKEND = "matplotlib", "MPLBACKEND"
 

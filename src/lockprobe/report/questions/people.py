@@ -278,7 +278,7 @@ _HEAD, _ROW = 0.26, 0.15
 
 def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, Sequence[Any]]) -> None:
     from lockprobe.report.figures.frame import agent_label, safe_name, share_axis, title
-    from lockprobe.report.figures.primitives import estimates, key
+    from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import INK, SMALL
 
     y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
@@ -292,7 +292,7 @@ def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, 
     axes.set_ylim(y, 0.0)
     share_axis(axes, "success", "x")
     for course, style in looks:
-        key(axes, style, agent_label(course))
+        axes.plot([], [], label=agent_label(course), **style.line)
     everyone = found.one("people", agent=PEOPLE, modality="")
     title(axes, f"{_counted(int(everyone.value or 0))} beside agents; bars: 95 % intervals")
 

@@ -180,7 +180,7 @@ def draw(found: Results) -> Any:
     """A panel for each difference."""
     from lockprobe.report.figures import sheet
 
-    curves = [one for one in found.curves if one.quantity == "difference_by_block" and one.x]
+    curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
     shown = curves[:_MOST]
     wide, high = (5.6, 2.3) if len(shown) == 1 else (3.2, 1.45)
@@ -202,8 +202,9 @@ def _draw(found: Results, axes: Any, curve: Curve) -> None:
     reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
     axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1))
     whole_axis(axes, curve.x[-1], "blocks")
-    step = next(one for one in (50, 25) if one <= 0.8 * reach)
-    axis(axes, "y", [-step, 0, step], [points(-step / 100), "0", points(step / 100)], "difference, points")
+    step = 25 if reach < 75 else 50
+    ticks = range(-step * int(reach / step), int(reach) + 1, step)
+    axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
     if decided is not None and decided.value is not None:
         left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
         axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))

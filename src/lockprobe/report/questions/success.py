@@ -208,9 +208,10 @@ def _panel(axes: Axes, course: Shown) -> None:
     from lockprobe.report.figures.settings import INK
 
     style = of_agent(course, Style(colour=INK))
-    primitives.dots(axes, [(at, success.value) for at, success, _ in primitives.repetitions(course)], style)
+    primitives.dots(axes, [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points], style)
     primitives.by_dose(axes, course.played, "success", style)
-    primitives.second_order_fit(axes, course.curve("success_fit"), style)
+    if fit := course.curve("success_fit"):
+        primitives.curve_with_band(axes, fit, style)
     frame.dose_axes(axes, course, "success rate")
     chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
