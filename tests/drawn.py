@@ -12,8 +12,8 @@ from lockprobe.trial.record import STATES
 
 
 def lines(axes):
-    """The data of every line, apart from entries of the legend and figures of the paper."""
-    own = [line for line in axes.lines if line.get_gid() != "paper"]
+    """The data of every line, apart from the axes', entries of the legend and figures of the paper."""
+    own = [line for line in axes.lines if line.get_gid() != "paper" and line.get_label() != "_axis"]
     found = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in own]
     return [(x, y) for x, y in found if len(x)]
 
@@ -56,21 +56,16 @@ def bars(axes, *, across=False):
     return found
 
 
-def texts(axes):
-    """Every text on axes that is to be read."""
-    found = [*axes.texts, axes._left_title]
-    for axis in (axes.xaxis, axes.yaxis) if axes.axison else ():
-        low, high = sorted(axis.get_view_interval())
-        ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
-        found += [axis.label, *(tick.label1 for tick in ticks)]
-    return found
+def beside(axes):
+    """The names at the right edge of axes."""
+    return {text.get_text() for text in axes.texts if text.get_ha() == "left" and text.get_va() == "center"}
 
 
 def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []
     found += [text for legend in figure.legends for text in (legend.get_title(), *legend.get_texts())]
-    found += [text for axes in figure.axes if axes.get_visible() for text in texts(axes)]
+    found += [text for axes in figure.axes for text in (*axes.texts, axes._left_title)]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 
 

@@ -8,7 +8,7 @@ from lockprobe.report import report_files
 from lockprobe.report.questions import all_sections
 from lockprobe.statistics import rationality
 
-PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
+PLACEHOLDERS = {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>', "png": b"\x89PNG\r\n\x1a\n"}
 
 _DRAWN = report_files.drawn_figure
 """What draws a figure."""
@@ -27,7 +27,8 @@ def undrawn(but=lambda name: False, judged=8):
     def instead(found, figure):
         if but(figure.name):
             return _DRAWN(found, figure)
-        return PLACEHOLDERS if figure.applies(found) else None
+        forms = PLACEHOLDERS if figure.slide else {"svg": PLACEHOLDERS["svg"]}
+        return forms if figure.applies(found) else None
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_files, "drawn_figure", instead)

@@ -7,10 +7,10 @@ import gc
 import os
 import pickle
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
@@ -26,6 +26,9 @@ LARGE = 500_000
 
 HUGE = 1_000_000_000
 """Bytes of records from which on memory is short: this process then works alone."""
+
+_NEEDED = ("lockprobe.report.report_files", "lockprobe.report.figures")
+"""Modules that another process will need: two seconds of imports."""
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -65,14 +68,7 @@ def _on_one_thread(work: Callable[[_Job], _Done], job: _Job) -> _Done:
 
 
 @contextmanager
-def shared(
-    directory: Path,
-    processes: int,
-    elsewhere: Pool | None = None,
-    *,
-    first: Sequence[str] = (),
-    later: Sequence[str] = (),
-) -> Iterator[Each]:
+def shared(directory: Path, processes: int, elsewhere: Pool | None = None) -> Iterator[Each]:
     """A way to work on several things at once, where that pays.
 
     Whoever is free takes the next job; the first is always done by this process. What another process had taken when
@@ -82,8 +78,6 @@ def shared(
         directory: The directory of a study.
         processes: This one and the others.
         elsewhere: Other machines, which then do it instead.
-        first: Modules that every process imports while the others start.
-        later: Modules that the others import when they have nothing to do for the first time.
     """
     records = directory / RECORDS
     size = records.stat().st_size if records.is_file() else 0
@@ -91,60 +85,46 @@ def shared(
     if large and elsewhere is not None:
         yield lambda work, jobs: list(elsewhere.map(partial(_on_one_thread, work), list(jobs)))
     elif large and processes > 1 and size < HUGE:
-        with _processes(processes - 1, first, later) as each:
-            yield each
+        with Spawned(processes - 1, _begin) as pool, ThreadPoolExecutor(processes - 1) as errands:
+            for _ in range(processes - 1):
+                pool.submit(_import)  # while this one computes
+            yield partial(_each, pool, errands, processes - 1)
     else:
         yield map
 
 
-@contextmanager
-def _processes(others: int, first: Sequence[str], later: Sequence[str]) -> Iterator[Each]:
-    """This process and so many others."""
-    with (
-        Spawned(others, _begin) as pool,
-        ThreadPoolExecutor(others) as errands,
-    ):
-        for _ in range(others):
-            pool.submit(_import, first)
-        _import(first)  # at the same time
-        idle = [later] * others
+def _each(
+    pool: Spawned, errands: ThreadPoolExecutor, others: int, work: Callable[[_Job], _Done], jobs: Iterable[_Job], /
+) -> list[_Done]:
+    """The results of all jobs, by this process and so many others."""
+    waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
 
-        def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
-            waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
-
-            def take(call: Callable[[_Job], _Done]) -> None:
-                while waiting:
-                    try:
-                        i, job = waiting.popleft()
-                    except IndexError:
-                        return
-                    try:
-                        done[i] = call(job)
-                    except BrokenProcessPool:
-                        lost.append((i, job))
-                        return
-
-            if not waiting:
-                return []
-            i, job = waiting.popleft()
-            sent = _sent(work)  # before anything here changes what it holds
-            elsewhere = [
-                errands.submit(take, lambda job: pool.submit(_work, sent, job).result()) for _ in range(others)
-            ]
+    def take(call: Callable[[_Job], _Done]) -> None:
+        while waiting:
             try:
-                done[i] = work(job)
-                take(work)
-            finally:
-                waiting.clear()
-            for errand in elsewhere:
-                errand.result()
-            with suppress(BrokenProcessPool):
-                while idle:
-                    pool.submit(_import, idle.pop())
-            done |= {i: work(job) for i, job in lost}
-            return [done[i] for i in range(len(done))]
+                i, job = waiting.popleft()
+            except IndexError:
+                return
+            try:
+                done[i] = call(job)
+            except BrokenProcessPool:
+                lost.append((i, job))
+                return
 
-        yield each
+    if not waiting:
+        return []
+    i, job = waiting.popleft()
+    sent = _sent(work)  # before anything here changes what it holds
+    elsewhere = [errands.submit(take, lambda job: pool.submit(_work, sent, job).result()) for _ in range(others)]
+    try:
+        done[i] = work(job)
+        take(work)
+    finally:
+        waiting.clear()
+    for errand in elsewhere:
+        errand.result()
+    done |= {i: work(job) for i, job in lost}
+    return [done[i] for i in range(len(done))]
 
 
 @lru_cache(maxsize=1)
@@ -164,8 +144,8 @@ def _received(sent: bytes) -> Callable[[Any], Any]:
     return received
 
 
-def _import(modules: Sequence[str]) -> None:
-    for name in modules:
+def _import() -> None:
+    for name in _NEEDED:
         import_module(name)
 
 

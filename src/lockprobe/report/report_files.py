@@ -7,11 +7,11 @@ pictures that agents saw come from the records. Equal records give equal files.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal
 
 from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, section
 from lockprobe.foundation.parallel import Each
@@ -31,39 +31,11 @@ from lockprobe.report.svg import Image, image
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
-_FORMS = ("png", "svg")
-
-
-@dataclass(frozen=True, slots=True)
-class _Drawn:
-    """A figure: its files by form, and how pages embed it."""
-
-    files: Mapping[str, bytes]
-    image: Image
-
-
-@dataclass(frozen=True, slots=True)
-class _Parts:
-    """What files and pages are put together from.
-
-    Attributes:
-        drawn: The figures by name.
-        trials: The data of the trial explorer.
-        photographs: Pictures that agents saw, by the names of their files.
-        texts: The files of numbers: results and tables.
-    """
-
-    drawn: Mapping[str, _Drawn]
-    trials: str
-    photographs: Mapping[str, str]
-    texts: Sequence[File]
-
+_FORMS: tuple[Literal["svg", "png"], ...] = ("svg", "png")
+"""Of figures: all of them, and those that are shown on slides."""
 
 _Made = Callable[[Results], Any]
 """What is made of results, by this process or by another one."""
-
-_MakeAll = Callable[[Iterable[_Made]], Iterable[Any]]
-"""Makes several things of the same results, in their order."""
 
 
 def report_files(
@@ -90,91 +62,72 @@ def report_files(
     with leaving_out() as failed:
         found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
-        of = partial(_make, found)  # one value, which other processes are sent once
-        parts = _parts(opened, found, partial(collecting(each), of))
-        files = list(_files(found, parts))
+        figures = _figures(found)
+        # the explorer first, since it needs trials, which this process has
+        jobs: list[_Made] = [partial(_trials, opened), _texts, *(partial(_draw, figure) for figure in figures)]
+        trials, texts, *made = collecting(each)(partial(_make, found), jobs)  # of one value, which is sent once
+        drawn = {figure.name: one for figure, one in zip(figures, made, strict=True) if one is not None}
+        photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
+        images = {name: picture for name, (_, picture) in drawn.items()}
+        page = page_of(found, images, photographs, trials)
         if failed:  # pages and results name what is not in them
             found = with_left_out(found, failed)
-            files = list(_files(found, replace(parts, texts=_texts(found))))
+            texts, page = _texts(found), page_of(found, images, photographs, trials)
     for one in failed:
         left_out(one)
-    yield from files
-
-
-def _parts(opened: OpenedStudy, found: Results, make: _MakeAll) -> _Parts:
-    """All that pages are put together from; the explorer first, since it needs trials, which this process has."""
-    figures = _figures(found)
-    made: Iterable[_Made] = (
-        lambda found: section(
-            "Trial explorer",
-            lambda: explorer_data(
-                opened.trials,
-                found.boxes,
-                budget=opened.study.max_steps,
-                start=_start(found),
-                called=condition_words(found),
-            ),
-            lambda: explorer_data((), found.boxes),
-        ),
-        _texts,
-        *figures.values(),
-    )
-    trials, texts, *drawn = make(made)
-    return _Parts(
-        drawn={name: one for name, one in zip(figures, drawn, strict=True) if one is not None},
-        trials=trials,
-        photographs=section("What agents saw", lambda: embedded(opened.directory, found), dict[str, str]),
-        texts=texts,
-    )
-
-
-def _start(found: Results) -> tuple[str, ...]:
-    """Agent, modality and conditions of the first trials on the page: those of the first effect that was detected."""
-    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
-    for line in sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]:
-        return line.agent, line.modality, *line.conditions
-    return ()
+    yield from texts
+    for name in dict.fromkeys([*drawn, *(one.name for of in all_sections() for one in of.figures)]):
+        forms = drawn[name][0] if name in drawn else {}
+        yield from ((f"figures/{name}.{form}", forms.get(form)) for form in _FORMS)
+    yield "report.html", page
 
 
 def _make(found: Results, made: _Made) -> Any:
     return made(found)
 
 
-def _figures(found: Results) -> dict[str, _Made]:
-    """The figures that pages and sections show, by name."""
-    asked: dict[str, _Made] = {}
-    shown = figures_of(parts_of(found))
-    for figure in (*shown, *(figure for one in all_sections() for figure in one.figures)):
+def _trials(opened: OpenedStudy, found: Results) -> str:
+    """The data of the trial explorer, which begins with the first effect that was detected."""
+
+    def data() -> str:
+        lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
+        first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
+        return explorer_data(
+            opened.trials,
+            found.boxes,
+            budget=opened.study.max_steps,
+            start=(first[0].agent, first[0].modality, *first[0].conditions) if first else (),
+            called=condition_words(found),
+        )
+
+    return section("Trial explorer", data, lambda: explorer_data((), found.boxes))
+
+
+def _figures(found: Results) -> list[Figure]:
+    """The figures that pages and sections show, without functions that cannot be sent to another process."""
+    asked: dict[str, Figure] = {}
+    for figure in (*figures_of(parts_of(found)), *(figure for one in all_sections() for figure in one.figures)):
         if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, found), bool):
-            asked[figure.name] = partial(_draw, _alone(figure))
-    return asked
+            asked[figure.name] = replace(figure, applies=bool, caption=Caption(""))
+    return [*asked.values()]
 
 
-def _alone(figure: Figure) -> Figure:
-    """What is drawn of a figure, without functions that cannot be sent to another process."""
-    return replace(figure, applies=_whatever, caption=Caption(""))
+def _draw(figure: Figure, found: Results) -> tuple[dict[str, bytes], Image] | None:
+    """A figure by form, and as pages embed it; None if there is nothing to draw, or it cannot be drawn."""
 
-
-def _whatever(found: Results) -> bool:
-    return True
-
-
-def _draw(figure: Figure, found: Results) -> _Drawn | None:
-    """A figure; None if there is nothing to draw, or it cannot be drawn."""
-
-    def draw() -> _Drawn | None:
+    def draw() -> tuple[dict[str, bytes], Image] | None:
         forms = drawn_figure(found, figure)
-        return None if forms is None else _Drawn(forms, image(forms["svg"]))
+        return None if forms is None else (forms, image(forms["svg"]))
 
     return section(f"Figure {figure.name}", draw, lambda: None)
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
-    """A figure in all its forms; None if there is nothing to draw."""
-    from lockprobe.report.figures import files
+    """A figure in its forms; None if there is nothing to draw."""
+    from lockprobe.report.figures import render
 
     made = made_figure(found, figure)
-    return None if made is None else files(made)
+    return None if made is None else {form: render(made, form) for form in _FORMS[: 1 + figure.slide]}
 
 
 def made_figure(found: Results, figure: Figure) -> Any:
@@ -183,18 +136,6 @@ def made_figure(found: Results, figure: Figure) -> Any:
         return None
     module, _, function = figure.draw.partition(":")
     return getattr(import_module(module), function)(found, *figure.arguments)
-
-
-def _files(found: Results, parts: _Parts) -> Iterator[File]:
-    yield from parts.texts
-    for name, figure in parts.drawn.items():
-        for form, picture in figure.files.items():
-            yield f"figures/{name}.{form}", picture
-    for name in {one.name for of in all_sections() for one in of.figures} - parts.drawn.keys():
-        for form in _FORMS:
-            yield f"figures/{name}.{form}", None
-    images = {name: figure.image for name, figure in parts.drawn.items()}
-    yield "report.html", page_of(found, images, parts.photographs, parts.trials)
 
 
 def _texts(found: Results) -> list[File]:

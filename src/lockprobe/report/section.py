@@ -97,6 +97,7 @@ class Figure:
             matplotlib, or None where there is nothing to draw.
         applies: Whether there is something to draw.
         arguments: Further arguments of that function.
+        slide: Whether it is written as PNG as well as SVG, for slides.
     """
 
     block: ClassVar[str] = "figure"
@@ -106,6 +107,7 @@ class Figure:
     draw: str = ""
     applies: Callable[[Results], bool] = lambda found: True
     arguments: tuple[object, ...] = ()
+    slide: bool = False
 
 
 @dataclass(frozen=True, slots=True)

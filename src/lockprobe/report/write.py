@@ -11,9 +11,6 @@ from lockprobe.foundation.storage.atomic_file import remove_file, write_file
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.parallel import one_thread, shared, uncollected
 
-_FIRST, _LATER = ("lockprobe.report.report_files",), ("lockprobe.report.figures",)
-"""What every process of a large report needs for its numbers, then for its figures: half a second of imports each."""
-
 
 def write_report(
     directory: Path | str,
@@ -44,7 +41,7 @@ def write_report(
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), shared(directory, processes, elsewhere, first=_FIRST, later=_LATER) as each:
+    with uncollected(), shared(directory, processes, elsewhere) as each:
         from lockprobe.report.opened import open_study
         from lockprobe.report.report_files import report_files
 

@@ -13,6 +13,7 @@ agent is told of it misleads every observer. So of each trial the actions before
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
+from typing import Literal
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
@@ -100,6 +101,15 @@ def _moment(belief: Belief) -> _Moment:
     return _known.setdefault(belief.key, _Moment(belief))
 
 
+def _start(prior: str, joints: int, inverted: Literal["positions", "outcomes"]) -> _Moment:
+    """The moment before the first attempt of a trial."""
+    found = _known.get((prior, joints, inverted))
+    if found is None:
+        found = _moment(begin(interlocks(prior, joints), noise_model("naive", inverted)))
+        _known[prior, joints, inverted] = found
+    return found
+
+
 def _weigh(moments: Iterable[_Moment]) -> None:
     """Find the optimal attempts at all these moments, where they are not known: together it takes less time."""
     new = [one for one in dict.fromkeys(moments) if not one.optimal]
@@ -121,8 +131,7 @@ def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, 
     numbers = {joint: number for number, joint in enumerate(order)}
     # what the observer knows to be inverted: what was inverted in this trial, or outcomes
     positions = any(channel.get("inverts") == "position" for channel in trial.channels)
-    noise = noise_model("naive", "positions" if positions else "outcomes")
-    now = _moment(begin(interlocks(prior, len(trial.joints)), noise))
+    now = _start(prior, len(trial.joints), "positions" if positions else "outcomes")
     found, contradicted, start, states_only = [], False, trial.steps[0].state, trial.states_only
     for step in trial.steps[:first]:
         joint = numbers[step.joint]

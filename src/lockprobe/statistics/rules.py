@@ -36,15 +36,17 @@ def against_rules(trial: Trial, *boxes: Lockbox) -> list[Judged]:
     box = boxes[0] if len(boxes) == 1 else next(one for one in boxes if one.name == trial.box)
     if sorted(trial.joints) != sorted(box.names):
         return []
-    order = tuple(trial.joints.index(name) for name in box.names)
-    judged = []
+    order = [trial.joints.index(name) for name in box.names]
+    judged, free = [], dict[tuple[str, str], bool]()  # states and attempts recur
     for step, after in zip_longest(trial.steps, trial.steps[1:]):
+        attempt = step.state, step.joint
+        if attempt not in free:
+            free[attempt] = box.may_move(tuple(step.state[at] == "1" for at in order), box.names.index(step.joint))
         place = trial.joints.index(step.joint)
         other = after is not None and (
             step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
         )
-        free = box.may_move(tuple(step.state[at] == "1" for at in order), box.names.index(step.joint))
-        judged.append(Judged(free, step.moved, other))
+        judged.append(Judged(free[attempt], step.moved, other))
     return judged
 
 

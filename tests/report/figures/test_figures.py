@@ -16,9 +16,9 @@ from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.report.figures import files, render
+from lockprobe.report.figures import render
 from lockprobe.report.figures.boxes import box_figure
-from lockprobe.report.figures.frame import agent_label, settable, step_axis
+from lockprobe.report.figures.frame import agent_label, settable, whole_axis
 from lockprobe.report.figures.interlock import short_name
 from lockprobe.report.figures.palette import SUBJECTS, of_text, styles
 from lockprobe.report.questions import crossings, loops, success
@@ -113,9 +113,10 @@ def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies)
 
 
 def test_equal_figures_are_equal_bytes(typical):
-    first, second = (files(fig3(typical)) for _ in range(2))
-    assert first == second
-    assert {form: file[:4] for form, file in first.items()} == {"svg": b"<?xm", "png": b"\x89PNG"}
+    for form, begins in (("svg", b"<?xm"), ("png", b"\x89PNG")):
+        first, second = (render(fig3(typical), form) for _ in range(2))
+        assert first == second
+        assert first.startswith(begins)
 
 
 def test_names_are_text_in_the_file(studies):
@@ -143,9 +144,11 @@ def test_numbers_of_steps_are_apart_whatever_the_budget():
     for budget in (*range(1, 31), 40, 60, 99, 100):
         figure = Figure(figsize=(2.4, 2.0))
         axes = figure.add_axes((0.3, 0.2, 0.65, 0.7))
-        step_axis(axes, budget, "")
+        axes.set_axis_off()
+        axes.set_xlim(0, budget + 0.5)
+        whole_axis(axes, budget, "")
         figure.draw_without_rendering()
-        assert len(axes.get_xticks()) > 1
+        assert len(axes.texts) > 1
         assert touching(figure) == [], budget
 
 
@@ -162,7 +165,7 @@ def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
 
 
 def test_figure_4_has_the_repetitions_the_shares_with_intervals_and_the_fit(typical, model):
-    (axes,) = [one for one in success.draw(typical).axes if one.get_visible()]
+    (axes,) = success.draw(typical).axes
     shares = [(cell.p, cell.get("success")) for cell in model.cells]
     assert np.allclose(bars(axes), [(p, one.value, one.low, one.high) for p, one in shares])
     fit = model.curve("success_fit")
@@ -187,7 +190,7 @@ def test_dots_line_and_r_of_figure_5a(typical, model):
     (x, y), r = lines(axes)[0], model.value("loop_success", "correlation")
     slope = model.value("loop_success", "slope")
     assert np.allclose((y[1] - y[0]) / (x[1] - x[0]), slope)
-    assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in axes.get_title(loc="left")
+    assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in "".join(text.get_text() for text in axes.texts)
 
 
 def test_people_stand_above_agents_under_each_condition(tmp_path):
@@ -201,7 +204,7 @@ def test_people_stand_above_agents_under_each_condition(tmp_path):
     (axes,) = pictures(found)["people"].axes
     drawn = bars(axes, across=True)
     assert [share for _, share, *_ in sorted(drawn)] == [1.0, 1.0, 0.0, 1.0]
-    assert [text.get_text() for text in axes.texts] == ["flip rate 0", "flip rate 0.4"]
+    assert [text.get_text() for text in axes.texts[:2]] == ["flip rate 0", "flip rate 0.4"]
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
     clustered = found.one("success", agent="participant", condition="truth", of="by person")
     assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
@@ -222,7 +225,7 @@ def grid(rows, columns):
     figure = crossings.draw(Results.model_construct(rows=made, facts=known), AXIS)
     figure.draw_without_rendering()
     (axes,) = figure.axes
-    return axes.texts, axes.patches
+    return axes.texts[: len(axes.patches)], axes.patches
 
 
 @pytest.mark.parametrize("columns", [2, 3, 4, 5, 6, 8])

@@ -68,7 +68,7 @@ def drawn_elsewhere(tmp_path_factory):
     os.mkfifo(pipe / "matplotlibrc")
     asked |= {"a pipe": (str(pipe), {}), "a pipe by name": (str(plain), {"MATPLOTLIBRC": str(pipe / "matplotlibrc")})}
     command = [sys.executable, "-c", DRAW, json.dumps([*asked.values()])]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert (done.returncode, done.stderr) == (0, "")
     return dict(zip(asked, map(str.split, done.stdout.splitlines()), strict=True))
 

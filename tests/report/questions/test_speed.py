@@ -2,7 +2,7 @@
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
-from drawn import shades, staircases
+from drawn import beside, shades, staircases
 from reported import found_in
 
 from lockprobe.report.questions.speed import SECTIONS, draw
@@ -62,7 +62,7 @@ def test_the_figure_has_a_line_an_agent_with_a_band_about_those_that_the_study_i
     (axes,) = draw(found).axes
     curves = [course.cells[0].curve("success_by_step") for course in found.courses()]
     assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [curve.value for curve in curves]
-    assert {text.get_text() for text in axes.texts} == {*found.subjects, "random", "random agents, exact"}
+    assert beside(axes) == {*found.subjects, "random", "random agents, exact"}
     corners = set().union(*shades(axes))
     assert corners >= set(enumerate(curves[0].low)) | set(enumerate(curves[0].high))
     assert not corners >= set(enumerate(curves[1].high))
@@ -77,5 +77,5 @@ def test_of_one_agent_alone_there_is_a_line_a_flip_rate(tmp_path):
     (course,) = found.courses()
     curves = [cell.curve("success_by_step") for cell in course.cells]
     assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [curve.value for curve in curves]
-    names = {text.get_text() for text in axes.texts}
+    names = beside(axes)
     assert names == {"$p$ = 0", "$p$ = 0.3", "$p$ = 0.6", "random agents, exact"}

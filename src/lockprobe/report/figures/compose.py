@@ -11,26 +11,29 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from PIL import Image
 
-from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
+from lockprobe.report.figures.settings import DPI, FAINT, SMALL, own_settings
 
 COLUMN = 3.5
 """Width of a panel in inches."""
 
-HEIGHT = 2.9
-"""Height of a panel in inches."""
+HEIGHT = 2.05
+"""Height of its axes in inches."""
 
 CELLS = "cells"
 """Keyword of a picture whose colours a dark page keeps."""
 
+_EDGE, _BETWEEN = 0.06, 0.14
+"""Room at the edges of a picture and a panel, and between rows of axes, in inches."""
+
+_WITHIN, _NEAR = 0.75, 0.5 * DPI
+"""Part of a panel that its axes take, about, before it is laid out; pixels from their side at which texts may reach
+out."""
+
 _CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
-
-_DPI = 200
-"""Pixels per inch of what is laid out and of PNG files."""
 
 _COMPRESSION = 3
 """Of PNG files: a third less time than the usual 6, for 6 % more bytes."""
@@ -40,40 +43,21 @@ Shown = TypeVar("Shown")
 
 @own_settings()
 def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
-    """The picture as a file. Equal figures give equal bytes. It is laid out once, for the first form asked for."""
+    """The picture as a file. Equal figures give equal bytes.
+
+    A PNG has no transparency, which Matplotlib would write too: a tenth of the bytes and of the time.
+    """
     out = io.BytesIO()
-    engine = figure.get_layout_engine()
-    if engine:
-        _place_empty_labels(figure)
-        figure.set_dpi(_DPI)
-        engine.execute(figure)
-        figure.set_layout_engine(None)  # with one, every file is drawn twice
-    own: dict[str, Any] = {"metadata": {"Date": None}}
-    if form == "svg" and figure.get_label() == CELLS:
-        own["metadata"]["Keywords"] = [CELLS]
-    if form == "png":
-        return _png(figure)
-    figure.savefig(out, format=form, dpi=_DPI, **own)
-    return out.getvalue()
-
-
-def _png(figure: Figure) -> bytes:
-    """A picture without transparency, which Matplotlib would write too: a tenth of the bytes and of the time."""
-    figure.set_dpi(_DPI)
+    if form == "svg":
+        keywords = {"Keywords": [CELLS]} if figure.get_label() == CELLS else {}
+        figure.savefig(out, format="svg", dpi=DPI, metadata={"Date": None, **keywords})
+        return out.getvalue()
+    figure.set_dpi(DPI)
     canvas: Any = figure.canvas if isinstance(figure.canvas, FigureCanvasAgg) else FigureCanvasAgg(figure)
     canvas.draw()
-    size, out = canvas.get_width_height(physical=True), io.BytesIO()
-    image = Image.frombytes("RGB", size, canvas.buffer_rgba(), "raw", "RGBX")
-    image.save(out, "PNG", compress_level=_COMPRESSION, dpi=(_DPI, _DPI))
+    image = Image.frombytes("RGB", canvas.get_width_height(physical=True), canvas.buffer_rgba(), "raw", "RGBX")
+    image.save(out, "PNG", compress_level=_COMPRESSION, dpi=(DPI, DPI))
     return out.getvalue()
-
-
-def _place_empty_labels(figure: Figure) -> None:
-    """Give axes without a label a place for it; else Matplotlib measures all numbers of an axis to find it one."""
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            if not axis.get_label_text():
-                axis.set_label_coords(0.0, 0.0)
 
 
 @own_settings()
@@ -88,17 +72,11 @@ def pages_as_pdf(figures: Sequence[Figure]) -> bytes:
     return out.getvalue()
 
 
-def files(figure: Figure | None) -> dict[str, bytes]:
-    """The picture as PNG and as SVG; nothing where nothing is drawn."""
-    return {"png": render(figure, "png"), "svg": render(figure, "svg")} if figure else {}
-
-
 @own_settings()
 def sheet(
     shown: Sequence[Shown],
     *draws: Callable[[Axes, Shown], None],
     heights: Sequence[float] = (),
-    around: float = 0.0,
     note: str = "",
     columns: int = 2,
     width: float = COLUMN,
@@ -109,8 +87,7 @@ def sheet(
     Args:
         shown: What a panel shows each, such as the courses of agents.
         draws: What draws on a panel's axes, from the top.
-        heights: Their heights in inches, the same for all panels; or that of every row of axes.
-        around: What stands around axes is so high, in inches; the heights are then those of the axes alone.
+        heights: Heights of these axes in inches, the same for all panels; or that of every row of axes.
         note: A text below all panels; above the legend, where there is one.
         columns: Panels beside each other, at most.
         width: Of a panel, in inches.
@@ -118,27 +95,55 @@ def sheet(
     """
     if not shown:
         return None
-    columns, bands = min(columns, len(shown)), -(-len(shown) // columns)
-    ratios = [*(heights or [HEIGHT] * len(draws))]
-    ratios *= bands * len(draws) // len(ratios)
-    layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
-    figure = Figure(figsize=(width * columns, sum(ratios) + around * len(ratios)), layout=layout)
-    figure.set_label(CELLS if cells else "")
+    columns = min(columns, len(shown))
+    bands = -(-len(shown) // columns)
+    high = [*(heights or [HEIGHT] * len(draws))]
+    high *= bands * len(draws) // len(high)
+    figure = Figure(figsize=(width * columns, sum(high)), dpi=DPI, label=CELLS if cells else "")
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
-    grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
-    for i in range(columns * bands):
+    rows: list[list[Axes]] = [[] for _ in high]
+    for i, panel in enumerate(shown):
         for j, draw in enumerate(draws):
-            axes = grid[i // columns * len(draws) + j, i % columns]
-            axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
-            if i < len(shown):
-                draw(axes, shown[i])
-            else:
-                axes.set_visible(False)
-    lines = textwrap.wrap(note, int(COLUMN / _CHARACTER))
-    if not _legend(figure, "\n".join(lines)) and lines:
-        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
-        figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
+            axes = figure.add_axes((0, 0, _WITHIN / columns, 1))
+            axes.set_axis_off()
+            draw(axes, panel)
+            rows[i // columns * len(draws) + j].append(axes)
+    _lay_out(figure, rows, high, width, "\n".join(textwrap.wrap(note, int(COLUMN / _CHARACTER))))
     return figure
+
+
+def _lay_out(figure: Figure, rows: Sequence[Sequence[Axes]], high: Sequence[float], width: float, note: str) -> None:
+    """Give every row of axes its height, and what stands around and below them the room that it takes."""
+    around = [[_around(axes) for axes in row] for row in rows]
+    left, right = (max(one[side] for row in around for one in row) + _EDGE for side in (0, 2))
+    legend, foot = _legend(figure, note), _EDGE
+    if legend:
+        foot += legend.get_window_extent().height / DPI
+    elif note:
+        figure.supxlabel(note, y=0.0, va="bottom", fontsize=SMALL, color=FAINT)
+        foot += _LINE * (note.count("\n") + 1)
+    bottoms, y = list[float](), foot
+    for reach, tall in zip(reversed(around), reversed(high), strict=True):
+        bottoms.append(y + max(one[1] for one in reach))
+        y = bottoms[-1] + tall + max(one[3] for one in reach) + _BETWEEN
+    wide, whole = figure.get_figwidth(), y - _BETWEEN + _EDGE
+    figure.set_figheight(whole)
+    for row, bottom, tall in zip(rows, reversed(bottoms), high, strict=True):
+        for i, axes in enumerate(row):
+            axes.set_position(((i * width + left) / wide, bottom / whole, (width - left - right) / wide, tall / whole))
+
+
+def _around(axes: Axes) -> tuple[float, float, float, float]:
+    """How far texts reach out of axes: left, below, right, above, in inches; a title may be as wide as it is."""
+    box, reach = axes.bbox, [0.0] * 4
+    for text in axes.texts:
+        x, y = text.get_transform().transform(text.get_position())
+        if not (box.x0 + _NEAR < x < box.x1 - _NEAR and box.y0 < y < box.y1):
+            taken = text.get_window_extent()
+            beyond = [box.x0 - taken.x0, box.y0 - taken.y0, taken.x1 - box.x1, taken.y1 - box.y1]
+            reach = [max(pair) for pair in zip(reach, [0, 0, 0, beyond[3]] if y > box.y1 else beyond, strict=True)]
+    left, below, right, above = (float(one) / DPI for one in reach)
+    return left, below, right, above
 
 
 def _legend(figure: Figure, note: str) -> Legend | None:
@@ -149,11 +154,10 @@ def _legend(figure: Figure, note: str) -> Legend | None:
             entries.setdefault(name, handle)
     if not entries:
         return None
-    spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+    spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2, "borderaxespad": 0.2}
     head: dict[str, Any] = {"title": note, "title_fontproperties": {"size": SMALL}} if note else {}
-    legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces, **head)
+    legend = legend_below(figure, entries, 4, loc="lower center", **spaces, **head)
     legend.get_title().set_color(FAINT)
-    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
     return legend
 
 

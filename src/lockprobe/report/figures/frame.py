@@ -11,17 +11,18 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from statistics import fmean
-from typing import Any
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Transform, offset_copy
 
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.figures.palette import of_text
-from lockprobe.report.figures.settings import FAINT
+from lockprobe.report.figures.settings import DPI, FAINT
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.rows import Cell, Course, Curve, DoseAxis
@@ -50,6 +51,10 @@ _LEAST = 15
 
 _LINE = 41
 """Characters in a line above a panel."""
+
+_POINTS, _HIGH, _ABOVE, _BEHIND = 5, 12, 5, 12
+"""Points between axes and the names of ticks, and between these and a label; of a line of names; up to a title; to
+names at the right edge."""
 
 
 def from_to(sizes: Iterable[int | None]) -> str:
@@ -129,29 +134,91 @@ def _width(text: str) -> float:
     return len(text) + 1.1 * sum(text.count(wide) for wide in "mwMW@")
 
 
-def share_axis(axes: Axes, label: str) -> None:
-    """The vertical axis of every figure: a share, from 0 to 100 %."""
-    axes.set(ylim=(-0.03, 1.03), ylabel=label)
-    share_ticks(axes.yaxis)
-    axes.grid(axis="y", zorder=0)
+def axis(
+    axes: Axes,
+    along: Literal["x", "y"],
+    places: Sequence[float],
+    names: Sequence[str],
+    label: str = "",
+    *,
+    grid: bool = False,
+    bare: bool = False,
+    at: float = 0.0,
+    middle: float = 0.5,
+) -> None:
+    """The axis below or on the left: names at places, a label, and lines across the axes.
+
+    Matplotlib's own takes twice as long: it has five parts for every tick, and measures all of them several times.
+
+    Args:
+        axes: Where; their limits are set elsewhere.
+        along: Which of the two.
+        places: Where names stand.
+        names: Empty for a tick without a name.
+        label: What is shown along it.
+        grid: Whether a line across the axes leads to every name.
+        bare: Whether the names stand there without line and ticks.
+        at: How high it stands, in heights of the axes, if it is the lower one.
+        middle: Where the middle of its label is, from 0 to 1.
+    """
+    below = along == "x"
+    across = axes.get_xaxis_transform() if below else axes.get_yaxis_transform()
+    line: dict[str, Any] = {"color": "#888888", "linewidth": 0.7, "clip_on": False, "label": "_axis"}
+    if grid:
+        faint: dict[str, Any] = {"color": "#e6e6e6", "linewidth": 0.6, "zorder": 0.5, "label": "_axis"}
+        (axes.vlines if below else axes.hlines)(places, 0, 1, transform=across, **faint)
+    if not bare:
+        whole, ticks = ([0, 1], [at, at]), (places, [at] * len(places))
+        axes.plot(*(whole if below else whole[::-1]), transform=axes.transAxes, **line)
+        mark = {"marker": TICKDOWN if below else TICKLEFT, "markersize": 3, "markeredgewidth": 0.7, "linestyle": "none"}
+        axes.plot(*(ticks if below else ticks[::-1]), transform=across, **line | mark)
+    side: dict[str, Any] = {"ha": "center", "va": "top"} if below else {"ha": "right", "va": "center"}
+    beside = offset(axes, across, y=-_POINTS) if below else offset(axes, across, x=-_POINTS)
+    made = [
+        axes.text(*((place, at) if below else (at, place)), name, transform=beside, **side)
+        for place, name in zip(places, names, strict=True)
+        if name
+    ]
+    if label and below:
+        deep = max((name.count("\n") + 1 for name in names if name), default=0)
+        axes.text(middle, at, label, transform=offset(axes, axes.transAxes, y=-_POINTS - 1 - _HIGH * deep), **side)
+    elif label:
+        widest = max(made, key=lambda text: _width(text.get_text()))
+        away = widest.get_window_extent().width * 72 / DPI + 2 * _POINTS
+        axes.text(at, middle, label, transform=offset(axes, axes.transAxes, x=-away), rotation=90, **side)
 
 
-def share_ticks(axis: Axis) -> None:
-    """Ticks at quarters, in per cent."""
-    axis.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25 %", "50 %", "75 %", "100 %"])
+def offset(axes: Axes, place: Transform, **points: float) -> Transform:
+    """A place and so many points beside it, along ``x`` or ``y``."""
+    return offset_copy(place, axes.get_figure(root=True), units="points", **points)
 
 
-def p_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None:
+def share_axis(axes: Axes, label: str, along: Literal["x", "y"] = "y", *, grid: bool = True) -> None:
+    """A share from 0 to 100 %, with a tick at every quarter."""
+    axes.set(**{f"{along}lim": (-0.03, 1.03)})
+    axis(axes, along, [0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"], label, grid=grid)
+
+
+def p_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name, *, label: str | None = None) -> None:
     """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
 
     A tick is named where its name fits. With a single value there is no axis, and its name says which.
+
+    Args:
+        axes: Where.
+        cells: Those played.
+        name: Of the dose.
+        label: What stands there in place of an axis, if anything does.
     """
     values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
     first, reach = values[0], values[-1] - values[0]
     margin = 0.06 * reach or 0.1
     axes.set_xlim(first - margin, values[-1] + margin)
+    if label is not None:
+        axis(axes, "x", [], [], label, bare=True)
+        return
     if len(values) == 1:
-        axes.set(xticks=[], xlabel=f"{axis_label(name)} = {first:g}")
+        axis(axes, "x", [], [], f"{axis_label(name)} = {first:g}")
         return
     names, free = [], first
     for value in values:
@@ -159,8 +226,7 @@ def p_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None:
         width = (len(said) - 0.5 * said.count(".") + 0.4) * reach / _ROOM  # a point is half a digit
         names.append(said if value - width / 2 >= free or value == first else "")
         free = value + width / 2 if names[-1] else free
-    axes.set_xticks(values, names)
-    axes.set_xlabel(axis_label(name))
+    axis(axes, "x", values, names, axis_label(name))
 
 
 def dose_axes(axes: Axes, course: Course, label: str) -> None:
@@ -179,11 +245,11 @@ def axis_note(axis: DoseAxis) -> str:
     return capital(false_reports(axis.options)) if axis.of_flips and axis.options else ""
 
 
-def step_axis(axes: Axes, budget: int, label: str) -> None:
-    """The axes of Fig. 3: interactions up to the budget, and a share."""
-    share_axis(axes, label)
-    axes.set(xlim=(0, budget + BEYOND), xlabel="number of interactions")
-    axes.xaxis.set_major_locator(MaxNLocator(_STEPS, integer=True, steps=[1, 2, 5, 10]))
+def whole_axis(axes: Axes, last: float, label: str) -> None:
+    """The lower axis of whole numbers from 0, such as steps, with ticks at a few."""
+    ticks = MaxNLocator(_STEPS, integer=True, steps=[1, 2, 5, 10]).tick_values(0, last)
+    inside = [tick for tick in ticks if 0 <= tick <= last]
+    axis(axes, "x", inside, [f"{tick:g}" for tick in inside], label)
 
 
 def chance_band(axes: Axes, levels: Sequence[float]) -> None:
@@ -197,7 +263,8 @@ def chance_band(axes: Axes, levels: Sequence[float]) -> None:
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are."""
-    axes.set_title("\n".join(title_lines(*lines)), loc="left")
+    above = offset(axes, axes.transAxes, y=_ABOVE)
+    axes.text(0, 1, "\n".join(title_lines(*lines)), transform=above, ha="left", va="bottom")
 
 
 def title_lines(*lines: str) -> list[str]:
@@ -228,7 +295,7 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
     """
     gap = max([gap, *(_GAP * (1 + text.count("\n")) for _, text, _ in labels)])
     low, high = axes.get_ylim()
-    beside: dict[str, Any] = {"transform": axes.transAxes}
+    beside = offset(axes, axes.transAxes, x=_BEHIND)
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
     ordered = sorted(places)
     blocks: list[list[float]] = []
@@ -241,5 +308,6 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
     for i, ((end, place), base) in enumerate(zip(ordered, bases, strict=True)):
         height, (_, text, colour) = base + i * gap, labels[-place]
         if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
-            axes.plot([1.005, 1.04], [end, height], color=colour, linewidth=0.7, clip_on=False, **beside)
-        axes.text(1.055, height, text, color=of_text(colour), va="center", ha="left", linespacing=1.05, **beside)
+            leader: dict[str, Any] = {"linewidth": 0.7, "clip_on": False, "label": "_axis"}
+            axes.plot([1.005, 1.04], [end, height], color=colour, transform=axes.transAxes, **leader)
+        axes.text(1, height, text, color=of_text(colour), va="center", ha="left", linespacing=1.05, transform=beside)

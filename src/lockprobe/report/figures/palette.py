@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 import matplotlib as mpl
@@ -111,11 +111,6 @@ def styles(courses: Sequence[Course]) -> list[tuple[Course, Style]]:
     return [(agent, found[agent.agent, agent.modality]) for agent in shown]
 
 
-def colours(courses: Sequence[Course]) -> dict[tuple[str, str], str]:
-    """The colour of every agent under each modality, the same in all figures of a report."""
-    return {(one.agent, one.modality): look.colour for one, look in styles(courses)}
-
-
 def of_agent(course: Course, style: Style, white: float = 0.0) -> Style:
     """A style in the colour that the agent has in every figure, or in a lighter shade of it.
 
@@ -126,9 +121,10 @@ def of_agent(course: Course, style: Style, white: float = 0.0) -> Style:
         style: Marks and dashes.
         white: How much white is mixed into the colour, from 0 to 1.
     """
-    found = colours(course.found.courses())
-    own = found.get((course.agent, course.modality)) or colours([course])[course.agent, course.modality]
-    return replace(style, colour=_mixed(own, white) if white else own)
+    known = {one.agent for one in course.found.courses()}
+    own = _own_colours(known if course.agent in known else [course.agent])
+    colour, *_ = next(_looks(course, own[course.agent]))
+    return replace(style, colour=_mixed(colour, white) if white else colour)
 
 
 def _free(looks: Sequence[tuple[str, Marker, Dash]], taken: Collection[Style]) -> tuple[str, Marker, Dash]:
@@ -193,13 +189,3 @@ def _contrast(colour: str) -> float:
     """Contrast to white."""
     linear = [part / 12.92 if part <= 0.04 else ((part + 0.055) / 1.055) ** 2.4 for part in mpl.colors.to_rgb(colour)]
     return 1.05 / (0.05 + 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
-
-
-def shifts(courses: Sequence[Course]) -> dict[tuple[str, str], float]:
-    """Sideways shifts in p that keep the marks of several agents apart; the first subject is not shifted."""
-    values = sorted({cell.dose for course in courses for cell in course.cells if cell.dose is not None})
-    gap = min((b - a for a, b in pairwise(values)), default=0.1)
-    return {
-        (agent.agent, agent.modality): 0.11 * min(gap, 0.15) * ((i + 1) // 2) * (1 if i % 2 else -1)
-        for i, (agent, _) in enumerate(styles(courses))
-    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,25 +13,9 @@ from matplotlib.axes import Axes
 from lockprobe.report.figures.frame import BEYOND
 from lockprobe.report.figures.palette import Style
 from lockprobe.report.figures.settings import INK
-from lockprobe.report.rows import Cell, Course, Curve, Estimate
+from lockprobe.report.rows import Cell, Curve, Estimate
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
-
-
-class Interval(Protocol):
-    """A number with its interval; None where there is none."""
-
-    @property
-    def value(self) -> float | None:
-        """The number."""
-
-    @property
-    def low(self) -> float | None:
-        """The lower end of its interval."""
-
-    @property
-    def high(self) -> float | None:
-        """The upper end."""
 
 
 def numbers(values: Iterable[float | None]) -> list[float]:
@@ -42,28 +26,26 @@ def numbers(values: Iterable[float | None]) -> list[float]:
 def estimates(
     axes: Axes,
     places: Sequence[float],
-    found: Sequence[Interval],
+    found: Sequence[Estimate],
     style: Style,
     *,
-    bars: bool = True,
     across: bool = False,
     **settings: Any,
 ) -> None:
-    """Draw numbers as marks, and their intervals as bars where both ends are known.
+    """Draw numbers as marks that no line joins, and their intervals as bars where both ends are known.
 
     Args:
         axes: Where.
         places: Where each stands on the other axis.
         found: The numbers.
-        style: How; no line joins them.
-        bars: Whether bars are drawn.
+        style: How.
         across: Whether the numbers run along the horizontal axis instead of the vertical one.
         settings: Further ones of ``Axes.errorbar``.
     """
     value, low, high = (np.array(numbers(getattr(one, end) for one in found)) for end in ("value", "low", "high"))
-    reach = np.clip([value - low, high - value], 0.0, None) if bars else None
     x, y, ends = (value, places, "xerr") if across else (places, value, "yerr")
-    axes.errorbar(x, y, **{**style.line, "linestyle": "none", "elinewidth": 1.2, ends: reach, **settings})
+    reach = {ends: np.clip([value - low, high - value], 0.0, None)}
+    axes.errorbar(x, y, **{**style.line, "linestyle": "none", "elinewidth": 1.2, **reach, **settings})
 
 
 def by_dose(axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, **settings: Any) -> None:
@@ -76,20 +58,13 @@ def by_dose(axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, **se
     estimates(axes, [dose for dose, _ in found], [row for _, row in found], style, **edge, **settings)
 
 
-def staircase(
-    axes: Axes, share: Sequence[float | None], style: Style, *, label: str | None = None, first: int = 2
-) -> None:
+def staircase(axes: Axes, share: Sequence[float | None], style: Style, first: int) -> None:
     """A share by step from 0; the last stair is drawn a little beyond the budget, so that it can be seen.
 
-    Args:
-        axes: Where.
-        share: By step 0, 1, ... up to the budget.
-        style: How.
-        label: Its name in the legend.
-        first: The step of the first marker; from there on every fourth has one.
+    Every fourth step has a marker, from ``first`` on.
     """
     markers = list(range(first, len(share), 4))
-    axes.step(_steps(share), _longer(share), where="post", markevery=markers, label=label, **style.line)
+    axes.step(_steps(share), _longer(share), where="post", markevery=markers, **style.line)
 
 
 def band(axes: Axes, low: Sequence[float | None], high: Sequence[float | None], style: Style) -> None:
@@ -97,19 +72,11 @@ def band(axes: Axes, low: Sequence[float | None], high: Sequence[float | None], 
     _shade(axes, _steps(low), _longer(low), _longer(high), style, step="post")
 
 
-def curve_with_band(axes: Axes, curve: Curve, style: Style, label: str | None = None) -> None:
+def curve_with_band(axes: Axes, curve: Curve, style: Style) -> None:
     """A curve, and its band where it has one."""
-    axes.plot(curve.x, numbers(curve.value), label=label, **{**style.line, "marker": "", "zorder": 3})
+    axes.plot(curve.x, numbers(curve.value), **{**style.line, "marker": "", "zorder": 3})
     if curve.low:
         _shade(axes, curve.x, numbers(curve.low), numbers(curve.high), style)
-
-
-def second_order_fit(axes: Axes, curve: Curve | None, style: Style) -> str:
-    """The second-order fit with its band, where there is one; what was drawn, in words."""
-    if curve is None:
-        return ""
-    curve_with_band(axes, curve, style)
-    return "curve: second-order fit" + (" with 95 % bootstrap band" if curve.low else "")
 
 
 def _shade(
@@ -134,35 +101,11 @@ def dots(axes: Axes, points: Iterable[tuple[float, float | None]], style: Style,
     axes.scatter(x, y, s=sizes, color=style.colour, alpha=0.5, linewidth=0, zorder=2, clip_on=False)
 
 
-def widened(axes: Axes, x: Sequence[float], *levels: Sequence[float]) -> tuple[Sequence[float], list[list[float]]]:
-    """Places of lines over doses and their heights; a single dose is given some width, so that they can be seen."""
-    low, high = axes.get_xlim()
-    reach = 0.04 * (high - low)
-    places = x if len(x) > 1 else [x[0] - reach, x[0] + reach]
-    return places, [[*level] * (len(places) // len(x)) for level in levels]
-
-
-def repetitions(course: Course) -> list[tuple[float, Estimate, Estimate]]:
-    """The dose of every repetition, its success and its loop rate."""
-    return [(cell.dose or 0.0, success, loops) for cell in course.cells for success, loops in cell.points]
-
-
-def key(axes: Axes, style: Style, label: str) -> None:
-    """An entry of the legend: the style's line and marker."""
-    axes.plot([], [], label=label, **style.line)
-
-
-def published(axes: Axes, places: Sequence[tuple[float, float]], label: str = "the paper") -> None:
+def published(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
     """Figures that the paper's text gives: stars that hide nothing, one entry in the legend, never joined by a line."""
+    hollow: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 7.5, "markeredgewidth": 0.7}
     if places:
-        hollow: dict[str, Any] = {
-            "color": INK,
-            "markerfacecolor": "none",
-            "markersize": 7.5,
-            "markeredgewidth": 0.7,
-            "zorder": 5,
-        }
-        axes.plot(*zip(*places, strict=True), "*", label=label, gid="paper", clip_on=False, **hollow)
+        axes.plot(*zip(*places, strict=True), "*", label="the paper", gid="paper", clip_on=False, zorder=5, **hollow)
 
 
 def published_by_p(cells: Sequence[Cell], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:

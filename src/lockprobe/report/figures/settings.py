@@ -25,6 +25,9 @@ INK, FAINT = "#222222", "#666666"
 SMALL = 9.0
 """Size of all text, in points."""
 
+DPI = 200
+"""Pixels per inch of PNG files, and of what is measured."""
+
 _STYLE: dict[str, Any] = {
     "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
     "pdf.fonttype": 42,  # TrueType, which publishers take; the usual Type 3 many do not
@@ -32,17 +35,9 @@ _STYLE: dict[str, Any] = {
     "text.color": INK,
     "axes.titlesize": SMALL,
     "axes.titley": 1.0,  # else Matplotlib looks for ticks above the axes, of which there are none, four times a figure
-    "axes.labelcolor": INK,
-    "axes.edgecolor": "#888888",
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.6,
     "legend.frameon": False,
 }
-"""What figures look like, beyond Matplotlib's defaults. Ticks, which Matplotlib makes late, are styled by ``sheet``."""
+"""What figures look like, beyond Matplotlib's defaults."""
 
 _NAME, _BACKEND = "matplotlib", "MPLBACKEND"
 

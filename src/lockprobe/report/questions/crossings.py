@@ -91,7 +91,7 @@ def draw(found: Results, axis: str) -> Drawing | None:
     shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
     agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
     lines = _lines(len(columns))
-    height = 1.25 + len(rows) * 0.155 * (lines + 0.9)
+    height = 0.35 + len(rows) * 0.155 * (lines + 0.9)
     return sheet(agents, partial(_draw, found, axis, rows, columns), heights=[height], cells=True)
 
 
@@ -101,17 +101,17 @@ def _lines(columns: int) -> int:
 
 
 def _draw(
-    found: Results, axis: str, rows: Sequence[str], columns: Sequence[str], axes: Axes, player: tuple[str, str]
+    found: Results, doses: str, rows: Sequence[str], columns: Sequence[str], axes: Axes, player: tuple[str, str]
 ) -> None:
     """Share of trials solved under every combination of doses; darker is more. A cross is not played."""
     import matplotlib as mpl
     from matplotlib.patches import Rectangle
 
-    from lockprobe.report.figures.frame import axis_label, safe_name, title
+    from lockprobe.report.figures.frame import axis, axis_label, safe_name, title
     from lockprobe.report.figures.settings import FAINT, INK
 
     agent, modality = player
-    facts, lines = found.facts_about(axis), _lines(len(columns))
+    facts, lines = found.facts_about(doses), _lines(len(columns))
     for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
         condition = facts.get(f"{row}, {column}", "")
         own = {"agent": agent, "condition": condition, "control": "", "versus": "", "axis": ""}
@@ -127,12 +127,9 @@ def _draw(
             text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
         axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
-    axes.set(xlabel=axis_label(facts[_SECOND]), ylabel=axis_label(facts[_FIRST]))
-    axes.set_xticks(range(len(columns)), columns)
-    axes.set_yticks(range(len(rows)), rows)
-    axes.spines[:].set_visible(False)
-    axes.tick_params(length=0)
-    change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
+    axis(axes, "x", range(len(columns)), columns, axis_label(facts[_SECOND]), bare=True)
+    axis(axes, "y", range(len(rows)), rows, axis_label(facts[_FIRST]), bare=True)
+    change = found.get("success_interaction", agent=agent, modality=modality, axis=doses, versus="")
     interaction = "interaction not estimated"
     if change is not None:
         interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
@@ -170,7 +167,7 @@ def _show(found: Results) -> Iterator[Part]:
     alt = "Success under every combination of two doses, one cell each"
     shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
     blocks: list[Block] = [
-        Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,))
+        Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,), slide=number == 1)
         for number, axis in enumerate(shown, 1)
     ]
     rows = _interactions(found)

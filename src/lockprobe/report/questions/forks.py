@@ -182,13 +182,12 @@ def draw(found: Results) -> Any:
 
     Steps come in their order, then the places that a rule names.
     """
-    from lockprobe.report.figures import own_settings, sheet
+    from lockprobe.report.figures import sheet
 
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
     for row in _of_success(found.rows):
         panels.setdefault((row.agent, row.condition, _place(row)[2]), []).append(row)
-    with own_settings():
-        return sheet(list(panels.values())[:_PANELS], _draw)
+    return sheet(list(panels.values())[:_PANELS], _draw)
 
 
 _PANELS = 6
@@ -198,7 +197,7 @@ _MARKERS = "os^vDPX<>"
 
 
 def _draw(axes: Any, rows: Sequence[Estimate]) -> None:
-    from lockprobe.report.figures.frame import from_to, safe_name, title
+    from lockprobe.report.figures.frame import axis, from_to, safe_name, title
     from lockprobe.report.figures.palette import SUBJECTS, Style
     from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import FAINT, INK
@@ -214,10 +213,10 @@ def _draw(axes: Any, rows: Sequence[Estimate]) -> None:
     reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
     step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
     ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
-    axes.set(ylim=(-reach, reach), ylabel="change of success, points", xlim=(-0.6, len(places) - 0.4))
-    axes.set_yticks(ticks, [points(tick) for tick in ticks])
-    axes.set_xticks(range(len(places)), [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places])
-    axes.grid(axis="y", zorder=0)
+    axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
+    axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
+    names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
+    axis(axes, "x", range(len(places)), names)
     first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
     said = f"{first.condition}{later}; n = {from_to(row.clusters for row in rows)} trials"
     title(axes, safe_name(first.agent, 38), safe_name(said))

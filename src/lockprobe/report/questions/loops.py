@@ -169,8 +169,11 @@ def _by_dose(axes: Any, course: Course) -> None:
         axes.plot(fit.x, primitives.numbers(fit.value), color=style.colour, linewidth=1.4)
     frame.dose_axes(axes, course, "trials with an action loop")
     chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
-    ends, levels = primitives.widened(axes, [cell.dose or 0.0 for cell in course.played], *chance)
-    axes.fill_between(ends, *levels, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
+    places, levels = [cell.dose or 0.0 for cell in course.played], [*chance]
+    if len(places) == 1:  # of some width, so that it can be seen
+        (low, high), levels = axes.get_xlim(), [[*level, *level] for level in levels]
+        places = [places[0] + side * (high - low) for side in (-0.04, 0.04)]
+    axes.fill_between(places, *levels, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
     primitives.published(axes, primitives.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
     frame.title(axes, frame.heading(course), f"{frame.counts(course.played)} per flip rate")
 
@@ -188,8 +191,7 @@ def _against_success(axes: Any, course: Course) -> None:
         axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
     said = f"r = {bracketed(r.value, r.low, r.high, '{:.2f}', 1)}" if r else "r is not defined"
     frame.title(axes, frame.heading(course), f"{said}; {len(shares)} dots")
-    axes.set(xlim=(-0.04, 1.04), xlabel="trials with an action loop")
-    frame.share_ticks(axes.xaxis)
+    frame.share_axis(axes, "trials with an action loop", "x", grid=False)
     frame.share_axis(axes, "success rate")
 
 

@@ -102,8 +102,10 @@ _TABLE = Table("table1", _table1)
 
 def draw(found: Results) -> object:
     """The shares of the three errors, a panel for each agent."""
+    from matplotlib.ticker import MaxNLocator
+
     from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.frame import axis, safe_name, title
     from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
     from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import FAINT
@@ -120,13 +122,13 @@ def draw(found: Results) -> object:
             estimates(axes, across, shares, style, across=True, label=_ERRORS[quantity][1])
         name = "flip rate " * (_varied(asked) == "flip rate")
         names = [fill(safe_name(name + _row(cell, asked)[1], 40), 20) for cell in cells]
-        axes.set_yticks(range(len(cells)), names)
-        axes.set(xlim=(-0.02 * most, 1.02 * most), ylim=(len(cells) - 0.5, -0.5), xlabel="share of claims")
-        axes.xaxis.set_major_formatter(lambda share, _: f"{100 * share:g} %")
-        axes.grid(axis="x", zorder=0)
+        axes.set(xlim=(-0.02 * most, 1.02 * most), ylim=(len(cells) - 0.5, -0.5))
+        axis(axes, "y", range(len(cells)), names)
+        ticks = [share for share in MaxNLocator(5).tick_values(0, most) if 0 <= share <= 1.02 * most]
+        axis(axes, "x", ticks, [f"{100 * share:g} %" for share in ticks], "share of claims", grid=True)
         title(axes, safe_name(_row(cells[0], asked)[0], 40))
 
-    return sheet(panels, panel, heights=[0.9 + 0.45 * max(map(len, panels), default=0)], width=4.2)
+    return sheet(panels, panel, heights=[0.47 * max(map(len, panels), default=0)], width=4.2)
 
 
 def _varied(cells: list[Cell]) -> str:

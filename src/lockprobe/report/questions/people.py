@@ -214,6 +214,7 @@ _FIGURE = Figure(
     ),
     draw="lockprobe.report.questions.people:draw",
     applies=lambda found: found.get("people", agent=PEOPLE, modality="") is not None,
+    slide=True,
 )
 
 _NOTE = Note(
@@ -250,7 +251,7 @@ _MOST = 8
 
 def draw(found: Results) -> Any:
     """Success of people and of agents beside them, a group of rows for each condition; None without people."""
-    from lockprobe.report.figures import own_settings, sheet
+    from lockprobe.report.figures import sheet
     from lockprobe.report.figures.palette import styles
 
     if not found.where("people", agent=PEOPLE, of=""):
@@ -268,8 +269,7 @@ def draw(found: Results) -> Any:
                 groups[cell.condition].append((row, style))
     groups = {name: rows for name, rows in groups.items() if rows}
     height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
-    with own_settings():
-        return sheet([found], partial(_draw, looks=looks, groups=groups), heights=[height], around=0.8, width=5.0)
+    return sheet([found], partial(_draw, looks=looks, groups=groups), heights=[height], width=5.0)
 
 
 _HEAD, _ROW = 0.26, 0.15
@@ -277,8 +277,8 @@ _HEAD, _ROW = 0.26, 0.15
 
 
 def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, Sequence[Any]]) -> None:
-    from lockprobe.report.figures.frame import agent_label, safe_name, title
-    from lockprobe.report.figures.primitives import estimates, key
+    from lockprobe.report.figures.frame import agent_label, safe_name, share_axis, title
+    from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import INK, SMALL
 
     y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
@@ -289,12 +289,10 @@ def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, 
         for row, style in rows:
             estimates(axes, [y], [row], style, across=True)
             y += _ROW
-    axes.set(xlim=(-0.03, 1.03), ylim=(y, 0.0), yticks=[], xlabel="success")
-    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
-    axes.grid(axis="x", zorder=0)
-    axes.spines["left"].set_visible(False)
+    axes.set_ylim(y, 0.0)
+    share_axis(axes, "success", "x")
     for course, style in looks:
-        key(axes, style, agent_label(course))
+        axes.plot([], [], label=agent_label(course), **style.line)
     everyone = found.one("people", agent=PEOPLE, modality="")
     title(axes, f"{_counted(int(everyone.value or 0))} beside agents; bars: 95 % intervals")
 

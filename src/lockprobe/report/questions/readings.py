@@ -180,7 +180,7 @@ def draw(found: Results) -> Drawing | None:
                 own.setdefault((course.agent, course.modality), []).append((reading_name(options), look, course))
     panels = sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject)
     rows = _BLOCK * max(map(len, panels), default=0)
-    return sheet(panels, _success, _strip, heights=(2.3, 0.18 * rows + 0.2))
+    return sheet(panels, _success, _strip, heights=(1.5, 0.14 * rows))
 
 
 def _success(axes: Axes, panel: _Panel) -> None:
@@ -201,25 +201,22 @@ def _success(axes: Axes, panel: _Panel) -> None:
 
 def _strip(axes: Axes, panel: _Panel) -> None:
     """The shares as numbers below the flip rates, those of each reading below its name and its line."""
-    from lockprobe.report.figures.frame import p_axis
+    from lockprobe.report.figures.frame import axis, p_axis
     from lockprobe.report.figures.settings import INK
 
     across, names = axes.get_yaxis_transform(), {}
     for i, (words, style, course) in enumerate(panel):
         top = i * _BLOCK
-        axes.plot([-0.3, -0.2, -0.1], [top] * 3, markevery=[1], transform=across, clip_on=False, **style.line)
-        axes.text(-0.06, top, words, transform=across, color=INK, ha="left", va="center")
+        axes.plot([-0.26, -0.17, -0.08], [top] * 3, markevery=[1], transform=across, clip_on=False, **style.line)
+        axes.text(-0.05, top, words, transform=across, color=INK, ha="left", va="center")
         for below, (name, (quantity, of)) in enumerate(_SHARES.items(), start=1):
             names[top + below] = name
             for cell in course.played:
                 if (share := cell.value(quantity, of)) is not None:
                     axes.text(cell.dose or 0.0, top + below, percent(share), color=INK, ha="center", va="center")
-    p_axis(axes, [cell for _, _, course in panel for cell in course.played])
-    axes.set(ylim=(len(panel) * _BLOCK - 0.9, -0.5), xticks=[], xlabel="share of reports that were false")
-    axes.set_yticks(list(names), list(names.values()))
-    axes.tick_params(length=0, pad=7)
-    axes.spines[:].set_visible(False)
-    axes.grid(visible=False)
+    axes.set_ylim(len(panel) * _BLOCK - 0.9, -0.5)
+    p_axis(axes, [cell for _, _, course in panel for cell in course.played], label="share of reports that were false")
+    axis(axes, "y", [*names], [*names.values()], bare=True)
 
 
 def _caption(found: Results) -> Caption:

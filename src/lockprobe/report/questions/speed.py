@@ -166,7 +166,7 @@ def _pace_table(found: Results) -> TextTable:
 def draw(found: Results) -> Any:
     """Success by step: a line an agent at its lowest flip rate, or of one agent alone a line a flip rate."""
     from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.frame import counts, label_right, step_axis, title
+    from lockprobe.report.figures.frame import BEYOND, counts, label_right, share_axis, title, whole_axis
     from lockprobe.report.figures.primitives import band, published, staircase
     from lockprobe.report.figures.settings import FAINT, INK
 
@@ -190,11 +190,13 @@ def draw(found: Results) -> Any:
             label = f"shortest plan: {plan.value:g} steps"
             axes.axvline(plan.value, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
         published(axes, [(step, 0.8) for step in _stars([cell for _, cell, _, _ in drawn], budget)])
-        step_axis(axes, budget, "solved by this step")
+        share_axis(axes, "solved by this step")
+        axes.set_xlim(0, budget + BEYOND)
+        whole_axis(axes, budget, "number of interactions")
         title(axes, f"{counts([curve for curve, *_ in drawn])}; shade: 95 % band")
         label_right(axes, labels)
 
-    return sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(3.15,), width=5.6)
+    return sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(2.42,), width=5.6)
 
 
 def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
@@ -248,6 +250,7 @@ _FIG3 = Figure(
     _caption,
     draw="lockprobe.report.questions.speed:draw",
     applies=lambda found: any(course.played for course in found.courses()),
+    slide=True,
 )
 _SPEED, _PACES = Table("speed", _speed_table), Table("paces", _pace_table)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import NONE, listed
+from lockprobe.foundation.formatting import NONE, listed, points
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.questions.conditions import cells_of
@@ -178,18 +178,17 @@ _REACH = 60
 
 def draw(found: Results) -> Any:
     """A panel for each difference."""
-    from lockprobe.report.figures import own_settings, sheet
+    from lockprobe.report.figures import sheet
 
-    curves = [one for one in found.curves if one.quantity == "difference_by_block" and one.x]
+    curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
     shown = curves[:_MOST]
-    wide, high = (5.6, 3.0) if len(shown) == 1 else (3.2, 2.1)
-    with own_settings():
-        return sheet(shown, partial(_draw, found), heights=[high], width=wide)
+    wide, high = (5.6, 2.3) if len(shown) == 1 else (3.2, 1.45)
+    return sheet(shown, partial(_draw, found), heights=[high], width=wide)
 
 
 def _draw(found: Results, axes: Any, curve: Curve) -> None:
-    from lockprobe.report.figures.frame import safe_name, title
+    from lockprobe.report.figures.frame import axis, safe_name, title, whole_axis
     from lockprobe.report.figures.palette import SUBJECTS
     from lockprobe.report.figures.settings import FAINT, INK, SMALL
 
@@ -201,7 +200,11 @@ def _draw(found: Results, axes: Any, curve: Curve) -> None:
     axes.fill_between(curve.x, low, high, color=SUBJECTS[0], alpha=0.18, linewidth=0, step="post")
     axes.plot(curve.x, value, color=SUBJECTS[0], linewidth=1.4)
     reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
-    axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1), xlabel="blocks", ylabel="difference, points")
+    axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1))
+    whole_axis(axes, curve.x[-1], "blocks")
+    step = 25 if reach < 75 else 50
+    ticks = range(-step * int(reach / step), int(reach) + 1, step)
+    axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
     if decided is not None and decided.value is not None:
         left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
         axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
@@ -215,7 +218,6 @@ def _draw(found: Results, axes: Any, curve: Curve) -> None:
             fontsize=SMALL,
             color=INK,
         )
-    axes.locator_params(axis="x", nbins=5, integer=True)
     title(axes, safe_name(curve.agent, 38), safe_name(curve.of, 38))
 
 

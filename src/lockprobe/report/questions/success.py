@@ -123,7 +123,8 @@ def _show_doses(found: Results) -> Iterator[Part]:
         what = headline(dose_lines(found, axis), cause(axis.axis)) or _NOTHING
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
-        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,)}
+        slide = i == 1 and not found.several_p
+        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,), "slide": slide}
         blocks: list[Block] = [
             Figure(f"series-{i}-success", f"Success by {axis.name}", Caption(said, _intervals(found, shown)), **drawn),
             Cells(_cells(found, axis), 2),
@@ -194,13 +195,11 @@ def draw(found: Results, place: int | None = None) -> Any:
     """Success by dose, a panel for each agent that the study is about; by flip rate without the place of an axis."""
     from lockprobe.report.figures.compose import sheet
     from lockprobe.report.figures.frame import axis_note
-    from lockprobe.report.figures.settings import own_settings
 
     axis = None if place is None else found.design.axes[place]
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis is None else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    with own_settings():
-        return sheet(shown, _panel, note=axis_note(axis) if axis else "")
+    return sheet(shown, _panel, note=axis_note(axis) if axis else "")
 
 
 def _panel(axes: Axes, course: Shown) -> None:
@@ -209,9 +208,10 @@ def _panel(axes: Axes, course: Shown) -> None:
     from lockprobe.report.figures.settings import INK
 
     style = of_agent(course, Style(colour=INK))
-    primitives.dots(axes, [(at, success.value) for at, success, _ in primitives.repetitions(course)], style)
+    primitives.dots(axes, [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points], style)
     primitives.by_dose(axes, course.played, "success", style)
-    primitives.second_order_fit(axes, course.curve("success_fit"), style)
+    if fit := course.curve("success_fit"):
+        primitives.curve_with_band(axes, fit, style)
     frame.dose_axes(axes, course, "success rate")
     chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
@@ -226,6 +226,7 @@ _FIG4 = Figure(
     _fig4_caption,
     f"{__name__}:draw",
     applies=lambda found: found.several_p and any(course.played for course in found.courses()),
+    slide=True,
 )
 _SUCCESS = Table("success", _cells)
 

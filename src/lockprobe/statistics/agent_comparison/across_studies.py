@@ -172,5 +172,4 @@ def _independent(groups: Sequence[Outcomes], *, same_luck: bool) -> Difference:
     luck = together.luck + later * (0 if same_luck else len(together))
     alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
     people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
-    found = clustered_difference(together.solved, later, people, luck)
-    return Difference(value=found.value, low=found.low, high=found.high, p_value=found.interval_p)
+    return clustered_difference(together.solved, later, people, luck)
