@@ -1,15 +1,18 @@
 """Quantiles, tails and exact tests are those of ``scipy.stats``."""
 
+import math
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from builders import write_study
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
+from scipy import optimize, stats
 
 from lockprobe.statistics import distributions
+from lockprobe.studies.options.studyfile import study
 
 SHARES = st.floats(0.001, 0.999)
 COUNTS = st.integers(0, 60)
@@ -46,11 +49,20 @@ def test_fishers_exact_test(counts):
     assert distributions.fisher_exact(table) == pytest.approx(stats.fisher_exact(table).pvalue, rel=1e-6)
 
 
-def test_what_a_report_needs_imports_neither_scipy_stats_nor_an_optimizer() -> None:
+@given(st.floats(-5, 5), st.floats(0.01, 5), st.floats(0.001, 40))
+def test_a_root_is_that_of_brentq(at, width, steep):
+    """Of curves that are flat on one side and steep on the other, where regula falsi alone would creep."""
+    of = lambda x: math.expm1(steep * (x - at))  # noqa: E731
+    found = distributions.root(of, at - width, at + 2 * width)
+    assert found == pytest.approx(optimize.brentq(of, at - width, at + 2 * width, xtol=1e-14), abs=1e-10)
+    assert distributions.root(of, at, at + 1) == at
+
+
+def test_a_report_imports_neither_scipy_stats_nor_an_optimizer(tmp_path) -> None:
+    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4], "trials": 8, "repetitions": 1}
+    directory = write_study(tmp_path / "study", study("flips", **asked, boxes=2))
     code = (
-        "import sys; from lockprobe.statistics import proportions as p; one, two = p.proportion(3, 9), p.proportion(7, 9);"
-        "p.difference(one, two); p.proportion(3, 9, method='exact');"
-        "from lockprobe.statistics.loops import cover; cover('ABCDABCDABCDABCDABCD');"
-        "assert not {'scipy.stats', 'scipy.optimize'} & {*sys.modules}"
+        f"import sys, lockprobe; found = lockprobe.results({str(directory)!r}); assert found.answer;"
+        "assert not {'scipy.stats', 'scipy.optimize', 'scipy.linalg'} & {*sys.modules}"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

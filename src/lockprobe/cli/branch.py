@@ -26,6 +26,7 @@ from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects
+from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.fork_costs import fork_costs
@@ -118,7 +119,8 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        _print_effects(fork_rows(effects, asked.study), broken_said(forks, *asked.study.boxes), json=json)
+        rules = broken_said(against_rules(fork, *asked.study.boxes) for fork in forks)
+        _print_effects(fork_rows(effects, asked.study), rules, json=json)
         failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
         if failed:
             observer.broke()

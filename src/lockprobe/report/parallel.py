@@ -57,7 +57,6 @@ def one_thread() -> threadpool_limits:
     The matrices are small, and threads of two processes on two processors wait for each other. The last digits of sums
     depend on the number of threads: with one, they are the same on every machine.
     """
-    import_module("scipy.linalg")  # its library is another one than NumPy's, and is limited only if it is there
     return threadpool_limits(1)
 
 

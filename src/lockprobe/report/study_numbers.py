@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import product
@@ -23,6 +23,7 @@ from lockprobe.statistics.inference.trend import Trend
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.rules import Judged, against_rules
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.studies.stopping import Answer, answers_by_agent
 from lockprobe.studies.study import Study
@@ -260,9 +261,14 @@ class StudyNumbers:
         return tuple(agent for agent in played if not is_baseline(specs.get(agent, agent))) or tuple(played)
 
     @cached_property
+    def judged(self) -> Mapping[str, Sequence[Judged]]:
+        """Key of a trial -> its attempts before the rules of its box."""
+        return {trial.key: against_rules(trial, *self.study.boxes) for trial in self.trials}
+
+    @cached_property
     def broken_rules(self) -> str:
         """How many attempts broke the rules of the box, in few words; empty if none did."""
-        return broken_said(self.trials, *self.study.boxes)
+        return broken_said(self.judged.values())
 
     @cached_property
     def decisions(self) -> Mapping[str, tuple[Answer, ...]]:

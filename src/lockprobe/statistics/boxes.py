@@ -82,7 +82,7 @@ def between_boxes(pairs: Pairs) -> BetweenBoxes | None:
     first, second, n, k = pairs.first, pairs.second, pairs.n, len(pairs.n)
     if k < FEWEST_THAT_DIFFER or n.min() < FEWEST_PAIRS:
         return None
-    from scipy.stats import chi2, f
+    from scipy.special import chdtrc, fdtrc
 
     d, many = pairs.differences, float(n.sum())
     within = float(np.sum(first + second - n * d**2)) / (many - k)
@@ -90,8 +90,8 @@ def between_boxes(pairs: Pairs) -> BetweenBoxes | None:
     smooth = (second - first) / (n + 2)
     variance = ((first + second + 1) / (n + 2) - smooth**2) / (n + 2)
     pooled = float(np.sum(d / variance) / np.sum(1 / variance))
-    q_test = float(chi2.sf(np.sum((d - pooled) ** 2 / variance), k - 1))
-    f_test = float(f.sf(among / within, k - 1, many - k)) if within else float(among == 0)
+    q_test = float(chdtrc(k - 1, np.sum((d - pooled) ** 2 / variance)))
+    f_test = float(fdtrc(k - 1, many - k, among / within)) if within else float(among == 0)
     noise = float(np.mean(((first + second) / n - d**2) / (n - 1)))
     half = student_quantile((1 + LEVEL) / 2, k - 1) * float(d.std(ddof=1)) * math.sqrt(1 + 1 / k)
     return BetweenBoxes(

@@ -7,11 +7,14 @@ take. What is here calls the functions of ``scipy.special`` on which those of ``
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+_CLOSE = 1e-13
+"""How far the ends about a root may lie apart, as a part of it, or as it is below 1."""
 
 _TIE = 1e-7
 """Relative difference up to which two tables are equally likely, as in R."""
@@ -37,6 +40,36 @@ def student_tails(value: ArrayLike, freedom: float) -> Any:
 
     found = 2 * stdtr(freedom, -np.abs(value))
     return found if np.ndim(value) else float(found)
+
+
+def root(of: Callable[[float], float], low: float, high: float) -> float:
+    """Where a continuous function that has two signs at the ends is 0, by Chandrupatla's method (1997).
+
+    ``scipy.optimize.brentq`` gives the same; to import it takes a second.
+
+    >>> round(root(lambda x: x**3 - 2, 0, 2) ** 3, 12)
+    2.0
+    """
+    b, a = low, high
+    at_b, at_a = of(b), of(a)
+    c, at_c, part = b, at_b, 0.5
+    while at_a and at_b:
+        x = a + part * (b - a)
+        if ((at_x := of(x)) > 0) == (at_a > 0):
+            c, at_c = a, at_a
+        else:
+            c, at_c, b, at_b = b, at_b, a, at_a
+        a, at_a = x, at_x
+        near = _CLOSE * max(1.0, abs(a)) / abs(b - c)
+        if near > 0.5:
+            break
+        xi, phi = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+        part = 0.5
+        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:  # inverse quadratic interpolation stays between the ends
+            part = at_a / (at_b - at_a) * at_c / (at_b - at_c)
+            part += (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)
+        part = min(1 - near, max(near, part))
+    return a if abs(at_a) < abs(at_b) else b
 
 
 def student_mean(values: NDArray[np.float64], level: float) -> tuple[float, float, float]:

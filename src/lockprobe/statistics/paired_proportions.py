@@ -23,7 +23,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.statistics.distributions import normal_quantile, sign_test, student_mean
+from lockprobe.statistics.distributions import normal_quantile, root, sign_test, student_mean
 from lockprobe.statistics.proportions import LEVEL
 
 FEW = 5
@@ -167,16 +167,14 @@ def score_interval(only_first: int, only_second: int, pairs: int, level: float) 
     >>> [round(end, 3) for end in score_interval(0, 0, 18, 0.95)]
     [-0.176, 0.176]
     """
-    from scipy.optimize import brentq
-
     z, value, end = -normal_quantile((1 - level) / 2), (only_second - only_first) / pairs, 1 - 1e-9
 
     def above(change: float, by: float) -> float:
         return float(score(only_first, only_second, pairs, change)) - by
 
-    low = brentq(above, -end, value, args=(z,)) if value > -end and above(-end, z) > 0 else -1.0
-    high = brentq(above, value, end, args=(-z,)) if value < end and above(end, -z) < 0 else 1.0
-    return float(low), float(high)
+    low = root(lambda change: above(change, z), -end, value) if value > -end and above(-end, z) > 0 else -1.0
+    high = root(lambda change: above(change, -z), value, end) if value < end and above(end, -z) < 0 else 1.0
+    return low, high
 
 
 def equivalence(only_first: int, only_second: int, pairs: int, margin: float) -> float:

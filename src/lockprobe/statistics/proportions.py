@@ -8,7 +8,7 @@ from functools import lru_cache
 from statistics import NormalDist
 from typing import Literal, NamedTuple
 
-from lockprobe.statistics.distributions import binomial_interval, fisher_exact
+from lockprobe.statistics.distributions import binomial_interval, fisher_exact, normal_quantile, root
 
 ALPHA = 0.05
 """Level of every test."""
@@ -151,13 +151,10 @@ def ratio(first: Proportion, second: Proportion) -> Ratio | None:
     """The second share over the first with Miettinen & Nurminen's score interval; None if it is not finite."""
     if first.n == 0 or second.n == 0 or first.count == 0:
         return None
-    from scipy.optimize import brentq
-    from scipy.special import ndtri
-
-    value, z = second.value / first.value, float(ndtri((1 + LEVEL) / 2))
+    value, z = second.value / first.value, normal_quantile((1 + LEVEL) / 2)
     middle, far = math.log(value) if value else -30.0, 30.0
-    low = math.exp(brentq(lambda x: _ratio_score(first, second, math.exp(x)) - z, -far, middle)) if value else 0.0
-    high = math.exp(brentq(lambda x: _ratio_score(first, second, math.exp(x)) + z, middle, far))
+    low = math.exp(root(lambda x: _ratio_score(first, second, math.exp(x)) - z, -far, middle)) if value else 0.0
+    high = math.exp(root(lambda x: _ratio_score(first, second, math.exp(x)) + z, middle, far))
     return Ratio(value, low, high)
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from lockprobe.boxes.box import Lockbox
-from lockprobe.statistics.rules import against_rules
-from lockprobe.trial.record import Trial
+from lockprobe.statistics.rules import Judged
 
 
-def broken_said(trials: Iterable[Trial], *boxes: Lockbox) -> str:
-    """How many attempts broke the rules of the box, also in trials that broke later; empty if none did."""
-    judged = [one.against for trial in trials for one in against_rules(trial, *boxes)]
-    return f"{sum(judged)} of {len(judged)} attempts broke the rules of the box." if any(judged) else ""
+def broken_said(judged: Iterable[Sequence[Judged]]) -> str:
+    """How many attempts of trials broke the rules of the box, also in trials that broke later; empty if none did."""
+    against = [one.against for trial in judged for one in trial]
+    return f"{sum(against)} of {len(against)} attempts broke the rules of the box." if any(against) else ""

@@ -15,6 +15,7 @@ from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Not
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
+from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.study import Study
 
 _CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
@@ -45,7 +46,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     parents = {trial.key: trial for trial in opened.trials}
     rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
     yield from rows
-    if rows and (rules := broken_said(opened.forks, *numbers.study.boxes)):
+    if rows and (rules := broken_said(against_rules(fork, *numbers.study.boxes) for fork in opened.forks)):
         yield Finding(section="forks", kind="rules", text=rules)
 
 

@@ -14,7 +14,7 @@ from lockprobe.report.table_rows import count_of, share_of_row
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
 from lockprobe.statistics.outcomes import broken_off, outcomes
-from lockprobe.statistics.rules import Judged, against_rules
+from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
 _JUDGES = {
@@ -95,7 +95,7 @@ def _show_sensed(found: Results) -> Iterator[Part]:
 
 def _rules(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        judged = [against_rules(trial, *numbers.study.boxes) for trial in cell.trials]
+        judged = [numbers.judged[trial.key] for trial in cell.trials]
         every = [one for trial in judged for one in trial]
         if every:
             count, n = sum(one.against for one in every), len(every)
