@@ -49,6 +49,14 @@ class AnswerList:
         return f"{50 + 50 * change / self.reach:.2f}%"
 
     @property
+    def doses(self) -> Mapping[str, str]:
+        """What the second share of each agent is at, in a word or two, where that is not the same for all."""
+        under = {line.label: line.under for line in self.lines if line.under}
+        if len({*under.values()}) < 2 or not all(said.startswith("at ") for said in under.values()):
+            return {}
+        return {label: said.rpartition(" ")[2] for label, said in under.items()}
+
+    @property
     def open(self) -> bool:
         """Whether a change was not detected although its interval leaves out 0."""
         rows = [line.change for line in self.lines if line.change and line.verdict == "not detected"]

@@ -63,7 +63,7 @@ def _table(found: Results) -> TextTable:
         shares = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)
         less, more = (100 * (share.value or 0.0) if share else math.nan for share in shares)
         one = known[row.of]
-        conditions = f"{listed(one.of)} \N{MINUS SIGN} {listed(one.minus)}"
+        conditions = f"{listed(one.minus)} \N{RIGHTWARDS ARROW} {listed(one.of)}"
         success = f"{less:.0f} \N{RIGHTWARDS ARROW} {more:.0f} %"
         compared.append(Compared(row, row.of, conditions, success, row.detected))
     return contrasts_table(compared)

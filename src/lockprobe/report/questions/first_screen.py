@@ -98,11 +98,11 @@ def _question(study: Study) -> str:
         return f"Does what agents see change how they open {box}?"
     compared = [design.comparison(modality) for modality in design.modalities]
     flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
-    causes = list(dict.fromkeys([*flips, *(cause(one.axis) for of in compared for one in of.axes)]))
+    causes = flips or list(dict.fromkeys(cause(one.axis) for of in compared for one in of.axes))
     rest = [label for of in compared for label in (*of.others, *of.controls)]
     if len(rest) == 1 and not causes:
         return f"Does {rest[0]} change how agents open {box}?"
-    if rest and not any(one.p for one in study.flip_axis):
+    if rest and not flips:
         causes.append(f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}")
     return f"Do {listed(causes)} change how agents open {box}?" if causes else f"How well do agents open {box}?"
 
@@ -155,7 +155,7 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
     for (agent, steps), members in grouped(alike, lambda one: (one[0].agent, one[1])).items():
         under = listed([cell.condition for cell, _ in members])
         each, them = (" each", "them") if len(members) > 1 else ("", "it")
-        yield f"Under {under}, which acted in {steps} steps{each}, {agent} chose the same joints as without {them}."
+        yield f"Under {under}, which changed {steps} steps{each}, {agent} chose the same joints as without {them}."
 
 
 def _unfinished(numbers: StudyNumbers) -> str:

@@ -193,7 +193,7 @@ def _table(found: Results) -> TextTable:
     compared = []
     for row in _rows_shown(found):
         pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
-        said = ", ".join(f"{more} \N{MINUS SIGN} {less}" for more, less in pairs)
+        said = ", ".join(f"{less} \N{RIGHTWARDS ARROW} {more}" for more, less in pairs)
         compared.append(Compared(row, _NAMES[row.of], said, _shares(row, arms[row.agent]), _detected(row)))
     return contrasts_table(compared)
 
@@ -202,7 +202,8 @@ TABLE = Table("why", _table, numeric_from=3, drawn=_rows_shown)
 """What false reports change, and which reports of two statements change as much."""
 
 _NOTE = Note(
-    "Success under false reports minus success under true ones, and differences between the other arms, in points.",
+    "Success under false reports minus success under true ones, and differences between the other arms, in points. "
+    "Arms of two statements are named by them: in lie-truth a false statement is corrected by a true one.",
     Markup(
         "Each is a mean of differences within blocks, with Student\N{RIGHT SINGLE QUOTATION MARK}s 95 % interval over "
         "blocks. <i>P</i> is that of a sign-flip permutation test over blocks; both are corrected for the number of "

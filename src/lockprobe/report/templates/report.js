@@ -44,6 +44,7 @@
   const outcome = { 1: "moved", 0: "was blocked", "-": "did nothing that was told" };
   const told = { 1: "moved", 0: "blocked", "-": "nothing" };
   const lies = (trial, i) => trial.told[i] !== "-" && trial.told[i] !== trial.moved[i];
+  const misread = (trial, i) => "10".includes(trial.said[i + 1] ?? "-") && trial.said[i + 1] !== trial.told[i];
   const end = (trial) => (trial.solved ? `opened at step ${trial.did.length}` : `not opened in ${trial.did.length} steps`);
   const number = (trial) => (trial.person ? `person ${trial.person}, ` : "") + `${trial.r}.${trial.n}` + (data.boxes.length > 1 ? `, ${data.boxes[trial.b ?? 0].name}` : "");
   const agent = $("agent"), left = $("left"), right = $("right"), which = $("which"), slider = $("step");
@@ -86,10 +87,12 @@
     if (pair.length > 1) {
       const alike = parted < 0 || parts >= 0 && parts < parted;
       if (parted < 0) said.push("Both play alike to the end.");
+      else if (!alike && pair.filter((one) => misread(one, parted - 1)).length === 1) said.push(`They part at step ${parted + 1}, after one of them misread step ${parted}.`);
       else if (!alike) said.push(`They part at step ${parted + 1}, before any report differs: the condition acts elsewhere, or the agent's own draws are not shared.`);
       else {
         const at = parted - 1, differ = pair[0].told[at] !== pair[1].told[at], where = differ ? at : parts, joint = pair[0].did[where];
-        said.push(`Both play alike up to step ${parted}. At step ${where + 1} one is told that ${joint} ${outcome[pair[0].told[where]]}, the other that it ${outcome[pair[1].told[where]]}; from step ${parted + 1} they part.`);
+        const before = parts < where ? `, although what they are told differs from step ${parts + 1} on` : "";
+        said.push(`Both play alike up to step ${parted}${before}. At step ${where + 1} one is told that ${joint} ${outcome[pair[0].told[where]]}, the other that it ${outcome[pair[1].told[where]]}; from step ${parted + 1} they part.`);
       }
     }
     $("say").textContent = said.join(" ");
@@ -128,8 +131,7 @@
       const judged = one[name] && one[name][i];
       if (judged && judged !== one.moved[i]) box.append(`${who}${one.source === name ? ", of which reports are made," : ""}: ${judged === "-" ? none : outcome[judged]}. `);
     }
-    const claim = one.said[i + 1];
-    if ((claim === "1" || claim === "0") && claim !== one.told[i]) box.append(make("b", "f", `The agent says that it ${outcome[claim]}: misread. `));
+    if (misread(one, i)) box.append(make("b", "f", `The agent says that it ${outcome[one.said[i + 1]]}: misread. `));
     if ((one.loop[i] ?? " ") !== " ") box.append(`Part of action loop ${one.loop[i]}.`);
     if (one.words && one.words[i]) box.append(make("blockquote", "", one.words[i]));
     return box;
