@@ -22,6 +22,7 @@ from itertools import combinations, product
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.agent_comparison.paired import (
     TIE,
     Array,
@@ -40,8 +41,7 @@ from lockprobe.statistics.agent_comparison.paired import (
 )
 from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, completed
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Course, is_baseline
 from lockprobe.statistics.inference.mean_steps import rare_block
 
 BASELINES = ("human-inspired", "random")
@@ -67,8 +67,8 @@ class AgentPair:
         of: Specs of the condition under which they are compared, which name random streams; empty over flip rates.
     """
 
-    first: AxisTrials
-    second: AxisTrials
+    first: Course
+    second: Course
     baseline: bool
     doses: Sequence[float]
     budget: int
@@ -169,7 +169,7 @@ class AgentPair:
         (one, two), turned = self.laid[end], self.laid[-end]
         apart = np.column_stack([(turned[1].solved - turned[0].solved)[:, :1], (two.solved - one.solved)[:, 1:]])
         who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
-        rng = generator(self.first.seed, "analysis", *who, "comparison", *self.of)
+        rng = generator(self.first.trials[0].seed, "analysis", *who, "comparison", *self.of)
         return changes_of(self.doses, apart, people_of(one, two), rng, one.box)
 
 
@@ -181,7 +181,7 @@ def _over_boxes(mean: BlockMean, apart: Array, box: Labels, choices: int = 1) ->
     return mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), box[rows], choices=choices)
 
 
-def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[AgentPair]:
+def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPair]:
     """Every two agents that the study is about, and each of them with the baselines, that both finished a trial.
 
     Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
@@ -207,7 +207,7 @@ def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[Agen
         for pairs in [zip(player.doses, player.trials, strict=True)]
     ]
     others = [i for i, one in enumerate(players) if not is_baseline(one.spec)]
-    baselines = [i for i, one in enumerate(players) if others and one.kind in BASELINES]
+    baselines = [i for i, one in enumerate(players) if others and spec_kind(one.spec) in BASELINES]
     subjects = others or range(len(players))
     pairs = [(i, j, False) for j, i in combinations(subjects, 2) if _one_task(players[i], players[j])]
     pairs += [(i, j, True) for j, i in product(subjects, baselines)]
@@ -228,7 +228,7 @@ def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[Agen
     return found
 
 
-def _one_task(one: AxisTrials, two: AxisTrials) -> bool:
+def _one_task(one: Course, two: Course) -> bool:
     return one.modality == two.modality and one.agent != two.agent
 
 

@@ -18,9 +18,8 @@ import numpy as np
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.broken_trials import bounded, opposed
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.conditions.modalities import by_fidelity, fidelity
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Course, is_baseline
 from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.inference.log_rank import Hazard, excess, solving, worst
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
@@ -59,7 +58,7 @@ class ModalityEffect(NamedTuple):
     agents: int
 
 
-def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
+def modality_effects(agents: Sequence[Course]) -> tuple[ModalityEffect, ...]:
     """The effect on every agent with ended trials in several modalities, at the lowest flip rate of all.
 
     The agents that the study is about are judged together, and so are baselines.
@@ -72,7 +71,7 @@ def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]
     return tuple(_effect(own, kinds.count(kind)) for own, kind in zip(several, kinds, strict=True))
 
 
-def _effect(shown: Sequence[AxisTrials], agents: int) -> ModalityEffect:
+def _effect(shown: Sequence[Course], agents: int) -> ModalityEffect:
     names, budget = [one.modality for one in shown], max(one.budget for one in shown)
     ranks = [fidelity(name) for name in names]
     ended, broken = [one.outcomes for one in shown], [one.broken_off for one in shown]
