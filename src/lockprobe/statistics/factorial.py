@@ -20,8 +20,8 @@ import numpy as np
 from lockprobe.foundation.spec import Spec
 from lockprobe.statistics.agent_comparison.paired import Array
 from lockprobe.statistics.broken_trials import bounded
+from lockprobe.statistics.conditions.axis import SeriesArm
 from lockprobe.statistics.conditions.design import Design
-from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.distributions import holm, student_quantile, student_tails
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended

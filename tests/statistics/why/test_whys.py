@@ -8,7 +8,7 @@ from builders import play_study
 
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
 from lockprobe.statistics.why.arms import ARMS, ON_REQUEST, PARTS, PLANNED, arms_of
 from lockprobe.statistics.why.contrasts import whys
 from lockprobe.statistics.why.mechanism import MARGIN, decide

@@ -96,7 +96,7 @@ def _question(study: Study) -> str:
         return f"Which features of the scene change how agents open {box}?"
     if study.of_flips and len(study.modalities) > 1 and not any(study.p):
         return f"Does what agents see change how they open {box}?"
-    compared = [design.comparison(modality) for modality in design.modalities]
+    compared = [design.comparisons[modality] for modality in design.modalities]
     flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
     causes = list(dict.fromkeys([*flips, *(cause(one.axis) for of in compared for one in of.axes)]))
     rest = [label for of in compared for label in (*of.others, *of.controls)]

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, paired_success, sheets
+from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, columns, paired_success
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.course import is_baseline
@@ -137,7 +137,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     def of(groups: Sequence[Outcomes]) -> StudyDifference:
         apart: BlockMean | Difference
         if paired:
-            _, laid = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
+            laid = columns(groups)
             both, apart = both_played(laid[0], laid[1]), paired_success(laid[0], laid[1])
             before, after = (proportion(int(one.solved[both].sum()), len(one.solved[both])) for one in laid)
         else:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.clustered import alike_weights, two_way_variance
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.inference.mean_steps import RareBlock
@@ -100,6 +101,11 @@ def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     return tuple(values.tolist()), made
 
 
+def columns(groups: Sequence[Outcomes]) -> list[Sheet]:
+    """A sheet of a single column for each group of trials, whatever their doses, all with the same rows (blocks)."""
+    return sheets([replace(group, dose=np.zeros(len(group))) for group in groups])[1]
+
+
 def people_of(*laid: Sheet) -> Labels | None:
     """The person of each trial, shape (blocks, doses); None if no agent is people."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
@@ -150,6 +156,37 @@ def block_mean(
         return found
     low, high = score_interval(first, second, n, 1 - ALPHA / choices)  # few pairs differ: not narrower than Tango's
     return replace(found, low=min(found.low, low), high=max(found.high, high))
+
+
+def mean_of_blocks(
+    differences: Array,
+    sheet: Sheet,
+    *,
+    unit: float = 1.0,
+    factor: float = 1.0,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+) -> BlockMean:
+    """The mean of whole numbers times a factor, as it holds of blocks and of their boxes, or at every look.
+
+    Interval and P value are corrected for ``choices`` means that are judged together. ``unit`` is the largest of the
+    whole numbers; arguments are otherwise those of :func:`block_mean`. The sheet has the boxes and the order of blocks.
+    """
+    numbers = factor * differences
+    if sheet.planned:
+        return mean_at_every_look(numbers, bound=factor * unit, agents=choices)
+    mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
+    if mean.pairs:
+        mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
+    return over_boxes(mean, numbers, sheet.box, choices)
+
+
+def over_boxes(mean: BlockMean, differences: Array, box: NDArray[np.str_], choices: int) -> BlockMean:
+    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
+    if not len(box):
+        return mean
+    rows = ~np.isnan(differences).all(axis=1)
+    return mean_over_boxes(mean, np.nanmean(differences[rows], axis=1), box[rows], choices=choices)
 
 
 def _student(

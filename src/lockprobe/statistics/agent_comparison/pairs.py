@@ -33,13 +33,13 @@ from lockprobe.statistics.agent_comparison.paired import (
     block_mean,
     both_played,
     crossed_mean,
-    mean_at_every_look,
+    mean_of_blocks,
+    over_boxes,
     paired_success,
     people_of,
     sheets,
     two_way,
 )
-from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.course import Course, is_baseline
 from lockprobe.statistics.inference.mean_steps import rare_block
@@ -139,10 +139,8 @@ class AgentPair:
             first, second = (sheet.steps[:, here][both] for sheet in (one, two))
             shortest = float(min(first.min(), second.min()))
             rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
-        if self.every_look:
-            return mean_at_every_look(apart, bound=unit)
         if people is None:
-            return _over_boxes(block_mean(apart, unit=unit, rare=rare), apart, one.box)
+            return mean_of_blocks(apart, one, unit=unit, rare=rare)
         if dose is None:
             return crossed_mean(apart[both], np.nonzero(both)[0], people[both], unit=unit, rare=rare)
         return at_one_dose(apart[both], people[:, here][both], unit=unit, rare=rare)
@@ -171,14 +169,6 @@ class AgentPair:
         who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
         rng = generator(self.first.trials[0].seed, "analysis", *who, "comparison", *self.of)
         return changes_of(self.doses, apart, people_of(one, two), rng, one.box)
-
-
-def _over_boxes(mean: BlockMean, apart: Array, box: Labels, choices: int = 1) -> BlockMean:
-    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
-    if not len(box):
-        return mean
-    rows = ~np.isnan(apart).all(axis=1)
-    return mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), box[rows], choices=choices)
 
 
 def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPair]:
@@ -282,6 +272,6 @@ def changes_of(
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
         p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
         mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
-        found[doses[i + 1]] = _over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
-    mean = _over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
+        found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
+    mean = over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
     return found | {None: replace(mean, p_value=None)}

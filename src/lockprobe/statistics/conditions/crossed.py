@@ -15,8 +15,7 @@ from fractions import Fraction
 from itertools import combinations, product
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.conditions.axis import Axis
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import Axis, SeriesArm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
 
 READING_FACTORS = ("flip others", "flip inverts")
 """Factors that are readings of a false report."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from lockprobe.foundation.spec import Spec, split_specs
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
 
 ARMS: Mapping[str, str] = {
     "truth": "truth",
