@@ -103,7 +103,7 @@ def contrast(
     def of(trials: Sequence[Outcomes]) -> BlockMean:
         laid = columns(trials)
         sums = np.asarray(sum(weight * one.solved for weight, one in zip(weights, laid, strict=True)))
-        return mean_of_blocks(sums, laid[0], unit=most, factor=factor, choices=choices)
+        return mean_of_blocks(sums, laid[0].box, planned=laid[0].planned, unit=most, factor=factor, choices=choices)
 
     if not all(map(len, groups)) or not (found := of(groups)).pairs:
         return None

@@ -160,8 +160,9 @@ def block_mean(
 
 def mean_of_blocks(
     differences: Array,
-    sheet: Sheet,
+    box: NDArray[np.str_],
     *,
+    planned: bool,
     unit: float = 1.0,
     factor: float = 1.0,
     choices: int = 1,
@@ -170,15 +171,15 @@ def mean_of_blocks(
     """The mean of whole numbers times a factor, as it holds of blocks and of their boxes, or at every look.
 
     Interval and P value are corrected for ``choices`` means that are judged together. ``unit`` is the largest of the
-    whole numbers; arguments are otherwise those of :func:`block_mean`. The sheet has the boxes and the order of blocks.
+    whole numbers, ``box`` and ``planned`` are those of :class:`Sheet`, and the rest is as in :func:`block_mean`.
     """
     numbers = factor * differences
-    if sheet.planned:
+    if planned:
         return mean_at_every_look(numbers, bound=factor * unit, agents=choices)
     mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
     if mean.pairs:
         mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
-    return over_boxes(mean, numbers, sheet.box, choices)
+    return over_boxes(mean, numbers, box, choices)
 
 
 def over_boxes(mean: BlockMean, differences: Array, box: NDArray[np.str_], choices: int) -> BlockMean:

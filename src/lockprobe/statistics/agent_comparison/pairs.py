@@ -140,7 +140,7 @@ class AgentPair:
             shortest = float(min(first.min(), second.min()))
             rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
         if people is None:
-            return mean_of_blocks(apart, one, unit=unit, rare=rare)
+            return mean_of_blocks(apart, one.box, planned=one.planned, unit=unit, rare=rare)
         if dose is None:
             return crossed_mean(apart[both], np.nonzero(both)[0], people[both], unit=unit, rare=rare)
         return at_one_dose(apart[both], people[:, here][both], unit=unit, rare=rare)
