@@ -1,7 +1,8 @@
 """Contrasts of conditions: their value, their exact test, what breaks trials, and the families that they belong to."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,7 +32,9 @@ def drawn(seed, chances, n=40):
 
 
 def found_of(groups, weights=CROSSING, broken=None, **more):
-    return contrast(groups, broken or [one.at(np.zeros(len(one), bool)) for one in groups], weights, **more)
+    broken = broken or [one.at(np.zeros(len(one), bool)) for one in groups]
+    cells = [SimpleNamespace(ended=one, broke=other) for one, other in zip(groups, broken, strict=True)]
+    return contrast(cells, weights, **more)
 
 
 @given(st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=9))
@@ -97,12 +100,8 @@ def test_broken_trials_count_for_it_at_one_end_and_against_it_at_the_other():
     assert made.p_value == 1.0
 
 
-@dataclass
-class Played:
-    trials: list
-
-    def __post_init__(self):
-        self.ended, self.broke = outcomes(self.trials), broken_off(self.trials)
+def cell(trials):
+    return SimpleNamespace(trials=trials, ended=outcomes(trials), broke=broken_off(trials))
 
 
 AGENT, CAREFUL, BASELINE, BLIND = "cognitive:perseverant", "cognitive:careful", "human-inspired", "random"
@@ -112,7 +111,7 @@ def played(conditions, agents=(AGENT,), n=6):
     """The cells and the design of a study of these conditions beside the truth."""
     planned = study("flips", agent=list(agents), p=[0], condition=list(conditions), trials=n, repetitions=1)
     return {
-        (agent, one.label): Played([run_trial(agent=agent, condition=one.label, trial=i + 1, seed=3) for i in range(n)])
+        (agent, one.label): cell([run_trial(agent=agent, condition=one.label, trial=i + 1, seed=3) for i in range(n)])
         for agent in agents
         for one in planned.conditions
     }, design_of(planned)
@@ -131,7 +130,7 @@ def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_w
 
 def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is_compared_with_nothing():
     cells, design = played(["history?last=50", "tremble?p=0.5", "tremble?p=0.5 + nudge"])
-    cells[AGENT, "tremble?p=0.5 + nudge"] = Played([make_trial([0], trial=1, broken="model")])
+    cells[AGENT, "tremble?p=0.5 + nudge"] = cell([make_trial([0], trial=1, broken="model")])
     assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(against_control(cells, design)) == []

@@ -9,19 +9,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.agent_comparison.paired import (
-    Array,
-    BlockMean,
-    columns,
-    mean_of_blocks,
-)
+from lockprobe.statistics.agent_comparison.paired import BlockMean, columns, mean_of_blocks
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.crossed import Crossed
@@ -80,24 +74,19 @@ class Effect:
 
 
 def contrast(
-    groups: Sequence[Outcomes],
-    broken: Sequence[Outcomes],
-    weights: Sequence[int],
-    *,
-    factor: float = 1.0,
-    choices: int = 1,
+    cells: Sequence[_Cell], weights: Sequence[int], *, factor: float = 1.0, choices: int = 1
 ) -> BlockMean | None:
-    """A weighted sum of success under conditions; None if no block of luck has a trial in each.
+    """A weighted sum of success of one agent under conditions; None if no block of luck has a trial in each.
 
     The P value is from sign flips of whole blocks. If trials broke, it and the interval hold whatever became of them.
 
     Args:
-        groups: The ended trials of one agent by condition.
-        broken: Those of each that broke.
+        cells: The agent under each condition.
         weights: The weight of each, which sum to 0.
         factor: What the sum is multiplied with.
         choices: How many contrasts are judged together (Bonferroni).
     """
+    groups, broken = [one.ended for one in cells], [one.broke for one in cells]
     most = sum(weight for weight in weights if weight > 0)
 
     def of(trials: Sequence[Outcomes]) -> BlockMean:
@@ -152,28 +141,27 @@ def declared(cells: Cells, contrasts: Mapping[str, Contrast], design: Design) ->
     sizes = Counter(baseline for _, baseline, *_ in asked)
     for agent, baseline, name, one, own in asked:
         weights = [len(one.minus)] * len(one.of) + [-len(one.of)] * len(one.minus)
-        groups, broken = [cell.ended for cell in own], [cell.broke for cell in own]
-        factor, choices = 1 / (len(one.of) * len(one.minus)), sizes[baseline]
-        change = contrast(groups, broken, weights, factor=factor, choices=choices)
+        change = contrast(own, weights, factor=1 / (len(one.of) * len(one.minus)), choices=sizes[baseline])
         if change is not None:
-            laid = columns(groups)
-            solved = np.hstack([sheet.solved for sheet in laid])
-            kept = ~np.isnan(solved).any(axis=1)
-            solved, box = solved[kept].T, laid[0].box[kept] if len(laid[0].box) else laid[0].box
-            of, minus = (_success(side, box, planned=laid[0].planned) for side in np.split(solved, [len(one.of)]))
+            of, minus = _success_on_sides([cell.ended for cell in own], len(one.of))
             yield Declared(
                 agent=agent, modality=own[0].trials[0].modality, name=name, change=change, of=of, minus=minus,
-                choices=choices,
+                choices=sizes[baseline],
             )  # fmt: skip
 
 
-def _success(solved: Array, box: NDArray[np.str_], *, planned: bool) -> BlockMean:
-    """Success under some conditions, in blocks that have a trial under all of them."""
-    n, mean = solved.shape[1], float(np.mean(solved))
-    if len(solved) > 1:
-        return BlockMean(value=mean, pairs=n, blocks=n)
-    share = share_at_every_look(solved[0]) if planned else share_of(solved[0], (), (), box)
-    return BlockMean(value=share.value, low=share.low, high=share.high, pairs=n, blocks=n)
+def _success_on_sides(groups: Sequence[Outcomes], first: int) -> Iterator[BlockMean]:
+    """Success under the first conditions and under the others, in blocks that have a trial under all of them."""
+    laid = columns(groups)
+    solved = np.hstack([sheet.solved for sheet in laid])
+    kept = ~np.isnan(solved).any(axis=1)
+    for side in np.split(solved[kept].T, [first]):
+        mean = BlockMean(value=float(np.mean(side)), pairs=side.shape[1], blocks=side.shape[1])
+        if len(side) == 1:
+            box = laid[0].box[kept] if len(laid[0].box) else ()
+            share = share_at_every_look(side[0]) if laid[0].planned else share_of(side[0], (), (), box)
+            mean = replace(mean, value=share.value, low=share.low, high=share.high)
+        yield mean
 
 
 def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
@@ -185,7 +173,7 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
 
     def idle(label: str, cell: _Cell) -> bool:
         found = idle_interventions(cell.trials, acts[label]) if label in acts else []
-        return any(wholly or not one.intervention for one in found)
+        return bool(found) if wholly else "" in found
 
     return {name: cell for name, cell in cells.items() if not idle(name[1], cell)}
 
@@ -270,8 +258,7 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, B
         own = [acted[agent, name] for name in crossed.weights if (agent, name) in acted]
         if not own or len(own) < len(crossed.weights):
             return None
-        groups, broken = [one.ended for one in own], [one.broke for one in own]
-        return contrast(groups, broken, [*crossed.weights.values()], factor=crossed.factor, choices=choices)
+        return contrast(own, [*crossed.weights.values()], factor=crossed.factor, choices=choices)
 
     for agent in design.agents:
         for of in design.comparisons.values():

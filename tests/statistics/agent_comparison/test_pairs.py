@@ -192,13 +192,13 @@ def test_a_change_has_the_largest_p_value_of_both_ends():
 P, ONE_BOX = (0.0, 0.2, 0.4), np.empty(0, dtype=np.str_)
 
 
-def moved_by(first, second, blocks=30, seed=0, **more):
+def moved_by(first, second, blocks=30, seed=0):
     """Agents that solve the box with these chances at every p."""
     one, two = (
         (np.random.default_rng([seed, i]).random((blocks, 3)) < np.array(chances)) * 1.0
         for i, chances in enumerate((first, second), start=1)
     )
-    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), ONE_BOX, **more)
+    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), ONE_BOX)
 
 
 def test_noise_that_helps_one_agent_only_is_found_and_where():
@@ -212,7 +212,7 @@ def test_noise_that_helps_one_agent_only_is_found_and_where():
 @pytest.mark.parametrize(("first", "second"), [((0.2,) * 3, (0.9,) * 3), ((0.1, 0.3, 0.5), (0.4, 0.6, 0.8))])
 def test_equal_effects_of_noise_on_unequal_agents_are_rarely_taken_for_different_ones(first, second):
     """So few rejections, or fewer, come of a level of 5 % in 999 of 1000 cases."""
-    tested = [moved_by(first, second, seed=seed, flips=400) for seed in range(200)]
+    tested = [moved_by(first, second, seed=seed) for seed in range(200)]
     assert sum(min(one[0.2].p_value, one[0.4].p_value) < 0.05 for one in tested) <= 20
 
 

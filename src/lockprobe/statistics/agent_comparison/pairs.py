@@ -41,13 +41,14 @@ from lockprobe.statistics.agent_comparison.paired import (
     two_way,
 )
 from lockprobe.statistics.broken_trials import bounded, completed
-from lockprobe.statistics.course import Course, is_baseline
+from lockprobe.statistics.course import Course
 from lockprobe.statistics.inference.mean_steps import rare_block
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
 
 FLIPS = 4000
+"""Flips of the signs of all blocks, for the test of a change at any dose."""
 
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
 """Difference in success; in steps, an unsolved trial with its whole budget; in what a dose changes in success."""
@@ -60,7 +61,6 @@ class AgentPair:
     Attributes:
         baseline: Whether the first is a baseline that the second is compared with.
         doses: The doses of the axis, ascending.
-        budget: Most steps of a trial.
         laid: The trials of both. If some broke, also as if those of the first had been solved and those of the second
             had failed, and the reverse.
         alike: Doses at which no trial broke and the two act the same in every trial; nothing is tested there.
@@ -71,7 +71,6 @@ class AgentPair:
     second: Course
     baseline: bool
     doses: Sequence[float]
-    budget: int
     laid: Sequence[tuple[Sheet, Sheet]]
     alike: frozenset[float]
     of: Sequence[str]
@@ -135,7 +134,7 @@ class AgentPair:
         both, people = both_played(one, two)[:, here], people_of(one, two)
         unit, rare, apart = 1.0, None, (two.solved - one.solved)[:, here]
         if quantity == STEPS:
-            unit, apart = float(self.budget), (two.steps - one.steps)[:, here]
+            unit, apart = float(max(self.first.budget, self.second.budget)), (two.steps - one.steps)[:, here]
             first, second = (sheet.steps[:, here][both] for sheet in (one, two))
             shortest = float(min(first.min(), second.min()))
             rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
@@ -181,45 +180,41 @@ def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPai
         players: The agents, in the order of the study.
         of: Specs of the condition under which they are compared; empty over flip rates.
     """
-    ended, broken = [one.outcomes for one in players], [one.broken_off for one in players]
-    budgets = [one.budget for one in players]
-    doses, laid = sheets(ended)
-    failed, solved = laid, laid
-    if any(map(len, broken)):
-        off = [one.at(np.isin(one.dose, doses)) for one in broken]
+    doses, laid = sheets([one.outcomes for one in players])
+    ended = failed = solved = dict(zip(players, laid, strict=True))
+    if any(len(one.broken_off) for one in players):
+        off = {one: one.broken_off.at(np.isin(one.broken_off.dose, doses)) for one in players}
         failed, solved = (
-            sheets([completed(one, two, soon, most) for one, two, most in zip(ended, off, budgets, strict=True)])[1]
+            dict(zip(players, sheets(every)[1], strict=True))
             for soon in (False, True)
+            for every in [[completed(one.outcomes, off[one], soon, one.budget) for one in players]]
         )
-    acted = [
-        {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
+    acted = {
+        player: {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
         for player in players
         for pairs in [zip(player.doses, player.trials, strict=True)]
+    }
+    others = [one for one in players if not one.baseline]
+    baselines = [one for one in players if others and spec_kind(one.spec) in BASELINES]
+    pairs = [
+        (one, two, False)
+        for two, one in combinations(others or players, 2)
+        if one.modality == two.modality and one.agent != two.agent
     ]
-    others = [i for i, one in enumerate(players) if not is_baseline(one.spec)]
-    baselines = [i for i, one in enumerate(players) if others and spec_kind(one.spec) in BASELINES]
-    subjects = others or range(len(players))
-    pairs = [(i, j, False) for j, i in combinations(subjects, 2) if _one_task(players[i], players[j])]
-    pairs += [(i, j, True) for j, i in product(subjects, baselines)]
+    pairs += [(one, two, True) for two, one in product(others, baselines)]
     found = []
-    for i, j, baseline in pairs:
-        ends = [(laid[i], laid[j])]
-        if len(broken[i]) or len(broken[j]):
-            ends += [(solved[i], failed[j]), (failed[i], solved[j])]
-        both = acted[i].keys() & acted[j].keys()
-        apart = {place[0] for place in both if acted[i][place] != acted[j][place]}
-        apart |= {place[0] for own in (acted[i], acted[j]) for place, actions in own.items() if actions is None}
-        pair = AgentPair(
-            first=players[i], second=players[j], baseline=baseline, doses=doses, budget=max(budgets[i], budgets[j]),
-            laid=ends, alike=frozenset({place[0] for place in both} - apart), of=of,
-        )  # fmt: skip
+    for one, two, baseline in pairs:
+        ends = [(ended[one], ended[two])]
+        if len(one.broken_off) or len(two.broken_off):
+            ends += [(solved[one], failed[two]), (failed[one], solved[two])]
+        both = acted[one].keys() & acted[two].keys()
+        apart = {place[0] for place in both if acted[one][place] != acted[two][place]}
+        apart |= {place[0] for of_one in (acted[one], acted[two]) for place, did in of_one.items() if did is None}
+        alike = frozenset({place[0] for place in both} - apart)
+        pair = AgentPair(first=one, second=two, baseline=baseline, doses=doses, laid=ends, alike=alike, of=of)
         if pair.met:
             found.append(pair)
     return found
-
-
-def _one_task(one: Course, two: Course) -> bool:
-    return one.modality == two.modality and one.agent != two.agent
 
 
 def changes_of(
@@ -228,7 +223,6 @@ def changes_of(
     person: Labels | None,
     rng: np.random.Generator,
     box: Labels,
-    flips: int = FLIPS,
 ) -> dict[float | None, BlockMean]:
     """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
 
@@ -242,7 +236,6 @@ def changes_of(
             change belong to different people, and Student's t is corrected by Bonferroni.
         rng: The stream of the flips.
         box: The box of each block; no rows if all are of one.
-        flips: Number of flips.
     """
     changes = apart[:, 1:] - apart[:, :1]
     met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
@@ -265,12 +258,12 @@ def changes_of(
         return found
     scale = np.sqrt(np.sum(table**2, axis=1))
     scale[scale == 0] = np.inf
-    bits = rng.bit_generator.random_raw(-(-flips * table.shape[1] // 2)).view(np.uint32)  # two draws a number
-    plus = (bits[: flips * table.shape[1]] >= 2**31).reshape(flips, -1).astype(np.float32)
+    bits = rng.bit_generator.random_raw(-(-FLIPS * table.shape[1] // 2)).view(np.uint32)  # two draws a number
+    plus = (bits[: FLIPS * table.shape[1]] >= 2**31).reshape(FLIPS, -1).astype(np.float32)
     flipped = [2 * (plus @ own) - own.sum() for own in table.astype(np.float32)]  # whole numbers, so exact
     largest = (np.abs(flipped) / scale[:, None]).max(axis=0)
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
-        p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
+        p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + FLIPS)
         mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
         found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
     mean = over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
