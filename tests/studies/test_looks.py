@@ -12,7 +12,7 @@ from lockprobe.studies.study_design import design_of
 def test_its_scenes_are_a_factorial_design_of_all_factors():
     found = study("looks")
     (design,) = factorials_of(design_of(found).arms, "rgb")
-    assert sorted(design.factors) == sorted(f"plant.{name}" for name in FACTORS)
+    assert sorted(design.levels) == sorted(f"plant.{name}" for name in FACTORS)
     assert {name: high for name, (_, high) in design.levels.items()} == {
         f"plant.{name}": FACTORS[name] for name in FACTORS
     }
