@@ -11,6 +11,7 @@ from scipy.stats import binomtest
 
 from lockprobe.statistics.agent_comparison.pairs import STEPS, SUCCESS, changes_of, compared
 from lockprobe.statistics.course import courses
+from lockprobe.statistics.paired_proportions import ONE_BOX
 from lockprobe.trial.record import STATES
 
 FAILED = (0,) * 20
@@ -189,7 +190,7 @@ def test_a_change_has_the_largest_p_value_of_both_ends():
 
 # Does noise help one more: found where it does, not where only base rates differ.
 
-P, ONE_BOX = (0.0, 0.2, 0.4), np.empty(0, dtype=np.str_)
+P = (0.0, 0.2, 0.4)
 
 
 def moved_by(first, second, blocks=30, seed=0):

@@ -25,14 +25,12 @@ from numpy.typing import NDArray
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, mean_of_blocks, numbers_of
 from lockprobe.statistics.boxes import small_over_boxes
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.paired_proportions import equivalence
+from lockprobe.statistics.paired_proportions import ONE_BOX, equivalence
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import at_every_look
 
 MARGIN = 0.1
 """Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
-
-_ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
 
 PART = 0.03
 """Level of the test of each contrast of arms; chosen by simulation, so that a claim on arms that is false is made in at
@@ -111,7 +109,7 @@ def decide(
     solved: Mapping[str, Array],
     *,
     broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
-    box: NDArray[np.str_] = _ONE_BOX,
+    box: NDArray[np.str_] = ONE_BOX,
     agents: int = 1,
     every_look: bool = False,
 ) -> Decision:
@@ -157,13 +155,7 @@ def differences(solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool
 
 
 def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
-    """The decision from means over blocks.
-
-    Args:
-        total: Success under false reports minus success under true reports.
-        contrasts: Contrast of arms -> its mean; they count only if the total effect is detected.
-        small: P value of a total effect of the margin or more, either way.
-    """
+    """The decision from means over blocks, as in :class:`Decision`; contrasts count only if the total is detected."""
     if not _detected(total):
         none: Verdict = "no change" if small < ALPHA else "inconclusive"
         return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=none)
