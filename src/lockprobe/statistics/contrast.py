@@ -56,7 +56,6 @@ class Effect:
     """Success of an agent under a condition minus success under the control, in the trials that they share.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
         modality: How the box was shown under the control.
         corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
         family: What these are.
@@ -80,11 +79,7 @@ def contrast(
 
     The P value is from sign flips of whole blocks. If trials broke, it and the interval hold whatever became of them.
 
-    Args:
-        cells: The agent under each condition.
-        weights: The weight of each, which sum to 0.
-        factor: What the sum is multiplied with.
-        choices: How many contrasts are judged together (Bonferroni).
+    The weights sum to 0, ``factor`` scales the sum, and ``choices`` contrasts are judged together (Bonferroni).
     """
     groups, broken = [one.ended for one in cells], [one.broke for one in cells]
     most = sum(weight for weight in weights if weight > 0)
@@ -106,9 +101,7 @@ class Declared:
     """A contrast that a study declares, of one agent.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
         modality: How the box was shown under the first condition.
-        name: What the study calls it.
         change: Mean success under the conditions of one side minus that under those of the other.
         of: Success under the conditions of one side, in the blocks that count; of several its mean, without interval.
         minus: That under those of the other side.

@@ -187,13 +187,7 @@ def courses(
 ) -> tuple[Course, ...]:
     """The courses over an axis, by agent and modality in the order of the trials, all of which lie on it.
 
-    Args:
-        trials: The trials.
-        axis: The dose in which conditions differ.
-        key: What the column ``axis`` of rows calls it.
-        place: The place of a trial on it.
-        several: As :attr:`Course.several`.
-        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+    ``orders`` has the agents of which everything must hold at every look; the rest is as in :class:`Course`.
     """
     found: list[Course] = []
     for (agent, modality), members in grouped(((place(one), one) for one in trials), lambda one: one[0][:2]).items():

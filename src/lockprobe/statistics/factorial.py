@@ -53,7 +53,6 @@ class Factorial(NamedTuple):
     """A balanced design among the conditions of one modality.
 
     Attributes:
-        modality: How the box is shown, without doses.
         levels: Factor -> what its high level is called; the low one is without it.
         runs: Label of a condition -> its level of each factor, -1 or 1.
     """
@@ -94,9 +93,6 @@ class FactorEffect(NamedTuple):
     """What one factor does to one measure of an agent, over blocks that have a trial in every condition.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
-        design: The design.
-        factor: Its name.
         measure: Of :data:`MEASURES`.
         change: High level minus low level. Interval and P value are corrected for the factors (Bonferroni, Holm); there
             are none if all blocks are alike. Those of success hold whatever became of broken trials.
@@ -153,9 +149,8 @@ def _value(trial: Trial, measure: str) -> float:
 def main_effects(values: Array, signs: Array) -> list[BlockMean]:
     """The effects of all factors, with P values that are not corrected; none unless two blocks have them.
 
-    Args:
-        values: Of each trial, shape (blocks, conditions); NaN where it has none.
-        signs: The level of each factor, -1 or 1, shape (conditions, factors).
+    Values are of each trial, shape (blocks, conditions), NaN where it has none; signs are the level of each factor, -1
+    or 1, shape (conditions, factors).
     """
 
     def mean_of(some: Array) -> Array:

@@ -31,7 +31,7 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """One side of a comparison: an agent of one study, with the file of its prompt, if any."""
+    """One side of a comparison; ``prompt`` is the file of the agent's prompt, if any."""
 
     study: str
     agent: str
@@ -72,7 +72,6 @@ class StudyDifference:
     """The difference in success between two sides under one condition, second minus first.
 
     Attributes:
-        kind: P values are corrected within a kind and a family.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
         first_success, second_success: Shares of the compared trials that each side solved.
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent

@@ -174,11 +174,7 @@ def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPai
     """Every two agents that the study is about, and each of them with the baselines, that both finished a trial.
 
     Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
-    all.
-
-    Args:
-        players: The agents, in the order of the study.
-        of: Specs of the condition under which they are compared; empty over flip rates.
+    all. ``of`` is that of the pairs.
     """
     doses, laid = sheets([one.outcomes for one in players])
     ended = failed = solved = dict(zip(players, laid, strict=True))
@@ -230,12 +226,12 @@ def changes_of(
     Bonferroni. There is none with too few blocks, or people, that have both doses of a change.
 
     Args:
-        doses: The doses, ascending.
+        doses: Ascending.
         apart: Success of the second agent minus that of the first, shape (blocks, doses), NaN without a pair.
         person: The person of each trial, if one of the two is people: they meet no luck twice, so the two trials of a
             change belong to different people, and Student's t is corrected by Bonferroni.
         rng: The stream of the flips.
-        box: The box of each block; no rows if all are of one.
+        box: As in :class:`~lockprobe.statistics.agent_comparison.paired.Sheet`.
     """
     changes = apart[:, 1:] - apart[:, :1]
     met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()

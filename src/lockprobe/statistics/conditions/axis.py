@@ -64,13 +64,10 @@ def axis_key(name: str, options: str = "", rest: str = "", number: int = 1) -> s
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeriesArm:
-    """A condition as its specs, for the search for dose series.
+    """A condition as the specs of its interventions.
 
     Attributes:
-        label: Its name.
-        specs: The specs of its interventions, in order.
         doses: For each intervention the names of its dose options; at 0 of the first one it does nothing.
-        modality: How the box is shown.
     """
 
     label: str
@@ -118,9 +115,7 @@ class Series:
     """Conditions that differ only in one dose, or agents that differ only in one option.
 
     Attributes:
-        axis: The dose or option.
         doses: Condition, or agent -> its dose, ascending; 0 for the condition without the intervention.
-        modality: How the box is shown in all of them.
         agent: For a series of agents, what tables call them: their spec or their common name without the option, or all
             their names; else empty.
     """
@@ -154,11 +149,7 @@ def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
 
 
 def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
-    """Every series of at least three agents that differ only in one number, such as their temperature.
-
-    Args:
-        agents: What tables call an agent -> its spec.
-    """
+    """Every series of at least three agents, by name with their specs, that differ only in one number."""
     families: dict[tuple[str, str], dict[str, float]] = {}
     for agent, text in agents.items():
         spec = Spec.parse(text)

@@ -26,7 +26,6 @@ class Crossed:
         conditions: (First dose, second dose) -> condition, ascending; combinations that are not played are missing.
             Dose 0 is without the intervention, dose 1 with one that is crossed whole. Of two doses of one intervention
             there is no 0: without it, neither has a value.
-        modality: How the box is shown in all of them.
         axes: Both doses; none if interventions are crossed whole.
     """
 

@@ -26,7 +26,6 @@ class Comparison:
     """The conditions of one modality and what they are compared with.
 
     Attributes:
-        control: Label of the control.
         flips: Labels of the flip rates that act: the family of the flip axis.
         axes: Doses of other interventions whose lowest level is the control, each a family of its own.
         others: Labels of all other conditions: another family.
@@ -48,7 +47,6 @@ class Design:
 
     Attributes:
         agents: What tables call the agents.
-        arms: The conditions as their specs tell them, in the order of the study.
         axis: Labels of the conditions that differ in flip rate and modality alone, the truth among them.
         specs: Agent -> its spec, of those that are called otherwise.
     """

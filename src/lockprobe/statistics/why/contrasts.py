@@ -35,9 +35,6 @@ class Why:
     """The arms of one agent that is shown the box in one way, and what they decide.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
-        baseline: Whether it is a baseline.
-        modality: How the box was shown.
         p: The rate at which reports were hit, (0, 1].
         conditions: Arm -> the name of its condition.
         solved: Arm -> 1 if solved, 0 if not, NaN where no trial has ended, shape (blocks,).
@@ -85,10 +82,7 @@ def whys(
     In each modality the agents that the study is about are one family, and baselines another. Those that play alike
     count too: that reports change their success by less than the margin is a conclusion.
 
-    Args:
-        cells: The trials of each agent under each condition; one in which nothing was changed is no arm.
-        design: The design of the study.
-        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+    ``cells`` are the trials of each agent under each condition; one in which nothing was changed is no arm.
     """
     found = []
     for agent in design.agents:
