@@ -47,20 +47,15 @@ def test_the_p_value_of_an_interaction_is_that_of_every_flip_of_the_signs_of_its
     assert found.p_value == pytest.approx(np.mean([one >= abs(sums.sum()) for one in flipped]))
 
 
-def test_the_weights_of_a_grid_are_those_of_a_crossing_where_both_doses_have_two_levels():
-    weights, factor = trend_weights((0, 0.4), (0, 0.1))
-    groups = drawn(1, (0.1, 0.1, 0.2, 0.9))
-    assert found_of(groups) == found_of(groups, weights, factor=float(factor))
-    assert found_of(groups).clear
-
-
-def test_the_interaction_is_a_slope_whatever_its_common_factor():
-    rows, columns = (0, 0.2, 0.4), (0, 0.1, 0.2)
-    weights, factor = trend_weights(rows, columns)
-    groups = drawn(2, [0.2 + row + column for row, column in product(rows, columns)])
+@pytest.mark.parametrize(("doses", "times", "clear"), [((0, 0.2, 0.4), 0, False), ((0, 0.4), 4, True)])
+def test_the_interaction_is_a_slope_whatever_its_common_factor_and_what_adds_up_is_none(doses, times, clear):
+    weights, factor = trend_weights(doses, doses)
+    groups = drawn(
+        2, [0.1 + (row + column) * (not times) + times * row * column for row, column in product(doses, doses)]
+    )
     found = found_of(groups, weights, factor=float(factor))
     assert found.value == pytest.approx(float(factor) * np.dot(weights, [one.solved.mean() for one in groups]))
-    assert not found.clear  # what adds up is no interaction
+    assert found.clear == clear
 
 
 def test_correction_only_widens():
@@ -134,10 +129,6 @@ def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is
     assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(against_control(cells, design)) == []
-
-
-def test_what_changed_nothing_beside_others_is_in_no_interaction():
-    assert list(interactions(*played(["flip?p=0.4", "history?last=50", "flip?p=0.4 + history?last=50"]))) == []
 
 
 def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_where_there_is_one():
