@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.statistics.conditions.crossed import trend_weights
-from lockprobe.statistics.contrast import against_control, against_first, contrast, interactions
+from lockprobe.statistics.contrast import against_control, against_first, contrast, declared, interactions
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Contrast
 
 CROSSING = [1, -1, -1, 1]
 TEMPLATE = outcomes([make_trial([0] * 20, trial=i, budget=20) for i in range(1, 61)])
@@ -62,6 +63,16 @@ def test_correction_only_widens():
     one, ten = (found_of(drawn(3, [0.5] * 4), choices=choices) for choices in (1, 10))
     assert ten.low < one.low <= one.value == ten.value
     assert ten.p_value == min(1, 10 * one.p_value)
+
+
+def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():
+    """Of six boxes two alone change success: from 40 blocks that is clear, from six boxes it is not."""
+    box = np.array([f"box-{i % 6}" for i in range(40)])
+    never, twice = group([False] * 40), group([i % 6 < 2 for i in range(40)])
+    alone, over = (found_of([replace(one, box=of) for one in (twice, never)], [1, -1]) for of in (box[:0], box))
+    assert alone.clear
+    assert not over.clear
+    assert (over.value, over.p_value > alone.p_value) == (alone.value, True)
 
 
 def test_only_blocks_with_a_trial_under_every_condition_count():
@@ -129,6 +140,40 @@ def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is
     assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(against_control(cells, design)) == []
+
+
+def idle_in(cells, label, *specs):
+    """The cells as if these interventions had changed nothing there."""
+    trials = [
+        replace(
+            one, changed=dict(one.changed) | dict.fromkeys(specs, 0), changed_steps=one.changed_steps * (len(specs) < 2)
+        )
+        for one in cells[AGENT, label].trials
+    ]
+    return cells | {(AGENT, label): cell(trials)}
+
+
+def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_may_change_nothing():
+    flip, tremble = "flip?p=0.4", "tremble?p=0.3"
+    cells, design = played([flip, tremble, f"{flip} + {tremble}"])
+    assert len(list(interactions(cells, design))) == 1
+    assert list(interactions(idle_in(cells, f"{flip} + {tremble}", tremble), design)) == []
+    cells, design = played(["warn", tremble])
+    design = replace(design, arms=tuple(arm for arm in design.arms if arm.label != "truth"))
+    assert named(against_control(idle_in(cells, "warn", "warn", ""), design)) == [(AGENT, "warn", tremble, 1)]
+
+
+def test_a_study_declares_contrasts_of_agents_and_not_of_people():
+    cells, design = played(["tremble?p=0.3"], n=8)
+    asked = {"tremor": Contrast(of=("tremble?p=0.3",), minus=("truth",))}
+    (found,) = declared(cells, asked, design)
+    assert (found.agent, found.name, found.choices) == (AGENT, "tremor", 1)
+    assert found.change.value == pytest.approx(found.of.value - found.minus.value)
+    seated = {
+        (agent, label): cell([replace(one, agent=f"participant:{i:04d}") for i, one in enumerate(own.trials)])
+        for (agent, label), own in cells.items()
+    }
+    assert list(declared(seated, asked, design)) == []
 
 
 def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_where_there_is_one():

@@ -66,6 +66,7 @@ def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say
     assert idle_interventions(idle, ["nudge?after=9"]) == [""]
     some = [replace(trial, changed={"nudge?after=9": 0, "other": 1}, changed_steps=1) for trial in trials]
     assert idle_interventions(some, ["nudge?after=9", "other"]) == ["nudge?after=9"]
+    assert idle_interventions(idle, ["nudge?after=9", "plant?friction=2"]) == ["nudge?after=9"]  # the plant may act
     unsaid = [replace(trial, changed={}, changed_steps=0) for trial in trials]
     assert idle_interventions(unsaid, ["nudge?after=9"]) == []
     assert not never_acted(unsaid)
@@ -77,6 +78,7 @@ def test_an_agent_that_chose_as_under_the_control_is_named_and_people_are_not():
     assert unheeded(warned, truth) == sum(len(trial.steps) for trial in warned)
     trembling = play_trials("human-inspired", 4, condition="tremble?p=0.5")
     assert unheeded(trembling, play_trials("human-inspired", 4)) == 0
-    assert unheeded([replace(trial, steps=trial.steps[:1], changed_steps=1) for trial in warned], truth) == 0
+    few = [[replace(trial, steps=trial.steps[:1], changed_steps=1) for trial in own] for own in (warned, truth)]
+    assert unheeded(*few) == 0
     people = [replace(trial, agent="participant:1") for trial in truth]
     assert unheeded(warned, people) == 0
