@@ -1,7 +1,8 @@
 """Contrasts of conditions: their value, their exact test, what breaks trials, and the families that they belong to."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.statistics.conditions.crossed import trend_weights
-from lockprobe.statistics.contrast import against_control, against_first, contrast, interactions
+from lockprobe.statistics.contrast import against_control, against_first, contrast, declared, interactions
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Contrast
 
 CROSSING = [1, -1, -1, 1]
 TEMPLATE = outcomes([make_trial([0] * 20, trial=i, budget=20) for i in range(1, 61)])
@@ -31,7 +33,9 @@ def drawn(seed, chances, n=40):
 
 
 def found_of(groups, weights=CROSSING, broken=None, **more):
-    return contrast(groups, broken or [one.at(np.zeros(len(one), bool)) for one in groups], weights, **more)
+    broken = broken or [one.at(np.zeros(len(one), bool)) for one in groups]
+    cells = [SimpleNamespace(ended=one, broke=other) for one, other in zip(groups, broken, strict=True)]
+    return contrast(cells, weights, **more)
 
 
 @given(st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=9))
@@ -44,26 +48,31 @@ def test_the_p_value_of_an_interaction_is_that_of_every_flip_of_the_signs_of_its
     assert found.p_value == pytest.approx(np.mean([one >= abs(sums.sum()) for one in flipped]))
 
 
-def test_the_weights_of_a_grid_are_those_of_a_crossing_where_both_doses_have_two_levels():
-    weights, factor = trend_weights((0, 0.4), (0, 0.1))
-    groups = drawn(1, (0.1, 0.1, 0.2, 0.9))
-    assert found_of(groups) == found_of(groups, weights, factor=float(factor))
-    assert found_of(groups).clear
-
-
-def test_the_interaction_is_a_slope_whatever_its_common_factor():
-    rows, columns = (0, 0.2, 0.4), (0, 0.1, 0.2)
-    weights, factor = trend_weights(rows, columns)
-    groups = drawn(2, [0.2 + row + column for row, column in product(rows, columns)])
+@pytest.mark.parametrize(("doses", "times", "clear"), [((0, 0.2, 0.4), 0, False), ((0, 0.4), 4, True)])
+def test_the_interaction_is_a_slope_whatever_its_common_factor_and_what_adds_up_is_none(doses, times, clear):
+    weights, factor = trend_weights(doses, doses)
+    groups = drawn(
+        2, [0.1 + (row + column) * (not times) + times * row * column for row, column in product(doses, doses)]
+    )
     found = found_of(groups, weights, factor=float(factor))
     assert found.value == pytest.approx(float(factor) * np.dot(weights, [one.solved.mean() for one in groups]))
-    assert not found.clear  # what adds up is no interaction
+    assert found.clear == clear
 
 
 def test_correction_only_widens():
     one, ten = (found_of(drawn(3, [0.5] * 4), choices=choices) for choices in (1, 10))
     assert ten.low < one.low <= one.value == ten.value
     assert ten.p_value == min(1, 10 * one.p_value)
+
+
+def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():
+    """Of six boxes two alone change success: from 40 blocks that is clear, from six boxes it is not."""
+    box = np.array([f"box-{i % 6}" for i in range(40)])
+    never, twice = group([False] * 40), group([i % 6 < 2 for i in range(40)])
+    alone, over = (found_of([replace(one, box=of) for one in (twice, never)], [1, -1]) for of in (box[:0], box))
+    assert alone.clear
+    assert not over.clear
+    assert (over.value, over.p_value > alone.p_value) == (alone.value, True)
 
 
 def test_only_blocks_with_a_trial_under_every_condition_count():
@@ -97,12 +106,8 @@ def test_broken_trials_count_for_it_at_one_end_and_against_it_at_the_other():
     assert made.p_value == 1.0
 
 
-@dataclass
-class Played:
-    trials: list
-
-    def __post_init__(self):
-        self.ended, self.broke = outcomes(self.trials), broken_off(self.trials)
+def cell(trials):
+    return SimpleNamespace(trials=trials, ended=outcomes(trials), broke=broken_off(trials))
 
 
 AGENT, CAREFUL, BASELINE, BLIND = "cognitive:perseverant", "cognitive:careful", "human-inspired", "random"
@@ -112,7 +117,7 @@ def played(conditions, agents=(AGENT,), n=6):
     """The cells and the design of a study of these conditions beside the truth."""
     planned = study("flips", agent=list(agents), p=[0], condition=list(conditions), trials=n, repetitions=1)
     return {
-        (agent, one.label): Played([run_trial(agent=agent, condition=one.label, trial=i + 1, seed=3) for i in range(n)])
+        (agent, one.label): cell([run_trial(agent=agent, condition=one.label, trial=i + 1, seed=3) for i in range(n)])
         for agent in agents
         for one in planned.conditions
     }, design_of(planned)
@@ -131,14 +136,44 @@ def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_w
 
 def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is_compared_with_nothing():
     cells, design = played(["history?last=50", "tremble?p=0.5", "tremble?p=0.5 + nudge"])
-    cells[AGENT, "tremble?p=0.5 + nudge"] = Played([make_trial([0], trial=1, broken="model")])
+    cells[AGENT, "tremble?p=0.5 + nudge"] = cell([make_trial([0], trial=1, broken="model")])
     assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(against_control(cells, design)) == []
 
 
-def test_what_changed_nothing_beside_others_is_in_no_interaction():
-    assert list(interactions(*played(["flip?p=0.4", "history?last=50", "flip?p=0.4 + history?last=50"]))) == []
+def idle_in(cells, label, *specs):
+    """The cells as if these interventions had changed nothing there."""
+    trials = [
+        replace(
+            one, changed=dict(one.changed) | dict.fromkeys(specs, 0), changed_steps=one.changed_steps * (len(specs) < 2)
+        )
+        for one in cells[AGENT, label].trials
+    ]
+    return cells | {(AGENT, label): cell(trials)}
+
+
+def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_may_change_nothing():
+    flip, tremble = "flip?p=0.4", "tremble?p=0.3"
+    cells, design = played([flip, tremble, f"{flip} + {tremble}"])
+    assert len(list(interactions(cells, design))) == 1
+    assert list(interactions(idle_in(cells, f"{flip} + {tremble}", tremble), design)) == []
+    cells, design = played(["warn", tremble])
+    design = replace(design, arms=tuple(arm for arm in design.arms if arm.label != "truth"))
+    assert named(against_control(idle_in(cells, "warn", "warn", ""), design)) == [(AGENT, "warn", tremble, 1)]
+
+
+def test_a_study_declares_contrasts_of_agents_and_not_of_people():
+    cells, design = played(["tremble?p=0.3"], n=8)
+    asked = {"tremor": Contrast(of=("tremble?p=0.3",), minus=("truth",))}
+    (found,) = declared(cells, asked, design)
+    assert (found.agent, found.name, found.choices) == (AGENT, "tremor", 1)
+    assert found.change.value == pytest.approx(found.of.value - found.minus.value)
+    seated = {
+        (agent, label): cell([replace(one, agent=f"participant:{i:04d}") for i, one in enumerate(own.trials)])
+        for (agent, label), own in cells.items()
+    }
+    assert list(declared(seated, asked, design)) == []
 
 
 def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_where_there_is_one():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from reported import found_in
 
-from lockprobe.statistics.idle import Idle, idle_interventions, never_acted, steps_changed, unheeded
+from lockprobe.statistics.idle import idle_interventions, never_acted, steps_changed, unheeded
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 
@@ -60,13 +60,13 @@ def test_it_is_idle_for_the_agent_for_which_nothing_was_changed(tmp_path):
 
 def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say_are_taken_as_they_are():
     trials = play_trials("random", 3, condition="nudge?after=9")
-    steps = sum(len(trial.steps) for trial in trials)
     assert set(steps_changed(trials)) == {"", "nudge?after=9"}
     idle = [replace(trial, changed={"nudge?after=9": 0}, changed_steps=0) for trial in trials]
     assert never_acted(idle)
-    assert idle_interventions(idle, ["nudge?after=9"]) == [Idle("random", "nudge?after=9", "", steps)]
+    assert idle_interventions(idle, ["nudge?after=9"]) == [""]
     some = [replace(trial, changed={"nudge?after=9": 0, "other": 1}, changed_steps=1) for trial in trials]
-    assert idle_interventions(some, ["nudge?after=9", "other"])[0][2:] == ("nudge?after=9", steps)
+    assert idle_interventions(some, ["nudge?after=9", "other"]) == ["nudge?after=9"]
+    assert idle_interventions(idle, ["nudge?after=9", "plant?friction=2"]) == ["nudge?after=9"]  # the plant may act
     unsaid = [replace(trial, changed={}, changed_steps=0) for trial in trials]
     assert idle_interventions(unsaid, ["nudge?after=9"]) == []
     assert not never_acted(unsaid)
@@ -75,9 +75,10 @@ def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say
 
 def test_an_agent_that_chose_as_under_the_control_is_named_and_people_are_not():
     truth, warned = (play_trials("random", 4, condition=acts) for acts in ("truth", "warn"))
-    assert unheeded(warned, truth).changed == sum(len(trial.steps) for trial in warned)
+    assert unheeded(warned, truth) == sum(len(trial.steps) for trial in warned)
     trembling = play_trials("human-inspired", 4, condition="tremble?p=0.5")
-    assert unheeded(trembling, play_trials("human-inspired", 4)) is None
-    assert unheeded([replace(trial, steps=trial.steps[:1], changed_steps=1) for trial in warned], truth) is None
+    assert unheeded(trembling, play_trials("human-inspired", 4)) == 0
+    few = [[replace(trial, steps=trial.steps[:1], changed_steps=1) for trial in own] for own in (warned, truth)]
+    assert unheeded(*few) == 0
     people = [replace(trial, agent="participant:1") for trial in truth]
-    assert unheeded(warned, people) is None
+    assert unheeded(warned, people) == 0

@@ -14,10 +14,8 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.conditions.axis import axis_key
-from lockprobe.statistics.conditions.axis_trials import Place
-from lockprobe.statistics.conditions.series import Series
-from lockprobe.statistics.course import Course, courses, is_baseline
+from lockprobe.statistics.conditions.axis import Series, axis_key
+from lockprobe.statistics.course import Course, Place, courses, is_baseline
 from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.inference.trend import Trend
 from lockprobe.statistics.inference.ushape import TwoLines

@@ -13,27 +13,18 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.agent_comparison.paired import (
-    Array,
-    BlockMean,
-    block_mean,
-    mean_at_every_look,
-    sheets,
-    sign_flip,
-)
-from lockprobe.statistics.boxes import mean_over_boxes
+from lockprobe.statistics.agent_comparison.paired import BlockMean, columns, mean_of_blocks
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.conditions.design import Comparison, Design
 from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.idle import Idle, idle_interventions
+from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import Outcomes, boxes_of_blocks, heeded_at_most
+from lockprobe.statistics.outcomes import Outcomes, heeded_at_most
 from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
@@ -65,7 +56,6 @@ class Effect:
     """Success of an agent under a condition minus success under the control, in the trials that they share.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
         modality: How the box was shown under the control.
         corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
         family: What these are.
@@ -83,35 +73,21 @@ class Effect:
 
 
 def contrast(
-    groups: Sequence[Outcomes],
-    broken: Sequence[Outcomes],
-    weights: Sequence[int],
-    *,
-    factor: float = 1.0,
-    choices: int = 1,
+    cells: Sequence[_Cell], weights: Sequence[int], *, factor: float = 1.0, choices: int = 1
 ) -> BlockMean | None:
-    """A weighted sum of success under conditions; None if no block of luck has a trial in each.
+    """A weighted sum of success of one agent under conditions; None if no block of luck has a trial in each.
 
     The P value is from sign flips of whole blocks. If trials broke, it and the interval hold whatever became of them.
 
-    Args:
-        groups: The ended trials of one agent by condition.
-        broken: Those of each that broke.
-        weights: The weight of each, which sum to 0.
-        factor: What the sum is multiplied with.
-        choices: How many contrasts are judged together (Bonferroni).
+    The weights sum to 0, ``factor`` scales the sum, and ``choices`` contrasts are judged together (Bonferroni).
     """
-    most = factor * sum(weight for weight in weights if weight > 0)
+    groups, broken = [one.ended for one in cells], [one.broke for one in cells]
+    most = sum(weight for weight in weights if weight > 0)
 
     def of(trials: Sequence[Outcomes]) -> BlockMean:
-        _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in trials])
-        sums = np.asarray(sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True)))
-        if made[0].planned:
-            return mean_at_every_look(factor * sums[:, None], bound=most, agents=choices)
-        sums = sums[~np.isnan(sums)]
-        mean = block_mean(factor * sums[:, None], unit=most, choices=choices)
-        mean = replace(mean, p_value=min(1.0, choices * sign_flip(sums)))
-        return mean_over_boxes(mean, factor * sums, boxes_of_blocks(*trials), choices=choices)
+        laid = columns(trials)
+        sums = np.asarray(sum(weight * one.solved for weight, one in zip(weights, laid, strict=True)))
+        return mean_of_blocks(sums, laid[0].box, planned=laid[0].planned, unit=most, factor=factor, choices=choices)
 
     if not all(map(len, groups)) or not (found := of(groups)).pairs:
         return None
@@ -125,9 +101,7 @@ class Declared:
     """A contrast that a study declares, of one agent.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
         modality: How the box was shown under the first condition.
-        name: What the study calls it.
         change: Mean success under the conditions of one side minus that under those of the other.
         of: Success under the conditions of one side, in the blocks that count; of several its mean, without interval.
         minus: That under those of the other side.
@@ -151,81 +125,77 @@ def declared(cells: Cells, contrasts: Mapping[str, Contrast], design: Design) ->
     """
     cells = acting(cells, design)
     asked = [
-        (agent, name, [cells[agent, label] for label in (*one.of, *one.minus)], one)
+        (agent, is_baseline(design.spec_of(agent)), name, one, own)
         for agent in design.agents
         for name, one in contrasts.items()
-        if all((agent, label) in cells for label in (*one.of, *one.minus))
-        if not any(cells[agent, label].ended.crossed for label in (*one.of, *one.minus))
+        for own in [[cells[agent, label] for label in (*one.of, *one.minus) if (agent, label) in cells]]
+        if len(own) == len(one.of) + len(one.minus) and not any(cell.ended.crossed for cell in own)
     ]
-    sizes = Counter(is_baseline(design.spec_of(agent)) for agent, *_ in asked)
-    for agent, name, own, one in asked:
+    sizes = Counter(baseline for _, baseline, *_ in asked)
+    for agent, baseline, name, one, own in asked:
         weights = [len(one.minus)] * len(one.of) + [-len(one.of)] * len(one.minus)
-        choices, factor = sizes[is_baseline(design.spec_of(agent))], 1 / (len(one.of) * len(one.minus))
-        groups, broken = [cell.ended for cell in own], [cell.broke for cell in own]
-        change = contrast(groups, broken, weights, factor=factor, choices=choices)
+        change = contrast(own, weights, factor=1 / (len(one.of) * len(one.minus)), choices=sizes[baseline])
         if change is not None:
-            _, laid = sheets([replace(cell, dose=np.zeros(len(cell))) for cell in groups])
-            ended = ~np.isnan(np.stack([sheet.solved[:, 0] for sheet in laid])).any(axis=0)
-            of, minus = (
-                _success([sheet.solved[ended, 0] for sheet in side], boxes_of_blocks(*groups), planned=laid[0].planned)
-                for side in (laid[: len(one.of)], laid[len(one.of) :])
-            )
-            modality = own[0].trials[0].modality
+            of, minus = _success_on_sides([cell.ended for cell in own], len(one.of))
             yield Declared(
-                agent=agent, modality=modality, name=name, change=change, of=of, minus=minus, choices=choices
-            )
+                agent=agent, modality=own[0].trials[0].modality, name=name, change=change, of=of, minus=minus,
+                choices=sizes[baseline],
+            )  # fmt: skip
 
 
-def _success(solved: Sequence[Array], box: NDArray[np.str_], *, planned: bool) -> BlockMean:
-    """Success under some conditions, in blocks that have a trial under all of them."""
-    n, mean = len(solved[0]), float(np.mean(solved))
-    if len(solved) > 1:
-        return BlockMean(value=mean, pairs=n, blocks=n)
-    share = share_at_every_look(solved[0]) if planned else share_of(solved[0], (), (), box)
-    return BlockMean(value=share.value, low=share.low, high=share.high, pairs=n, blocks=n)
-
-
-def idle_conditions(cells: Cells, design: Design) -> list[Idle]:
-    """What changed nothing, in the order of the conditions; a control is to change nothing."""
-    acting = {arm.label: arm.without() for arm in design.arms}
-    return [
-        one
-        for (_, label), cell in cells.items()
-        if label not in design.controls
-        for one in idle_interventions(cell.trials, acting.get(label, ()))
-    ]
+def _success_on_sides(groups: Sequence[Outcomes], first: int) -> Iterator[BlockMean]:
+    """Success under the first conditions and under the others, in blocks that have a trial under all of them."""
+    laid = columns(groups)
+    solved = np.hstack([sheet.solved for sheet in laid])
+    kept = ~np.isnan(solved).any(axis=1)
+    for side in np.split(solved[kept].T, [first]):
+        mean = BlockMean(value=float(np.mean(side)), pairs=side.shape[1], blocks=side.shape[1])
+        if len(side) == 1:
+            box = laid[0].box[kept] if len(laid[0].box) else ()
+            share = share_at_every_look(side[0]) if laid[0].planned else share_of(side[0], (), (), box)
+            mean = replace(mean, value=share.value, low=share.low, high=share.high)
+        yield mean
 
 
 def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
-    """The conditions in which something was changed; with ``wholly``, in which no intervention changed nothing."""
-    idle = {(one.agent, one.condition) for one in idle_conditions(cells, design) if wholly or not one.intervention}
-    return {name: cell for name, cell in cells.items() if name not in idle}
+    """The conditions in which something was changed; with ``wholly``, in which no intervention changed nothing.
+
+    A control is to change nothing.
+    """
+    acts = {arm.label: arm.without() for arm in design.arms if arm.label not in design.controls}
+
+    def idle(label: str, cell: _Cell) -> bool:
+        found = idle_interventions(cell.trials, acts[label]) if label in acts else []
+        return bool(found) if wholly else "" in found
+
+    return {name: cell for name, cell in cells.items() if not idle(name[1], cell)}
 
 
 def against_control(cells: Cells, design: Design) -> Iterator[Effect]:
     """Each modality's other conditions against its control, and the controls of all modalities against the first."""
     cells = acting(cells, design)
-    sizes = _family_sizes(cells, design)
-    for agent, of, family, names in _families(cells, design):
-        many = max(1, sizes[family, of.control, is_baseline(design.spec_of(agent))])
-        if (agent, of.control) in cells:
-            yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
-
-
-def _families(cells: Cells, design: Design) -> Iterator[tuple[str, Comparison, str, list[str]]]:
-    """Agent, comparisons, family and names of conditions with trials, the control first, of all that is compared."""
+    sizes = _judged_together(cells, design)
     for agent in design.agents:
-        for of in map(design.comparison, design.modalities):
-            for family, others in ((CONDITIONS, of.others), (CONTROLS, of.controls)):
-                yield agent, of, family, [label for label in (of.control, *others) if (agent, label) in cells]
+        for of in design.comparisons.values():
+            for family, others in _families(of):
+                names = [label for label in (of.control, *others) if (agent, label) in cells]
+                if (agent, of.control) in cells:
+                    many = max(1, sizes[family, of.control, is_baseline(design.spec_of(agent))])
+                    yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
 
 
-def _family_sizes(cells: Cells, design: Design) -> Counter[tuple[str, str, bool]]:
+def _families(of: Comparison) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    return (CONDITIONS, of.others), (CONTROLS, of.controls)
+
+
+def _judged_together(cells: Cells, design: Design) -> Counter[tuple[str, str, bool]]:
     """How many agents are judged together in a family, by its control: those of which a difference can be found."""
     return Counter(
         (family, of.control, is_baseline(design.spec_of(agent)))
-        for agent, of, family, names in _families(cells, design)
-        if _can_differ(cells, agent, [of.control, *(name for name in names if name != of.control)])
+        for agent in design.agents
+        for of in design.comparisons.values()
+        for family, others in _families(of)
+        if _can_differ(cells, agent, (of.control, *others))
     )
 
 
@@ -244,13 +214,13 @@ def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> It
         asked = [
             (agent, group) for agent in design.agents for group in factor.groups if _can_differ(cells, agent, group)
         ]
-        baseline = {agent: is_baseline(design.spec_of(agent)) for agent, _ in asked}
-        sizes = Counter(baseline.values())
+        sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in asked})
         for agent, group in asked:
             names = [label for label in group if (agent, label) in cells]
             use = factor.name, *cells[agent, names[0]].trials[0].specs
-            many, of = sizes[baseline[agent]] * len(factor.groups), LEVELS + factor.name
-            yield from _against_first(cells, agent, names, *use, agents=many, family=of, axis=factor.name)
+            many = sizes[is_baseline(design.spec_of(agent))] * len(factor.groups)
+            family = LEVELS + factor.name
+            yield from _against_first(cells, agent, names, *use, agents=many, family=family, axis=factor.name)
 
 
 def _against_first(
@@ -274,30 +244,23 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, B
     Two interventions are left out where their doses have an interaction. None is computed where all must hold at every
     look.
     """
-    sizes, acted = _family_sizes(acting(cells, design), design), acting(cells, design, wholly=True)
+    acted = acting(cells, design, wholly=True)
+    sizes = _judged_together(acting(cells, design), design)
+
+    def found_in(agent: str, crossed: Crossed, choices: int = 1) -> BlockMean | None:
+        own = [acted[agent, name] for name in crossed.weights if (agent, name) in acted]
+        if not own or len(own) < len(crossed.weights):
+            return None
+        return contrast(own, [*crossed.weights.values()], factor=crossed.factor, choices=choices)
+
     for agent in design.agents:
-        for of in map(design.comparison, design.modalities):
+        for of in design.comparisons.values():
             if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
                 continue
-            every = [one for one in of.crossed if _interaction(acted, agent, one)]
+            every = [one for one in of.crossed if found_in(agent, one)]
             dosed = {name for one in every if one.axes for name in one.conditions.values()}
             every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
-            agents = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))])
-            choices = agents * max(1, len(every))
+            choices = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
             for one in every:
-                if found := _interaction(acted, agent, one, choices):
+                if found := found_in(agent, one, choices):
                     yield agent, one, found, choices
-
-
-def _interaction(cells: Cells, agent: str, of: Crossed, choices: int = 1) -> BlockMean | None:
-    own = [cells.get((agent, name)) for name in of.weights]
-    found = [one for one in own if one is not None]
-    if not own or len(found) < len(own):
-        return None
-    return contrast(
-        [one.ended for one in found],
-        [one.broke for one in found],
-        [*of.weights.values()],
-        factor=of.factor,
-        choices=choices,
-    )

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import nan
+from typing import NamedTuple
 
 import numpy as np
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, spec_kind
+from lockprobe.foundation.spec import PEOPLE, spec_kind, spec_name
 from lockprobe.statistics.conditions.axis import FLIPS, Axis
-from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.inference.trend import Resamples, resample
-from lockprobe.statistics.outcomes import Outcomes, Point, heeded_at_most, points
+from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, heeded_at_most, outcomes, points
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
@@ -29,42 +30,58 @@ def is_baseline(spec: str) -> bool:
     return spec_kind(spec) in _BASELINES
 
 
-@dataclass(frozen=True, kw_only=True)
+class Place(NamedTuple):
+    """The place of a trial on an axis: to whose course it belongs, how the box is shown without doses, and its dose."""
+
+    agent: str
+    modality: str
+    dose: float
+
+
+def on_flip_axis(trial: Trial) -> Place:
+    """Its place on the axis of flip rates; the dose is not a number if other interventions acted."""
+    return Place(trial.group, trial.modality, nan if trial.p is None else trial.p)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Course:
     """One agent over the doses of one axis.
 
     Attributes:
-        trials: All its trials.
+        agent: What tables call it, or several that differ in the option that is the axis.
+        modality: How the box is shown, without doses.
+        trials: All its trials, by dose, repetition and trial.
+        doses: The dose of each.
         axis: The dose in which they differ.
         key: What the column ``axis`` of rows calls it.
-        shown: What tells it apart from other courses of the agent, in words; empty if nothing has to.
-        heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
-        idle: Doses above the lowest at which nothing was changed, or no report was false. They are in no fit or test.
-        family: How many agents are judged together with it, itself included.
+        several: Whether the study has the axis in several modalities, so that agents are named with theirs.
+        order: The order of its blocks, if what is said must hold at every look.
+        beside: All agents over the axis, itself included.
     """
 
-    trials: AxisTrials
+    agent: str
+    modality: str
+    trials: tuple[Trial, ...]
+    doses: tuple[float, ...]
     axis: Axis
     key: str
-    shown: str
-    heeded: float | None
-    idle: frozenset[float]
-    family: int
+    several: bool
+    order: BlockOrder | None
+    beside: Sequence[Course] = field(repr=False)
 
-    @property
-    def agent(self) -> str:
-        """Its name, or its spec if it has none."""
-        return self.trials.agent
+    @cached_property
+    def spec(self) -> str:
+        """The spec of the agent, which names its random streams; of several that differ in an option, without options.
 
-    @property
-    def modality(self) -> str:
-        """How it was shown the box."""
-        return self.trials.modality
+        A name changes no number.
+        """
+        specs = {trial.spec for trial in self.trials}
+        return self.trials[0].spec if len(specs) == 1 else spec_name(self.trials[0].spec)
 
     @property
     def baseline(self) -> bool:
         """Whether it is a baseline."""
-        return is_baseline(self.trials.spec)
+        return is_baseline(self.spec)
 
     @property
     def people(self) -> bool:
@@ -72,27 +89,74 @@ class Course:
         return self.agent == PEOPLE
 
     @property
-    def blind(self) -> bool:
-        """Whether it plays alike whatever it is told, so that its doses are copies of each other."""
-        return self.heeded is not None
+    def shown(self) -> str:
+        """What tells it apart from other courses of the agent, in words; empty if nothing has to."""
+        twice = sum(one.agent == self.agent for one in self.beside) > 1
+        named = self.several or twice or self.modality not in PLAIN_WORDS
+        return ", ".join(filter(None, (spoken(self.modality) if named else "", self.axis.rest)))
+
+    @property
+    def budget(self) -> int:
+        """Most steps of a trial."""
+        return max(trial.budget for trial in self.trials)
 
     @cached_property
     def by_dose(self) -> Mapping[float, list[Trial]]:
         """Every dose with its trials, ascending."""
-        return dict(self.trials.by_dose())
+        pairs = grouped(zip(self.doses, self.trials, strict=True), lambda pair: pair[0])
+        return {dose: [trial for _, trial in members] for dose, members in pairs.items()}
+
+    def at(self, doses: Collection[float]) -> Course:
+        """Its trials at these doses, of which it has at least one."""
+        trials, found = zip(
+            *(pair for pair in zip(self.trials, self.doses, strict=True) if pair[1] in doses), strict=True
+        )
+        return replace(self, trials=trials, doses=found)
 
     @cached_property
-    def tested(self) -> AxisTrials:
+    def lowest(self) -> Course:
+        """Its trials at its lowest dose."""
+        return self.at(self.doses[:1])
+
+    @cached_property
+    def outcomes(self) -> Outcomes:
+        """Its trials that ended as solved or out of budget."""
+        return outcomes(self.trials, self.doses, self.order)
+
+    @cached_property
+    def broken_off(self) -> Outcomes:
+        """Its trials that broke, up to the error."""
+        return broken_off(self.trials, self.doses, self.order)
+
+    @cached_property
+    def blind(self) -> bool:
+        """Whether it plays alike whatever it is told, so that its doses are copies of each other."""
+        return heeded_at_most(self.trials) is not None
+
+    @cached_property
+    def idle(self) -> frozenset[float]:
+        """Doses above the lowest at which nothing was changed, or no report was false. They are in no fit or test."""
+        return frozenset(dose for dose, members in [*self.by_dose.items()][1:] if never_acted(members))
+
+    @cached_property
+    def family(self) -> int:
+        """How many agents are judged together with it, itself included: those whose success can depend on the dose."""
+        alike = [one for one in self.beside if (one.modality, one.baseline) == (self.modality, self.baseline)]
+        return max(1, sum(not one.blind and len({*one.outcomes.dose.tolist()}) > 1 for one in alike))
+
+    @cached_property
+    def tested(self) -> Course:
         """The trials that fits and tests use: at doses that acted, or at the lowest alone if it is blind."""
-        doses = sorted(self.by_dose)
-        return self.trials.at({doses[0]} if self.blind else {*doses} - self.idle)
+        if self.blind:
+            return self.lowest
+        return self.at(self.by_dose.keys() - self.idle) if self.idle else self
 
-    @cached_property
+    @property
     def ended(self) -> Outcomes:
         """Those of them that ended as solved or out of budget."""
         return self.tested.outcomes
 
-    @cached_property
+    @property
     def broke(self) -> Outcomes:
         """Those of them that broke."""
         return self.tested.broken_off
@@ -109,7 +173,7 @@ class Course:
 
     def stream(self, use: str) -> np.random.Generator:
         """The random stream of a resampling test."""
-        return generator(self.trials.seed, "analysis", self.trials.spec, self.modality, use)
+        return generator(self.trials[0].seed, "analysis", self.spec, self.modality, use)
 
 
 def courses(
@@ -121,34 +185,18 @@ def courses(
     several: bool = False,
     orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> tuple[Course, ...]:
-    """The courses over an axis, in the order of the trials.
+    """The courses over an axis, by agent and modality in the order of the trials, all of which lie on it.
 
-    Args:
-        trials: Trials that lie on the axis.
-        axis: The dose in which conditions differ.
-        key: What the column ``axis`` of rows calls it.
-        place: The place of a trial on it.
-        several: Whether the study has the axis in several modalities, so that agents are named with theirs.
-        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+    ``orders`` has the agents of which everything must hold at every look; the rest is as in :class:`Course`.
     """
-    agents = [
-        (one, heeded_at_most(one.trials), (one.modality, is_baseline(one.spec)))
-        for one in on_axis(trials, place, orders)
-    ]
-    times = Counter(one.agent for one, *_ in agents)
-    sizes = Counter(family for one, heeded, family in agents if heeded is None and len(one.finished_doses) > 1)
-    found = []
-    for one, heeded, family in agents:
-        named = several or times[one.agent] > 1 or one.modality not in PLAIN_WORDS
+    found: list[Course] = []
+    for (agent, modality), members in grouped(((place(one), one) for one in trials), lambda one: one[0][:2]).items():
+        members.sort(key=lambda one: (one[0].dose, one[1].repetition, one[1].trial))
+        own = tuple(trial for _, trial in members)
         found.append(
             Course(
-                trials=one,
-                axis=axis,
-                key=key,
-                shown=", ".join(filter(None, (spoken(one.modality) if named else "", axis.rest))),
-                heeded=heeded,
-                idle=frozenset(dose for dose, members in [*one.by_dose()][1:] if never_acted(members)),
-                family=max(1, sizes[family]),
+                agent=agent, modality=modality, trials=own, doses=tuple(at.dose for at, _ in members), axis=axis,
+                key=key, several=several, order=orders.get(own[0].group), beside=found,
             )
-        )
+        )  # fmt: skip
     return tuple(found)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
 from math import prod
 from typing import NamedTuple
@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.spec import Spec
-from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean
 from lockprobe.statistics.broken_trials import bounded
+from lockprobe.statistics.conditions.axis import SeriesArm
 from lockprobe.statistics.conditions.design import Design
-from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.distributions import holm, student_quantile, student_tails
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended
@@ -53,15 +53,12 @@ class Factorial(NamedTuple):
     """A balanced design among the conditions of one modality.
 
     Attributes:
-        modality: How the box is shown, without doses.
-        factors: Names of the factors.
-        levels: Factor -> what its low and its high level are called.
+        levels: Factor -> what its high level is called; the low one is without it.
         runs: Label of a condition -> its level of each factor, -1 or 1.
     """
 
     modality: str
-    factors: tuple[str, ...]
-    levels: Mapping[str, tuple[str, str]]
+    levels: Mapping[str, str]
     runs: Mapping[str, tuple[int, ...]]
 
 
@@ -84,7 +81,7 @@ def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
     balanced = all(sum(column) == 0 for column in columns)
     if not balanced or any(sum(map(prod, zip(*two, strict=True))) for two in combinations(columns, 2)):
         return []
-    return [Factorial(modality, factors, {name: ("", next(iter(values[name]))) for name in factors}, runs)]
+    return [Factorial(modality, {name: next(iter(values[name])) for name in factors}, runs)]
 
 
 def _options(spec: Spec) -> list[tuple[str, str]]:
@@ -92,37 +89,23 @@ def _options(spec: Spec) -> list[tuple[str, str]]:
     return [(f"{spec.full_name}.{name}", value) for name, value in spec.options.items()] or [(spec.full_name, "yes")]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FactorEffect:
-    """What one factor does to one measure.
+class FactorEffect(NamedTuple):
+    """What one factor does to one measure of an agent, over blocks that have a trial in every condition.
 
     Attributes:
-        factor: Its name.
         measure: Of :data:`MEASURES`.
-        value: High level minus low level, [-1, 1].
-        low, high: Ends of the interval, corrected for the number of factors (Bonferroni); None if all blocks are alike.
-            Those of success, and its P value, hold whatever became of broken trials.
-        p_value: That there is no effect, corrected for the factors (Holm); None if all blocks are alike.
+        change: High level minus low level. Interval and P value are corrected for the factors (Bonferroni, Holm); there
+            are none if all blocks are alike. Those of success hold whatever became of broken trials.
     """
-
-    factor: str
-    measure: str
-    value: float
-    low: float | None
-    high: float | None
-    p_value: float | None
-
-
-class FactorialEffects(NamedTuple):
-    """The effects of all factors on one agent, over blocks that have a trial in every condition."""
 
     agent: str
     design: Factorial
-    blocks: int
-    effects: Sequence[FactorEffect]
+    factor: str
+    measure: str
+    change: BlockMean
 
 
-def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design) -> Iterator[FactorialEffects]:
+def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design) -> Iterator[FactorEffect]:
     """The effects of the factors that the conditions cross, of each agent with two whole blocks or more.
 
     ``cells`` are the trials of every agent under every condition.
@@ -133,26 +116,25 @@ def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: 
             blocks = sorted(set.intersection(*map(set, begun)))
             every = [[own[block] for own in begun] for block in blocks]
             whole = [row for row in every if len(ended(row)) == len(row)]
-            if len(whole) > 1:
-                effects = [one for measure in MEASURES for one in _of_measure(every, whole, made, measure)]
-                yield FactorialEffects(agent, made, len(whole), effects)
+            counted = {"blocks": len(whole), "pairs": len(whole) * len(made.runs)}
+            for measure in MEASURES if len(whole) > 1 else ():
+                found = _of_measure(every, whole, np.array([*made.runs.values()], dtype=np.float64), measure)
+                for factor, change in zip(made.levels, found, strict=False):
+                    yield FactorEffect(agent, made, factor, measure, replace(change, **counted))
 
 
 def _of_measure(
-    every: Sequence[Sequence[Trial]], whole: Sequence[Sequence[Trial]], design: Factorial, measure: str
-) -> list[FactorEffect]:
+    every: Sequence[Sequence[Trial]], whole: Sequence[Sequence[Trial]], signs: Array, measure: str
+) -> list[BlockMean]:
     """The effects on a measure; ``every`` row of trials by condition is a block, in ``whole`` ones none broke."""
     values = np.array([[_value(trial, measure) for trial in row] for row in whole], dtype=np.float64)
-    if np.isnan(values).all():
-        return []
-    signs = np.array([*design.runs.values()], dtype=np.float64)
-    found = main_effects(values, signs, design.factors, measure)
+    found = main_effects(values, signs)
     broke = np.array([[trial.ending == "error" for trial in row] for row in every])
     if found and measure == "success" and broke.any():
         solved = np.array([[trial.solved for trial in row] for row in every])
         for i, high in enumerate(signs.T > 0):
             ends = (np.where(broke, high == soon, solved).astype(np.float64) for soon in (False, True))
-            found[i] = bounded(found[i], *(main_effects(end, signs, design.factors, measure)[i] for end in ends))
+            found[i] = bounded(found[i], *(main_effects(end, signs)[i] for end in ends))
     corrected = holm([one.p_value for one in found])
     return [replace(one, p_value=p_value) for one, p_value in zip(found, corrected, strict=True)]
 
@@ -164,14 +146,11 @@ def _value(trial: Trial, measure: str) -> float:
     return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
 
 
-def main_effects(values: Array, signs: Array, factors: Sequence[str], measure: str) -> list[FactorEffect]:
+def main_effects(values: Array, signs: Array) -> list[BlockMean]:
     """The effects of all factors, with P values that are not corrected; none unless two blocks have them.
 
-    Args:
-        values: Of each trial, shape (blocks, conditions); NaN where it has none.
-        signs: The level of each factor, -1 or 1, shape (conditions, factors).
-        factors: Their names.
-        measure: What is analysed.
+    Values are of each trial, shape (blocks, conditions), NaN where it has none; signs are the level of each factor, -1
+    or 1, shape (conditions, factors).
     """
 
     def mean_of(some: Array) -> Array:
@@ -182,17 +161,15 @@ def main_effects(values: Array, signs: Array, factors: Sequence[str], measure: s
 
     contrasts = np.stack([mean_of(values[:, of > 0]) - mean_of(values[:, of < 0]) for of in signs.T], axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
-    n = len(kept)
+    n, found = len(kept), list[BlockMean]()
     if n < 2:
-        return []
-    mean, error = kept.mean(axis=0), kept.std(axis=0, ddof=1) / math.sqrt(n)
-    half = student_quantile(1 - ALPHA / len(factors) / 2, n - 1) * error
-    found = []
-    for name, value, spread, width in zip(factors, mean.tolist(), error.tolist(), half.tolist(), strict=True):
-        varies = spread > 0
-        low, high = (max(-1.0, value - width), min(1.0, value + width)) if varies else (None, None)
-        p_value = float(student_tails(abs(value) / spread, n - 1)) if varies else None
-        found.append(
-            FactorEffect(factor=name, measure=measure, value=round(value, 12), low=low, high=high, p_value=p_value)
-        )
+        return found
+    errors = kept.std(axis=0, ddof=1) / math.sqrt(n)
+    reach = student_quantile(1 - ALPHA / signs.shape[1] / 2, n - 1)
+    for value, error in zip(kept.mean(axis=0).tolist(), errors.tolist(), strict=True):
+        mean, half = BlockMean(value=round(value, 12), pairs=n, blocks=n), reach * error
+        if error > 0:
+            p_value = float(student_tails(abs(value) / error, n - 1))
+            mean = replace(mean, low=max(-1.0, value - half), high=min(1.0, value + half), p_value=p_value)
+        found.append(mean)
     return found

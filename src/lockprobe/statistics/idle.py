@@ -4,30 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.statistics.outcomes import REPORTS, ended
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import Trial
-
-
-class Idle(NamedTuple):
-    """An intervention that changed nothing at so many steps of an agent under a condition; "" for all together."""
-
-    agent: str
-    condition: str
-    intervention: str
-    steps: int
-
-
-class Unheeded(NamedTuple):
-    """A condition under which an agent chose as under the control in every trial, though so many steps were changed."""
-
-    agent: str
-    condition: str
-    control: str
-    changed: int
 
 
 def steps_changed(trials: Sequence[Trial]) -> Counter[str] | None:
@@ -53,20 +34,21 @@ def never_acted(trials: Sequence[Trial]) -> bool:
     return not found[""] or (bool(trials[0].p) and not any(step.told_falsely for step in steps))
 
 
-def idle_interventions(trials: Sequence[Trial], acting: Sequence[str]) -> list[Idle]:
-    """What changed nothing: the condition as a whole, or some of its interventions whose dose is not 0 (``acting``)."""
-    found, steps = steps_changed(trials), sum(len(trial.steps) for trial in ended(trials))
-    if not found or len(found) == 1 or not steps:
+def idle_interventions(trials: Sequence[Trial], acting: Sequence[str]) -> list[str]:
+    """What changed nothing: "" for the condition as a whole, or some of its interventions that should act."""
+    found = steps_changed(trials)
+    if not found or len(found) == 1 or not any(trial.steps for trial in ended(trials)):
         return []
-    whole = not found[""] and not any(spec_name(spec) == PLANT for spec in acting)
-    idle = [""] if whole else [spec for spec in acting if found.get(spec) == 0]
-    return [Idle(trials[0].group, trials[0].condition, spec, steps) for spec in idle]
+    if not found[""] and not any(spec_name(spec) == PLANT for spec in acting):
+        return [""]
+    return [spec for spec in acting if found.get(spec) == 0]
 
 
-def unheeded(trials: Sequence[Trial], control: Sequence[Trial]) -> Unheeded | None:
-    """Whether an agent chose as under the control, although :data:`REPORTS` steps or more were changed; None if not.
+def unheeded(trials: Sequence[Trial], control: Sequence[Trial]) -> int:
+    """The steps that were changed, if an agent chose as under the control nevertheless; 0 if not, or they are few.
 
-    Trials of equal luck are compared. People are left out: different people play the conditions.
+    At least :data:`REPORTS` have to be. Trials of equal luck are compared. People are left out: different people play
+    the conditions.
     """
     alone = {(trial.repetition, trial.trial): trial for trial in ended(control) if not trial.player}
     pairs = [(trial, other) for trial in ended(trials) if (other := alone.get((trial.repetition, trial.trial)))]
@@ -75,7 +57,4 @@ def unheeded(trials: Sequence[Trial], control: Sequence[Trial]) -> Unheeded | No
         return [step.chosen or step.joint for step in trial.steps]
 
     changed = sum(trial.changed_steps for trial, _ in pairs)
-    if changed < REPORTS or any(chosen(trial) != chosen(other) for trial, other in pairs):
-        return None
-    (first, other), *_ = pairs
-    return Unheeded(first.group, first.condition, other.condition, changed)
+    return changed if changed >= REPORTS and all(chosen(trial) == chosen(other) for trial, other in pairs) else 0

@@ -46,11 +46,8 @@ def optimal_actions(trials: Sequence[Trial], *boxes: Lockbox) -> tuple[Proportio
     """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
     None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was
-    not the choice or a report was missing (the others would be no fair sample).
-
-    Args:
-        trials: The trials.
-        boxes: Their boxes, whose rules the plant may have broken; none if they are not known.
+    not the choice or a report was missing (the others would be no fair sample). Boxes are those of the trials, whose
+    rules the plant may have broken; none if they are not known.
     """
     counted = [trial for trial in ended(trials) if trial.steps]
     prior = prior_for(max(len(trial.joints) for trial in counted)) if counted else None

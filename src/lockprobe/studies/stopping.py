@@ -108,7 +108,7 @@ def _families(study: Study, agent: str) -> list[tuple[Question, ...]]:
             more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
             found += [parts, *([tuple(Question(one, ((one, arms[1]["truth"]),)) for one in more)] if more else [])]
             continue
-        of = design.comparison(modality)
+        of = design.comparisons[modality]
         axes = [[label for label in axis.doses if label != of.control] for axis in of.axes]
         for labels in (of.flips, *axes, of.others, of.controls):
             asked = tuple(Question(one, ((one, of.control),)) for one in labels if {one, of.control} <= played)

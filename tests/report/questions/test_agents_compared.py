@@ -15,7 +15,7 @@ from lockprobe.report.results import results_of as made_of
 from lockprobe.report.section import Text, nested
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, compared
-from lockprobe.statistics.conditions.axis_trials import on_axis
+from lockprobe.statistics.course import courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -69,7 +69,7 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
     solved = {"llm:a": (20, 14), "llm:b": (11, 11), "llm:c": (2, 2), "llm:d": (2, 2), "random": (1, 1)}
     trials = [trial for agent, n in solved.items() for trial in some(agent, *n, of=20)]
     trials += some("human-inspired", 6, 6, of=20, slow=(1,) * 20)
-    found, pairs = of_trials(tmp_path, *trials), compared(on_axis(trials))
+    found, pairs = of_trials(tmp_path, *trials), compared(courses(trials))
 
     def holm(tests):
         tested = [p for p in tests if p is not None]

@@ -36,8 +36,8 @@ def numbers(request, tmp_path_factory):
 def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
     found = results_of(numbers)
     for course, shown in zip(numbers.courses, found.courses(), strict=True):
-        rng = generator(course.trials.seed, "analysis", course.trials.spec, course.modality, "permutation")
-        tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
+        rng = generator(course.trials[0].seed, "analysis", course.spec, course.modality, "permutation")
+        tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
         changes = {cell.dose: row for cell, row in shown.changes()}
         assert {dose: (row.value, row.low, row.high, row.p_value) for dose, row in changes.items()} == {
             one.dose: (one.value, one.low, one.high, one.p_value) for one in tested

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from lockprobe.statistics.agent_comparison.pairs import STEPS, SUCCESS, changes_of, compared
-from lockprobe.statistics.conditions.axis_trials import on_axis
+from lockprobe.statistics.course import courses
+from lockprobe.statistics.paired_proportions import ONE_BOX
 from lockprobe.trial.record import STATES
 
 FAILED = (0,) * 20
@@ -27,7 +28,7 @@ def trials(agent, solved, of=12, p=(0.0, 0.3), modality=STATES):
 
 def pair(*groups):
     """The only pair; its second agent is that of the first group."""
-    (found,) = compared(on_axis([trial for group in groups for trial in group]))
+    (found,) = compared(courses([trial for group in groups for trial in group]))
     return found
 
 
@@ -37,18 +38,18 @@ def names(found):
 
 def test_models_are_compared_with_each_other_and_with_baselines_in_one_modality():
     agents = ("llm:a", "llm:b", "human-inspired?lapse=0.1", "random", "round-robin")
-    found = compared(on_axis([trial for agent in agents for trial in trials(agent, (5, 5))]))
+    found = compared(courses([trial for agent in agents for trial in trials(agent, (5, 5))]))
     baselines = [(model, other, True) for model in agents[:2] for other in agents[2:4]]
     assert names(found) == [("llm:a", "llm:b", False), *baselines]
-    assert names(compared(on_axis([*trials("random", (3, 3)), *trials("round-robin", (9, 9))]))) == [
+    assert names(compared(courses([*trials("random", (3, 3)), *trials("round-robin", (9, 9))]))) == [
         ("random", "round-robin", False)
     ]
     made = [t for a in ("llm:a", "llm:b") for m in ("rgb", STATES) for t in trials(a, (9, 9), modality=m)]
-    found = compared(on_axis([*made, *trials("random", (9, 9))]))
+    found = compared(courses([*made, *trials("random", (9, 9))]))
     assert [one.family for one in found if not one.baseline] == [(False, "rgb", "rgb"), (False, STATES, STATES)]
     assert len(found) == 6
     apart = [*trials("llm:a", (3,), p=(0.0,)), *trials("llm:b", (3,), p=(0.3,))]
-    assert compared(on_axis(apart)) == []
+    assert compared(courses(apart)) == []
 
 
 played = st.lists(st.tuples(*[st.sampled_from([True, False, None])] * 4), min_size=2, max_size=8)
@@ -68,7 +69,7 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
         ]
 
     one, two = of("llm:a", (0, 1)), of("llm:b", (2, 3))
-    found, turned = compared(on_axis([*one, *two])), compared(on_axis([*two, *one]))
+    found, turned = compared(courses([*one, *two])), compared(courses([*two, *one]))
     both = {p: [(r[i], r[i + 2]) for r in blocks if None not in (r[i], r[i + 2])] for i, p in ((0, 0.0), (1, 0.3))}
     every = both[0.0] + both[0.3]
     assert bool(found) == bool(every)
@@ -189,16 +190,16 @@ def test_a_change_has_the_largest_p_value_of_both_ends():
 
 # Does noise help one more: found where it does, not where only base rates differ.
 
-P, ONE_BOX = (0.0, 0.2, 0.4), np.empty(0, dtype=np.str_)
+P = (0.0, 0.2, 0.4)
 
 
-def moved_by(first, second, blocks=30, seed=0, **more):
+def moved_by(first, second, blocks=30, seed=0):
     """Agents that solve the box with these chances at every p."""
     one, two = (
         (np.random.default_rng([seed, i]).random((blocks, 3)) < np.array(chances)) * 1.0
         for i, chances in enumerate((first, second), start=1)
     )
-    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), ONE_BOX, **more)
+    return changes_of(P, two - one, None, np.random.default_rng([seed, 3]), ONE_BOX)
 
 
 def test_noise_that_helps_one_agent_only_is_found_and_where():
@@ -212,7 +213,7 @@ def test_noise_that_helps_one_agent_only_is_found_and_where():
 @pytest.mark.parametrize(("first", "second"), [((0.2,) * 3, (0.9,) * 3), ((0.1, 0.3, 0.5), (0.4, 0.6, 0.8))])
 def test_equal_effects_of_noise_on_unequal_agents_are_rarely_taken_for_different_ones(first, second):
     """So few rejections, or fewer, come of a level of 5 % in 999 of 1000 cases."""
-    tested = [moved_by(first, second, seed=seed, flips=400) for seed in range(200)]
+    tested = [moved_by(first, second, seed=seed) for seed in range(200)]
     assert sum(min(one[0.2].p_value, one[0.4].p_value) < 0.05 for one in tested) <= 20
 
 

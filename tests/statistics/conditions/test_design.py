@@ -50,7 +50,7 @@ def test_the_control_is_the_truth_or_else_the_first(specs, control):
 @given(chosen)
 def test_every_condition_but_the_control_is_in_one_family(both):
     flips, others = both
-    found = designed([TRUTH, *flips, *others]).comparison(SHOWN)
+    found = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
     assert found.control == "truth"
     every = [*found.flips, *dosed(found), *found.others]
     assert sorted(every) == sorted(one.label for one in (*flips, *others))
@@ -61,8 +61,8 @@ def test_a_condition_more_changes_no_other_family(both, more):
     flips, others = both
     if more in (*flips, *others) or not flips:  # the first flip that acts says of which kind the axis is
         return
-    before = designed([TRUTH, *flips, *others]).comparison(SHOWN)
-    now = designed([TRUTH, *flips, *others, more]).comparison(SHOWN)
+    before = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
+    now = designed([TRUTH, *flips, *others, more]).comparisons[SHOWN]
     if more in FLIPS:
         assert (now.others, dosed(now)) == (before.others, dosed(before))
         assert now.flips == (*before.flips, more.label)
@@ -85,8 +85,8 @@ def test_the_order_of_conditions_and_their_names_make_no_family(both, random):
     conditions = [TRUTH, *flips, *others]
     named = [replace(one, name=f"c{i}") for i, one in enumerate(conditions)]
     of = {one.label: mine.label for one, mine in zip(conditions, named, strict=True)}
-    before = designed(conditions).comparison(SHOWN)
-    after = designed(random.sample(named, len(named))).comparison(SHOWN)
+    before = designed(conditions).comparisons[SHOWN]
+    after = designed(random.sample(named, len(named))).comparisons[SHOWN]
     assert after.control == of[before.control]
     if flips:
         assert {*after.flips} == {of[label] for label in before.flips}
@@ -107,13 +107,13 @@ def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
     found = designed([TRUTH, *map(read_condition, rates)])
     assert [one.axis.dose for one in found.series] == ["p"]
     assert [one.name for one in found.factors] == ["flip others"]
-    assert found.comparison(SHOWN).crossed == ()
+    assert found.comparisons[SHOWN].crossed == ()
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():
     planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
     found = design_of(planned)
-    first, second = (found.comparison(modality) for modality in found.modalities)
+    first, second = found.comparisons.values()
     assert (first.others, first.controls) == (("nudge",), ("symbolic?tell=outcome",))
     assert second.control == "symbolic?tell=outcome"
     assert (second.others, second.controls) == (("nudge + symbolic?tell=outcome",), ())
@@ -139,7 +139,7 @@ def test_other_doses_and_options_of_agents_are_series(asked, axes):
 
 def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
     stiffness = [read_condition(f"plant?friction={value}", plant="twin") for value in (0.2, 0.3, 2)]
-    found = designed([TRUTH, *HANDS[:2], *stiffness]).comparison(SHOWN)
+    found = designed([TRUTH, *HANDS[:2], *stiffness]).comparisons[SHOWN]
     assert {one.axis.name: dict(one.doses) for one in found.axes} == {
         "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
         "plant friction below 1": {"truth": 0, "plant?friction=0.3": 0.7, "plant?friction=0.2": 0.8},
@@ -149,5 +149,5 @@ def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_st
 
 def test_a_dose_of_the_plant_crosses_with_a_flip_rate():
     planned = study("flips", agent="random", plant="twin", sweep="flip?p=0,0.4 + plant?pose_error=0,0.01,0.02")
-    (grid,) = (one for one in design_of(planned).comparison(SHOWN).crossed if one.axes)
+    (grid,) = (one for one in design_of(planned).comparisons[SHOWN].crossed if one.axes)
     assert (grid.doses, len(grid.conditions)) == (([0.0, 0.4], [0.0, 0.01, 0.02]), 6)

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from lockprobe.interventions.conditions import read_condition, sweep
 from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.statistics.conditions.axis import series_of, series_of_agents
 from lockprobe.statistics.conditions.crossed import crossed_of, trend_weights
 from lockprobe.statistics.conditions.factors import factors_of, no_feedback_factor
-from lockprobe.statistics.conditions.series import series_of, series_of_agents
 from lockprobe.studies.study_design import arms_of
 
 FLIP, STICKY, BOTH = "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4 + nudge"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.conditions.modalities import by_fidelity, spoken
 from lockprobe.statistics.conditions.modality_effect import modality_effects
+from lockprobe.statistics.course import courses
 
 
 def trials_of(modality, waits, agent="viewer"):
@@ -19,7 +19,7 @@ def trials_of(modality, waits, agent="viewer"):
 
 
 def effects(*groups):
-    return {one.agent: one for one in modality_effects(on_axis([trial for group in groups for trial in group]))}
+    return {one.agent: one for one in modality_effects(courses([trial for group in groups for trial in group]))}
 
 
 def effect_of(**waits):

@@ -11,7 +11,7 @@ from scipy import stats
 from solved import columns
 from statsmodels.duration.survfunc import survdiff
 
-from lockprobe.statistics.conditions.axis_trials import on_axis
+from lockprobe.statistics.course import courses
 from lockprobe.statistics.inference.log_rank import Hazard, excess, log_rank, looping, pace, worst
 
 GROUP = st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)
@@ -130,7 +130,7 @@ def test_what_there_is_is_found():
 
 
 def of(members):
-    (found,) = on_axis(members)
+    (found,) = courses(members)
     return found
 
 

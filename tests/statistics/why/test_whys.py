@@ -8,7 +8,8 @@ from builders import play_study
 
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
+from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.why.arms import ARMS, ON_REQUEST, PARTS, PLANNED, arms_of
 from lockprobe.statistics.why.contrasts import whys
 from lockprobe.statistics.why.mechanism import MARGIN, decide
@@ -45,12 +46,12 @@ def test_other_arms_may_be_missing_or_there_and_planned_ones_may_not():
     assert arms_of([*as_arms(rest), *as_arms(["truth-lie"], 0.4, "&others=kept")]) is None
 
 
-def whys_of(trials, *agents, design=None):
+def whys_of(trials, *agents, **more):
     """What the agents of these trials show."""
     cells = {}
     for trial in trials:
         cells.setdefault((trial.group, trial.condition), []).append(trial)
-    return whys(cells, design or design_of(study("why", agent=list(agents), trials=BLOCKS)))
+    return whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS)), **more)
 
 
 def played(*agents, trials=BLOCKS, **more):
@@ -95,6 +96,16 @@ def test_intervals_hold_whatever_became_of_broken_trials(trials, solved):
     assert found.equivalence == max(failed.equivalence, opened.equivalence)
     assert found.total.value == (solved["lie"] - solved["truth"])[~broke].mean()
     assert found.total.blocks == BLOCKS - broke.sum()
+
+
+def test_at_every_look_blocks_are_in_the_order_of_the_plan(trials, solved):
+    half, order = BLOCKS // 2, BlockOrder(plans=((2, 10), (2, BLOCKS // 2)))
+    moved = [replace(one, repetition=1 + (one.trial > half), trial=(one.trial - 1) % half + 1) for one in trials]
+    (found,) = whys_of(moved, AGENT, orders={AGENT: order})
+    place = order.rank(np.repeat([1, 2], half), np.tile(np.arange(1, half + 1), 2))
+    assert found.every_look
+    assert found.solved["lie"][place].tolist() == solved["lie"].tolist()
+    assert found.solved["lie"].tolist() != solved["lie"].tolist()
 
 
 @pytest.mark.parametrize("missing", PLANNED)

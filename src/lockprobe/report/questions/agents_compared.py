@@ -33,8 +33,8 @@ from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.conditions.axis import FLIPS
-from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.contrast import acting
+from lockprobe.statistics.course import Place, courses
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
@@ -83,9 +83,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
     """Every pair over all flip rates, at each, and how much more each of them changes the one."""
     cells = {(cell.agent, cell.condition): cell.of for cell in numbers.cells}
-    courses = {(one.agent, one.modality): one for one in numbers.courses}
-    for one in compared([course.trials for course in numbers.courses]):
-        of, course = _of(one), courses[one.second.agent, one.second.modality]
+    over_flips = {(one.agent, one.modality): one for one in numbers.courses}
+    for one in compared(numbers.courses):
+        of, course = _of(one), over_flips[one.second.agent, one.second.modality]
         at = {dose: cells[course.agent, trials[0].condition] | of for dose, trials in course.by_dose.items()}
         over = of | {"axis": FLIPS.name} | ({"corrected_for": 1} if one.plays_alike else {})
         success, steps = (_difference(one, quantity) for quantity in (SUCCESS, STEPS))
@@ -127,7 +127,7 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
             return Place(trial.group, trial.modality, float(trial.condition != control))
 
         own = [cell for (agent, name), cell in cells.items() if name in (label, control) and (agent, label) in cells]
-        players = on_axis([trial for cell in own for trial in cell.trials], place, orders)
+        players = courses([trial for cell in own for trial in cell.trials], place=place, orders=orders)
         for one in compared(players, [str(spec) for spec in arm.specs]):
             if 1.0 not in one.met or one.copies:
                 continue

@@ -37,7 +37,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
     design, named, known = design_of(numbers.study), list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
-    every = [one for modality in design.modalities for one in design.comparison(modality).crossed]
+    every = [one for modality in design.modalities for one in design.comparisons[modality].crossed]
     for grid in (one for one in every if one.axes):
         (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
         name = f"{first}{_BETWEEN}{second}"

@@ -12,7 +12,7 @@ from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
@@ -55,13 +55,12 @@ def _show(found: Results) -> Iterator[Part]:
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
     for found in () if numbers.study.of_flips else factorial_effects(cells, design_of(numbers.study)):
-        for one in found.effects:
-            yield Estimate(
-                quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=one.measure,
-                axis=f"{one.factor}={found.design.levels[one.factor][1]}", unit="points", value=one.value, low=one.low,
-                high=one.high, n=found.blocks * len(found.design.runs), clusters=found.blocks, p_value=one.p_value,
-                family="factors", corrected_for=len(found.design.factors), test="Student over blocks",
-            )  # fmt: skip
+        levels = found.design.levels
+        yield Estimate(
+            quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=found.measure,
+            axis=f"{found.factor}={levels[found.factor]}", unit="points", **of_blocks(found.change), family="factors",
+            corrected_for=len(levels), test="Student over blocks",
+        )  # fmt: skip
 
 
 def factorial_said(rows: Sequence[Estimate], *, sized: bool = False) -> str:

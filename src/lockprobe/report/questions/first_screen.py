@@ -96,7 +96,7 @@ def _question(study: Study) -> str:
         return f"Which features of the scene change how agents open {box}?"
     if study.of_flips and len(study.modalities) > 1 and not any(study.p):
         return f"Does what agents see change how they open {box}?"
-    compared = [design.comparison(modality) for modality in design.modalities]
+    compared = [design.comparisons[modality] for modality in design.modalities]
     flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
     causes = flips or list(dict.fromkeys(cause(one.axis) for of in compared for one in of.axes))
     rest = [label for of in compared for label in (*of.others, *of.controls)]
@@ -132,12 +132,11 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
     whole: dict[str, dict[str, int]] = {}
     own = [cell for cell in numbers.cells if cell.agent in numbers.subjects and cell.condition not in design.controls]
     for cell in own:
-        idle = idle_interventions(cell.trials, acting[cell.condition])
+        steps = int(cell.ended.length.sum())
         if never_acted(cell.trials):
-            whole.setdefault(cell.condition, {})[cell.agent] = int(cell.ended.length.sum())
-        elif idle:
-            names = listed([one.intervention for one in idle])
-            yield f"{names} changed nothing under {cell.condition} for {cell.agent} (0 of {idle[0].steps} steps)."
+            whole.setdefault(cell.condition, {})[cell.agent] = steps
+        elif idle := idle_interventions(cell.trials, acting[cell.condition]):
+            yield f"{listed(idle)} changed nothing under {cell.condition} for {cell.agent} (0 of {steps} steps)."
     rates = {one.label: at_dose(one.p) for one in numbers.study.flip_axis if one.p}
     for condition, agents in whole.items():
         every = len(agents) == len(numbers.subjects)
@@ -148,9 +147,9 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
     known = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
     alone = len(numbers.subjects) == 1 and not numbers.study.of_flips
     alike = [
-        (cell, found.changed)
+        (cell, changed)
         for cell in (own if alone else ())
-        if (found := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())))
+        if (changed := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())))
     ]
     for (agent, steps), members in grouped(alike, lambda one: (one[0].agent, one[1])).items():
         under = listed([cell.condition for cell, _ in members])

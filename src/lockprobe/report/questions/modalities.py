@@ -22,7 +22,7 @@ _PAIRS, _TREND = "every two modalities", "trend over fidelity"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
-    for effect in modality_effects([one.trials for one in numbers.courses]):
+    for effect in modality_effects(numbers.courses):
         ranks = {fidelity(modality) for modality in effect.modalities} - {None}
         yield Estimate(
             quantity="modality_effect",

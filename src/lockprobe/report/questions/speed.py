@@ -18,7 +18,6 @@ from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, of_course
 from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, steps_cell, value_cell, varied
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.log_rank import pace
@@ -42,7 +41,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
-    lowest = [one.trials.lowest for one in numbers.courses]
+    lowest = [one.lowest for one in numbers.courses]
     yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
     for course in (*numbers.courses, *numbers.dose_courses):
         of = f"Mean steps of {course.agent} by {course.axis.name}"
@@ -76,7 +75,7 @@ def _exact(numbers: StudyNumbers) -> list[Row]:
     return found
 
 
-def _paces(lowest: Sequence[AxisTrials]) -> Iterator[Estimate]:
+def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
     """How soon every two agents with the same lowest flip rate solve the box there, the second against the first."""
     for first, second in combinations(lowest, 2):
         found = pace(first, second) if first.doses[0] == second.doses[0] else None
@@ -98,8 +97,8 @@ def _paces(lowest: Sequence[AxisTrials]) -> Iterator[Estimate]:
 
 def _over_doses(course: Doses) -> list[Estimate]:
     """The mean steps at all higher doses less those at the lowest; the test holds for one look."""
-    found = steps_over_doses(course.ended, course.broke, course.trials.budget)
-    if found.p_value is None or course.trials.order is not None:
+    found = steps_over_doses(course.ended, course.broke, course.budget)
+    if found.p_value is None or course.order is not None:
         return []
     return [
         Estimate(

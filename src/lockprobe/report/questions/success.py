@@ -53,7 +53,7 @@ def _of_course(course: Course) -> Iterator[Row]:
             yield Estimate(quantity="success_fit", **of, value=order, n=n, unit="order")
         yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
-    lines = rise_and_fall(course.ended, course.broke, course.trials.budget, agents=course.family)
+    lines = rise_and_fall(course.ended, course.broke, course.budget, agents=course.family)
     yield from two_lines_rows("success", lines, course)
 
 
@@ -74,7 +74,7 @@ def against_lowest(course: Course, dose: float) -> dict[str, Any]:
 def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
     rng = course.stream("permutation")
-    tested = success_by_dose(course.ended, course.broke, rng, course.trials.budget, agents=course.family)
+    tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
     for one in tested:
         columns = against_lowest(course, one.dose)
 

@@ -54,7 +54,7 @@ def families_of(study: Study) -> tuple[Family, ...]:
     rates = {one.label: one.p for one in study.flip_axis if one.p is not None}
     found = []
     for modality in design.modalities:
-        of = design.comparison(modality)
+        of = design.comparisons[modality]
         flips = {label: rates[label] for label in (of.control, *of.flips) if label in rates}
         found += [Family(name="flip rate", doses=dict(sorted(flips.items(), key=lambda both: both[1])))]
         found += [Family(name=axis.axis.name, doses=axis.doses) for axis in of.axes]

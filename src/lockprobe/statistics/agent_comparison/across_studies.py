@@ -7,14 +7,15 @@ differences of one kind under the conditions of one family.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, paired_success, sheets
+from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, columns, paired_success
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.course import is_baseline
@@ -30,7 +31,7 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """One side of a comparison: an agent of one study, with the file of its prompt, if any."""
+    """One side of a comparison; ``prompt`` is the file of the agent's prompt, if any."""
 
     study: str
     agent: str
@@ -57,7 +58,7 @@ class Sample:
     @property
     def baseline(self) -> bool:
         """Whether the agent is a baseline."""
-        return any(is_baseline(trial.spec) for trial in self.trials[:1])
+        return bool(self.trials) and is_baseline(self.trials[0].spec)
 
     @property
     def success(self) -> Proportion:
@@ -71,7 +72,6 @@ class StudyDifference:
     """The difference in success between two sides under one condition, second minus first.
 
     Attributes:
-        kind: P values are corrected within a kind and a family.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
         first_success, second_success: Shares of the compared trials that each side solved.
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
@@ -108,11 +108,8 @@ class StudyDifference:
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
     """Pairwise differences of the samples of each condition, corrected within each kind and family (Holm).
 
-    Args:
-        samples: Each side at most once per condition; the order decides which side of a pair comes first.
-
-    Returns:
-        By kind (differences between studies first), pair and condition. Pairs without a trial to compare are left out.
+    They come by kind (differences between studies first), pair and condition. Pairs without a trial to compare are left
+    out. Each side is at most once per condition; the order decides which side of a pair comes first.
     """
     every_baseline = all(one.baseline for one in samples)
     pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
@@ -120,29 +117,31 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
         if first.condition == second.condition:
             beside = not every_baseline and (first.baseline or second.baseline)
             kind = _KINDS[2 * (first.side.study == second.side.study) + beside]
-            pairs.setdefault((first.side, second.side), []).extend(filter(None, [_difference(first, second, kind)]))
+            pairs.setdefault((first.side, second.side), []).extend(_difference(first, second, kind))
     found = [one for rows in pairs.values() for one in rows]
     corrected = holm_by_family([(one.kind, one.family) for one in found], [one.p_value for one in found])
     adjusted = [replace(one, p_adjusted=p) for one, p in zip(found, corrected, strict=True) if p is not None]
     return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
-def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
-    """The difference, in pairs of trials that both finished if luck is shared; None without a trial to compare."""
+def _difference(first: Sample, second: Sample, kind: Kind) -> Iterator[StudyDifference]:
+    """The difference, in pairs of trials that both finished if luck is shared; none without a trial to compare."""
     ended, broken = ([of(one.trials) for one in (first, second)] for of in (outcomes, broken_off))
-    paired = first.luck == second.luck and not all(one.crossed for one in ended)  # no two people play as a pair
+    same_luck = first.luck == second.luck
+    paired = same_luck and not all(one.crossed for one in ended)  # no two people play as a pair
     if not all(map(len, ended)) or (paired and not len(solved_in_pairs(*ended))):
-        return None
+        return
 
     def of(groups: Sequence[Outcomes]) -> StudyDifference:
         apart: BlockMean | Difference
+        solved: list[NDArray[Any]] = [group.solved for group in groups]
         if paired:
-            _, laid = sheets([replace(group, dose=np.zeros(len(group))) for group in groups])
-            both, apart = both_played(laid[0], laid[1]), paired_success(laid[0], laid[1])
-            before, after = (proportion(int(one.solved[both].sum()), len(one.solved[both])) for one in laid)
+            one, two = columns(groups)
+            both, apart = both_played(one, two), paired_success(one, two)
+            solved = [sheet.solved[both] for sheet in (one, two)]
         else:
-            apart = _independent(groups, same_luck=first.luck == second.luck)
-            before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
+            apart = _independent(groups, same_luck=same_luck)
+        before, after = (proportion(int(one.sum()), len(one)) for one in solved)
         return StudyDifference(
             condition=first.condition, family=first.family, kind=kind, first=first.side, second=second.side,
             paired=paired, first_success=before, second_success=after, value=apart.value, low=apart.low,
@@ -150,14 +149,14 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         )  # fmt: skip
 
     found = of(ended)
-    if not found.broken:
-        return found
-    low, high = opposed(of, ended, broken, (False, True))
-    return replace(
-        bounded(found, low, high),
-        first_success=between(found.first_success, high.first_success, low.first_success),
-        second_success=between(found.second_success, low.second_success, high.second_success),
-    )
+    if found.broken:
+        low, high = opposed(of, ended, broken, (False, True))
+        found = replace(
+            bounded(found, low, high),
+            first_success=between(found.first_success, high.first_success, low.first_success),
+            second_success=between(found.second_success, low.second_success, high.second_success),
+        )
+    yield found
 
 
 def _independent(groups: Sequence[Outcomes], *, same_luck: bool) -> Difference:

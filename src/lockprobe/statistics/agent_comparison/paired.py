@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.clustered import alike_weights, two_way_variance
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.inference.mean_steps import RareBlock
@@ -100,6 +101,11 @@ def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     return tuple(values.tolist()), made
 
 
+def columns(groups: Sequence[Outcomes]) -> list[Sheet]:
+    """A sheet of a single column for each group of trials, whatever their doses, all with the same rows (blocks)."""
+    return sheets([replace(group, dose=np.zeros(len(group))) for group in groups])[1]
+
+
 def people_of(*laid: Sheet) -> Labels | None:
     """The person of each trial, shape (blocks, doses); None if no agent is people."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
@@ -152,6 +158,41 @@ def block_mean(
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
+def mean_of_blocks(
+    differences: Array,
+    box: NDArray[np.str_],
+    *,
+    planned: bool,
+    unit: float = 1.0,
+    factor: float = 1.0,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+) -> BlockMean:
+    """The mean of whole numbers times a factor, as it holds of blocks and of their boxes, or at every look.
+
+    Interval and P value are corrected for ``choices`` means that are judged together. ``unit`` is the largest of the
+    whole numbers, ``box`` and ``planned`` are those of :class:`Sheet`, and the rest is as in :func:`block_mean`. At
+    every look a block counts once, whatever it holds: its value is the mean of its differences.
+    """
+    numbers = factor * differences
+    if planned:
+        (ever,) = at_every_look([numbers_of(numbers, factor * unit)], agents=choices)
+        pairs, p_value = int(np.count_nonzero(~np.isnan(numbers))), ever.p_value if ever.n else None
+        return BlockMean(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, pairs=pairs, blocks=ever.n)
+    mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
+    if mean.pairs:
+        mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
+    return over_boxes(mean, numbers, box, choices)
+
+
+def over_boxes(mean: BlockMean, differences: Array, box: NDArray[np.str_], choices: int) -> BlockMean:
+    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
+    if not len(box):
+        return mean
+    rows = ~np.isnan(differences).all(axis=1)
+    return mean_over_boxes(mean, np.nanmean(differences[rows], axis=1), box[rows], choices=choices)
+
+
 def _student(
     found: BlockMean,
     spread: float,
@@ -166,16 +207,8 @@ def _student(
 ) -> BlockMean:
     """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
 
-    Args:
-        found: The mean.
-        spread: The variance of the sum of its pairs; widened by a pair of the size ``unit``, or by rare clusters alone.
-        widest: Pairs of the largest cluster.
-        clusters: How many count as independent.
-        unit: The largest difference of a single trial; None if it is not known.
-        most: The largest mean.
-        rare: Of steps, how far a rare cluster may lie from the mean.
-        choices: Number of means examined.
-        small: Factor of the widening in small samples.
+    ``spread`` is the variance of the sum of its pairs, ``widest`` the pairs of the largest cluster, ``most`` the
+    largest mean and ``small`` the factor of the widening in small samples; the rest is as in :func:`block_mean`.
     """
     if clusters < 2:
         return found
@@ -285,24 +318,8 @@ def paired_success(one: Sheet, two: Sheet, at: int = 0) -> BlockMean:
     return BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
 
 
-def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 1) -> BlockMean:
-    """The mean of blocks, with an interval and a P value that hold at every look.
-
-    A block counts once, whatever it holds: its value is the mean of its differences.
-
-    Args:
-        differences: One row for each block, in the order in which blocks were planned, NaN where there is none; shape
-            (blocks, columns). Each lies within ``bound``.
-        bound: The largest size that a difference can have.
-        agents: Number of means that are judged together (Bonferroni).
-    """
-    (found,) = at_every_look([numbers_of(differences, bound)], agents=agents)
-    pairs, tested = int(np.count_nonzero(~np.isnan(differences))), found.p_value if found.n else None
-    return BlockMean(value=found.value, low=found.low, high=found.high, p_value=tested, pairs=pairs, blocks=found.n)
-
-
 def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:
-    """The mean of each block that has a difference; see :func:`mean_at_every_look`."""
+    """The mean of the differences of each block that has one, each within ``bound``."""
     played = np.flatnonzero(~np.isnan(differences).all(axis=1))
     return Numbers(values=np.nanmean(differences[played], axis=1), block=played, bound=bound)
 

@@ -22,6 +22,7 @@ from itertools import combinations, product
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.agent_comparison.paired import (
     TIE,
     Array,
@@ -32,22 +33,22 @@ from lockprobe.statistics.agent_comparison.paired import (
     block_mean,
     both_played,
     crossed_mean,
-    mean_at_every_look,
+    mean_of_blocks,
+    over_boxes,
     paired_success,
     people_of,
     sheets,
     two_way,
 )
-from lockprobe.statistics.boxes import mean_over_boxes
 from lockprobe.statistics.broken_trials import bounded, completed
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Course
 from lockprobe.statistics.inference.mean_steps import rare_block
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
 
 FLIPS = 4000
+"""Flips of the signs of all blocks, for the test of a change at any dose."""
 
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
 """Difference in success; in steps, an unsolved trial with its whole budget; in what a dose changes in success."""
@@ -60,18 +61,16 @@ class AgentPair:
     Attributes:
         baseline: Whether the first is a baseline that the second is compared with.
         doses: The doses of the axis, ascending.
-        budget: Most steps of a trial.
         laid: The trials of both. If some broke, also as if those of the first had been solved and those of the second
             had failed, and the reverse.
         alike: Doses at which no trial broke and the two act the same in every trial; nothing is tested there.
         of: Specs of the condition under which they are compared, which name random streams; empty over flip rates.
     """
 
-    first: AxisTrials
-    second: AxisTrials
+    first: Course
+    second: Course
     baseline: bool
     doses: Sequence[float]
-    budget: int
     laid: Sequence[tuple[Sheet, Sheet]]
     alike: frozenset[float]
     of: Sequence[str]
@@ -135,14 +134,12 @@ class AgentPair:
         both, people = both_played(one, two)[:, here], people_of(one, two)
         unit, rare, apart = 1.0, None, (two.solved - one.solved)[:, here]
         if quantity == STEPS:
-            unit, apart = float(self.budget), (two.steps - one.steps)[:, here]
+            unit, apart = float(max(self.first.budget, self.second.budget)), (two.steps - one.steps)[:, here]
             first, second = (sheet.steps[:, here][both] for sheet in (one, two))
             shortest = float(min(first.min(), second.min()))
             rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
-        if self.every_look:
-            return mean_at_every_look(apart, bound=unit)
         if people is None:
-            return _over_boxes(block_mean(apart, unit=unit, rare=rare), apart, one.box)
+            return mean_of_blocks(apart, one.box, planned=one.planned, unit=unit, rare=rare)
         if dose is None:
             return crossed_mean(apart[both], np.nonzero(both)[0], people[both], unit=unit, rare=rare)
         return at_one_dose(apart[both], people[:, here][both], unit=unit, rare=rare)
@@ -169,67 +166,51 @@ class AgentPair:
         (one, two), turned = self.laid[end], self.laid[-end]
         apart = np.column_stack([(turned[1].solved - turned[0].solved)[:, :1], (two.solved - one.solved)[:, 1:]])
         who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
-        rng = generator(self.first.seed, "analysis", *who, "comparison", *self.of)
+        rng = generator(self.first.trials[0].seed, "analysis", *who, "comparison", *self.of)
         return changes_of(self.doses, apart, people_of(one, two), rng, one.box)
 
 
-def _over_boxes(mean: BlockMean, apart: Array, box: Labels, choices: int = 1) -> BlockMean:
-    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
-    if not len(box):
-        return mean
-    rows = ~np.isnan(apart).all(axis=1)
-    return mean_over_boxes(mean, np.nanmean(apart[rows], axis=1), box[rows], choices=choices)
-
-
-def compared(players: Sequence[AxisTrials], of: Sequence[str] = ()) -> list[AgentPair]:
+def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPair]:
     """Every two agents that the study is about, and each of them with the baselines, that both finished a trial.
 
     Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
-    all.
-
-    Args:
-        players: The agents, in the order of the study.
-        of: Specs of the condition under which they are compared; empty over flip rates.
+    all. ``of`` is that of the pairs.
     """
-    ended, broken = [one.outcomes for one in players], [one.broken_off for one in players]
-    budgets = [one.budget for one in players]
-    doses, laid = sheets(ended)
-    failed, solved = laid, laid
-    if any(map(len, broken)):
-        off = [one.at(np.isin(one.dose, doses)) for one in broken]
+    doses, laid = sheets([one.outcomes for one in players])
+    ended = failed = solved = dict(zip(players, laid, strict=True))
+    if any(len(one.broken_off) for one in players):
+        off = {one: one.broken_off.at(np.isin(one.broken_off.dose, doses)) for one in players}
         failed, solved = (
-            sheets([completed(one, two, soon, most) for one, two, most in zip(ended, off, budgets, strict=True)])[1]
+            dict(zip(players, sheets(every)[1], strict=True))
             for soon in (False, True)
+            for every in [[completed(one.outcomes, off[one], soon, one.budget) for one in players]]
         )
-    acted = [
-        {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
+    acted = {
+        player: {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
         for player in players
         for pairs in [zip(player.doses, player.trials, strict=True)]
+    }
+    others = [one for one in players if not one.baseline]
+    baselines = [one for one in players if others and spec_kind(one.spec) in BASELINES]
+    pairs = [
+        (one, two, False)
+        for two, one in combinations(others or players, 2)
+        if one.modality == two.modality and one.agent != two.agent
     ]
-    others = [i for i, one in enumerate(players) if not is_baseline(one.spec)]
-    baselines = [i for i, one in enumerate(players) if others and one.kind in BASELINES]
-    subjects = others or range(len(players))
-    pairs = [(i, j, False) for j, i in combinations(subjects, 2) if _one_task(players[i], players[j])]
-    pairs += [(i, j, True) for j, i in product(subjects, baselines)]
+    pairs += [(one, two, True) for two, one in product(others, baselines)]
     found = []
-    for i, j, baseline in pairs:
-        ends = [(laid[i], laid[j])]
-        if len(broken[i]) or len(broken[j]):
-            ends += [(solved[i], failed[j]), (failed[i], solved[j])]
-        both = acted[i].keys() & acted[j].keys()
-        apart = {place[0] for place in both if acted[i][place] != acted[j][place]}
-        apart |= {place[0] for own in (acted[i], acted[j]) for place, actions in own.items() if actions is None}
-        pair = AgentPair(
-            first=players[i], second=players[j], baseline=baseline, doses=doses, budget=max(budgets[i], budgets[j]),
-            laid=ends, alike=frozenset({place[0] for place in both} - apart), of=of,
-        )  # fmt: skip
+    for one, two, baseline in pairs:
+        ends = [(ended[one], ended[two])]
+        if len(one.broken_off) or len(two.broken_off):
+            ends += [(solved[one], failed[two]), (failed[one], solved[two])]
+        both = acted[one].keys() & acted[two].keys()
+        apart = {place[0] for place in both if acted[one][place] != acted[two][place]}
+        apart |= {place[0] for of_one in (acted[one], acted[two]) for place, did in of_one.items() if did is None}
+        alike = frozenset({place[0] for place in both} - apart)
+        pair = AgentPair(first=one, second=two, baseline=baseline, doses=doses, laid=ends, alike=alike, of=of)
         if pair.met:
             found.append(pair)
     return found
-
-
-def _one_task(one: AxisTrials, two: AxisTrials) -> bool:
-    return one.modality == two.modality and one.agent != two.agent
 
 
 def changes_of(
@@ -238,7 +219,6 @@ def changes_of(
     person: Labels | None,
     rng: np.random.Generator,
     box: Labels,
-    flips: int = FLIPS,
 ) -> dict[float | None, BlockMean]:
     """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
 
@@ -246,13 +226,12 @@ def changes_of(
     Bonferroni. There is none with too few blocks, or people, that have both doses of a change.
 
     Args:
-        doses: The doses, ascending.
+        doses: Ascending.
         apart: Success of the second agent minus that of the first, shape (blocks, doses), NaN without a pair.
         person: The person of each trial, if one of the two is people: they meet no luck twice, so the two trials of a
             change belong to different people, and Student's t is corrected by Bonferroni.
         rng: The stream of the flips.
-        box: The box of each block; no rows if all are of one.
-        flips: Number of flips.
+        box: As in :class:`~lockprobe.statistics.agent_comparison.paired.Sheet`.
     """
     changes = apart[:, 1:] - apart[:, :1]
     met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
@@ -275,13 +254,13 @@ def changes_of(
         return found
     scale = np.sqrt(np.sum(table**2, axis=1))
     scale[scale == 0] = np.inf
-    bits = rng.bit_generator.random_raw(-(-flips * table.shape[1] // 2)).view(np.uint32)  # two draws a number
-    plus = (bits[: flips * table.shape[1]] >= 2**31).reshape(flips, -1).astype(np.float32)
+    bits = rng.bit_generator.random_raw(-(-FLIPS * table.shape[1] // 2)).view(np.uint32)  # two draws a number
+    plus = (bits[: FLIPS * table.shape[1]] >= 2**31).reshape(FLIPS, -1).astype(np.float32)
     flipped = [2 * (plus @ own) - own.sum() for own in table.astype(np.float32)]  # whole numbers, so exact
     largest = (np.abs(flipped) / scale[:, None]).max(axis=0)
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
-        p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + flips)
+        p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + FLIPS)
         mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
-        found[doses[i + 1]] = _over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
-    mean = _over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
+        found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
+    mean = over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))
     return found | {None: replace(mean, p_value=None)}

@@ -15,8 +15,7 @@ from fractions import Fraction
 from itertools import combinations, product
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.conditions.axis import Axis
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import Axis, SeriesArm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +26,6 @@ class Crossed:
         conditions: (First dose, second dose) -> condition, ascending; combinations that are not played are missing.
             Dose 0 is without the intervention, dose 1 with one that is crossed whole. Of two doses of one intervention
             there is no 0: without it, neither has a value.
-        modality: How the box is shown in all of them.
         axes: Both doses; none if interventions are crossed whole.
     """
 

@@ -10,15 +10,14 @@ would be ten families.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.conditions.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS, Series, SeriesArm, series_of, series_of_agents
 from lockprobe.statistics.conditions.crossed import Crossed, crossed_of
 from lockprobe.statistics.conditions.factors import Factor, factors_of, no_feedback_factor
-from lockprobe.statistics.conditions.series import Series, SeriesArm, series_of, series_of_agents
 from lockprobe.statistics.why.arms import arms_of
 
 
@@ -27,7 +26,6 @@ class Comparison:
     """The conditions of one modality and what they are compared with.
 
     Attributes:
-        control: Label of the control.
         flips: Labels of the flip rates that act: the family of the flip axis.
         axes: Doses of other interventions whose lowest level is the control, each a family of its own.
         others: Labels of all other conditions: another family.
@@ -49,7 +47,6 @@ class Design:
 
     Attributes:
         agents: What tables call the agents.
-        arms: The conditions as their specs tell them, in the order of the study.
         axis: Labels of the conditions that differ in flip rate and modality alone, the truth among them.
         specs: Agent -> its spec, of those that are called otherwise.
     """
@@ -64,15 +61,22 @@ class Design:
         return self.specs.get(agent, agent)
 
     @cached_property
-    def _controls(self) -> dict[str, str]:
-        """Modality -> its control: the condition without interventions, or else the first."""
-        shown = grouped(self.arms, lambda arm: arm.modality)
-        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in shown.items()}
+    def _shown(self) -> Mapping[str, list[SeriesArm]]:
+        return grouped(self.arms, lambda arm: arm.modality)
+
+    def shown(self, modality: str) -> Sequence[SeriesArm]:
+        """The conditions of a modality."""
+        return self._shown[modality]
 
     @property
     def modalities(self) -> tuple[str, ...]:
         """How the box is shown, without doses, each way once."""
-        return tuple(self._controls)
+        return tuple(self._shown)
+
+    @cached_property
+    def _controls(self) -> Mapping[str, str]:
+        """Modality -> its control: the condition without interventions, or else the first."""
+        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in self._shown.items()}
 
     @property
     def controls(self) -> frozenset[str]:
@@ -83,38 +87,49 @@ class Design:
         """The label of the control of a condition."""
         return next(self._controls[arm.modality] for arm in self.arms if arm.label == label)
 
-    def shown(self, modality: str) -> tuple[SeriesArm, ...]:
-        """The conditions of a modality."""
-        return tuple(arm for arm in self.arms if arm.modality == modality)
+    @cached_property
+    def series(self) -> tuple[Series, ...]:
+        """Other doses than flip rates, of three levels or more, and options of agents."""
+        doses = [one for one in series_of(self.arms) if not one.doses.keys() <= self.axis]
+        # flips without options are of another reading beside the flip axis, which their name says
+        other = replace(FLIPS, options="others=fresh")
+        named = (replace(one, axis=other) if one.axis == FLIPS else one for one in doses)
+        return (*named, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
 
-    def comparison(self, modality: str) -> Comparison:
-        """The conditions of a modality and the families of their contrasts with its control."""
-        own, control = self.shown(modality), self._controls[modality]
-        rest = [arm.label for arm in own if arm.label != control]
-        axes = tuple(one for one in self.series if not one.agent and one.modality == modality and control in one.doses)
-        on_axes = self.axis | {label for one in axes for label in one.doses}
-        return Comparison(
-            control=control,
-            flips=tuple(label for label in rest if label in self.axis),
-            axes=axes,
-            others=tuple(label for label in rest if label not in on_axes),
-            controls=tuple(self._controls.values())[1:] if modality == self.modalities[0] else (),
-            crossed=tuple(crossed_of(own)),
-        )
+    @cached_property
+    def comparisons(self) -> Mapping[str, Comparison]:
+        """Modality -> its conditions, by the families of their contrasts with its control."""
+        found = dict[str, Comparison]()
+        for modality, control in self._controls.items():
+            own = self._shown[modality]
+            axes = tuple(
+                one for one in self.series if (one.modality, one.agent) == (modality, "") and control in one.doses
+            )
+            rest = [arm.label for arm in own if arm.label != control]
+            on_axes = self.axis.union(*(one.doses for one in axes))
+            found[modality] = Comparison(
+                control=control,
+                flips=tuple(label for label in rest if label in self.axis),
+                axes=axes,
+                others=tuple(label for label in rest if label not in on_axes),
+                controls=() if found else tuple(self._controls.values())[1:],
+                crossed=tuple(crossed_of(own)),
+            )
+        return found
 
     @property
     def other_axes(self) -> tuple[Series, ...]:
         """The doses of other interventions that are families of their own, in every modality."""
-        return tuple(axis for modality in self.modalities for axis in self.comparison(modality).axes)
+        return tuple(axis for of in self.comparisons.values() for axis in of.axes)
 
-    @property
+    @cached_property
     def factors(self) -> tuple[Factor, ...]:
         """Options that are no numbers, in which conditions differ alone.
 
         Those on the axis of a dose are none, nor what the arms of a study of controls say first and last.
         """
         dosed = [set(one.doses) for one in self.series if not one.agent]
-        dosed += [set(arms[1].values()) for shown in map(self.shown, self.modalities) if (arms := arms_of(shown))]
+        dosed += [set(arms[1].values()) for shown in self._shown.values() if (arms := arms_of(shown))]
         found = []
         for name, groups in factors_of(self.arms, self.controls):
             if apart := tuple(group for group in groups if not any(of >= {*group} for of in dosed)):
@@ -124,13 +139,4 @@ class Design:
     @property
     def no_feedback(self) -> tuple[Factor, ...]:
         """False reports against no report at all, in each modality that has both."""
-        return tuple(one for modality in self.modalities for one in no_feedback_factor(self.shown(modality)))
-
-    @property
-    def series(self) -> tuple[Series, ...]:
-        """Other doses than flip rates, of three levels or more, and options of agents."""
-        doses = [one for one in series_of(self.arms) if not one.doses.keys() <= self.axis]
-        # flips without options are of another reading beside the flip axis, which their name says
-        other = replace(FLIPS, options="others=fresh")
-        named = (replace(one, axis=other) if one.axis == FLIPS else one for one in doses)
-        return (*named, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
+        return tuple(one for shown in self._shown.values() for one in no_feedback_factor(shown))

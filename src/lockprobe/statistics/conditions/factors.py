@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
 
 READING_FACTORS = ("flip others", "flip inverts")
 """Factors that are readings of a false report."""
@@ -21,10 +21,8 @@ NO_FEEDBACK = "no feedback"
 class Factor(NamedTuple):
     """An option that is no number, and the conditions that differ in it alone.
 
-    Attributes:
-        name: The intervention and the option, ``flip others``.
-        groups: Conditions that differ in the option alone: first the one that does not say it, or else the first of
-            the study, then those that are compared with it.
+    The name is that of the intervention and the option, ``flip others``. First of each group comes the condition that
+    does not say it, or else the first of the study, then those that are compared with it.
     """
 
     name: str
@@ -32,12 +30,7 @@ class Factor(NamedTuple):
 
 
 def factors_of(arms: Sequence[SeriesArm], controls: Collection[str] = ()) -> tuple[Factor, ...]:
-    """Every factor of a study, in the order of its conditions.
-
-    Args:
-        arms: Its conditions.
-        controls: Labels of conditions that every other one is compared with already.
-    """
+    """Every factor of a study, in the order of its conditions; with ``controls`` others are compared already."""
     levels: dict[tuple[str, str], dict[tuple[object, ...], dict[str, str]]] = {}
     options = {(spec.full_name, option) for arm in arms for spec in arm.specs for option in spec.options}
     for arm in arms:

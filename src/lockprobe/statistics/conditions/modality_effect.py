@@ -18,9 +18,8 @@ import numpy as np
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.broken_trials import bounded, opposed
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.conditions.modalities import by_fidelity, fidelity
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.inference.log_rank import Hazard, excess, solving, worst
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
@@ -59,49 +58,50 @@ class ModalityEffect(NamedTuple):
     agents: int
 
 
-def modality_effects(agents: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
+def modality_effects(agents: Sequence[Course]) -> tuple[ModalityEffect, ...]:
     """The effect on every agent with ended trials in several modalities, at the lowest flip rate of all.
 
     The agents that the study is about are judged together, and so are baselines.
     """
-    lowest = [one.lowest for one in agents]
-    least = min((one.doses[0] for one in lowest), default=0.0)
-    shown = grouped((one for one in lowest if one.doses[0] == least and len(one.outcomes)), lambda one: one.agent)
+    least = min((one.doses[0] for one in agents), default=0.0)
+    lowest = (one.lowest for one in agents if one.doses[0] == least)
+    shown = grouped((one for one in lowest if len(one.outcomes)), lambda one: one.agent)
     several = [sorted(own, key=lambda one: by_fidelity(one.modality)) for own in shown.values() if len(own) > 1]
-    kinds = [is_baseline(own[0].spec) for own in several]
+    kinds = [own[0].baseline for own in several]
     return tuple(_effect(own, kinds.count(kind)) for own, kind in zip(several, kinds, strict=True))
 
 
-def _effect(shown: Sequence[AxisTrials], agents: int) -> ModalityEffect:
+def _effect(shown: Sequence[Course], agents: int) -> ModalityEffect:
     names, budget = [one.modality for one in shown], max(one.budget for one in shown)
     ranks = [fidelity(name) for name in names]
     ended, broken = [one.outcomes for one in shown], [one.broken_off for one in shown]
-
-    def corrected(found: Hazard, p_value: float | None) -> Hazard:
-        return replace(found, p_value=None if p_value is None else min(1.0, agents * p_value))
-
     trend = found = _trend(ranks, ended)
     if any(map(len, broken)):  # those that broke at the lowest fidelity against all others
         gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
         trend = worst(found, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
 
+    def corrected(p_value: float | None) -> float | None:
+        return None if p_value is None else min(1.0, agents * p_value)
+
     def final(groups: Sequence[Outcomes]) -> Paired:
         return paired(*solved_in_pairs(*groups).T)
 
-    both = list(combinations(range(len(shown)), 2))
-    of = [([ended[i], ended[j]], [broken[i], broken[j]]) for i, j in both]
-    hazards = [solving(*pair, budget) for pair in of]
-    adjusted = map(corrected, hazards, holm([one.p_value for one in hazards]))
-    finals = [
-        bounded(final(own), *opposed(final, own, broke, (False, True))) if any(map(len, broke)) else final(own)
-        for own, broke in of
-    ]
-    pairs = zip(both, adjusted, finals, strict=True)
+    hazards, finals = [], []
+    pairs = [*combinations(zip(names, ended, broken, strict=True), 2)]
+    for (_, *one), (_, *two) in pairs:
+        own, broke = zip(one, two, strict=True)
+        hazards.append(solving(own, broke, budget))
+        apart = final(own)
+        finals.append(bounded(apart, *opposed(final, own, broke, (False, True))) if any(map(len, broke)) else apart)
+    holms = map(corrected, holm([one.p_value for one in hazards]))
     return ModalityEffect(
         agent=shown[0].agent,
         modalities=tuple(names),
-        trend=corrected(found, trend.p_value),
-        pairs=tuple(ModalityPair(names[i], names[j], hazard, last) for (i, j), hazard, last in pairs),
+        trend=replace(found, p_value=corrected(trend.p_value)),
+        pairs=tuple(
+            ModalityPair(one[0], two[0], replace(hazard, p_value=p_value), last)
+            for (one, two), hazard, p_value, last in zip(pairs, hazards, holms, finals, strict=True)
+        ),
         agents=agents,
     )
 

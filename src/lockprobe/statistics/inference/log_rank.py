@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import opposed
-from lockprobe.statistics.conditions.axis_trials import AxisTrials
+from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.outcomes import Outcomes, joined, with_players_of
 from lockprobe.statistics.proportions import ALPHA
@@ -116,7 +116,7 @@ def solving(groups: Sequence[Outcomes], broken: Sequence[Outcomes], budget: int)
     return worst(found, opposed(compared, groups, broken, (False, True), budget))
 
 
-def pace(first: AxisTrials, second: AxisTrials) -> Hazard | None:
+def pace(first: Course, second: Course) -> Hazard | None:
     """How soon the second of two agents at one dose solves the box, against the first; None if one has no ended trial.
 
     Clusters are of the luck that they share, or of the people who met it.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from lockprobe.foundation.spec import Spec, split_specs
-from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.conditions.axis import SeriesArm
 
 ARMS: Mapping[str, str] = {
     "truth": "truth",
@@ -50,13 +50,9 @@ _READING = ("inverts", "keep", "others")
 
 
 def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | None:
-    """The flip rate of a study of controls, and its conditions by arm, recognised by their specs.
+    """The flip rate of a study of controls and its conditions by arm, recognised by their specs, of one modality.
 
-    Args:
-        conditions: Conditions of one modality.
-
-    Returns:
-        None unless all arms of :data:`PLANNED` at one flip rate are among them.
+    None unless all arms of :data:`PLANNED` at one flip rate are among them.
     """
     found = {_acting(one.specs): one.label for one in conditions}
     for one in conditions:

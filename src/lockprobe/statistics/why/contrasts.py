@@ -9,17 +9,17 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import Array, sheets
-from lockprobe.statistics.broken_trials import completed
+from lockprobe.statistics.agent_comparison.paired import Array
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import normal_quantile
 from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.outcomes import Outcomes, boxes_of_all, broken_off, outcomes
+from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.why.arms import PLANNED, arms_of
@@ -35,26 +35,30 @@ class Why:
     """The arms of one agent that is shown the box in one way, and what they decide.
 
     Attributes:
-        agent: Its name, or its spec if it has none.
-        modality: How the box was shown.
         p: The rate at which reports were hit, (0, 1].
         conditions: Arm -> the name of its condition.
         solved: Arm -> 1 if solved, 0 if not, NaN where no trial has ended, shape (blocks,).
         broke: Arm -> whether the trial of a block broke, of the same shape.
-        agents: Number of agents that are judged together, for which the decision is corrected (Bonferroni).
+        box: The box of each block; no rows if all are of one.
         every_look: Whether it holds at every look; blocks are then in the order in which they were planned.
-        decision: What they decide.
+        agents: Number of agents that are judged together, for which the decision is corrected (Bonferroni).
     """
 
     agent: str
+    baseline: bool
     modality: str
     p: float
     conditions: Mapping[str, str]
     solved: Mapping[str, Array]
     broke: Mapping[str, NDArray[np.bool_]]
-    agents: int
+    box: NDArray[np.str_]
     every_look: bool
-    decision: Decision
+    agents: int = 1
+
+    @cached_property
+    def decision(self) -> Decision:
+        """What they decide."""
+        return decide(self.solved, broke=self.broke, box=self.box, agents=self.agents, every_look=self.every_look)
 
     @property
     def needed(self) -> int:
@@ -78,59 +82,40 @@ def whys(
     In each modality the agents that the study is about are one family, and baselines another. Those that play alike
     count too: that reports change their success by less than the margin is a conclusion.
 
-    Args:
-        cells: The trials of each agent under each condition; one in which nothing was changed is no arm.
-        design: The design of the study.
-        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
+    ``cells`` are the trials of each agent under each condition; one in which nothing was changed is no arm.
     """
     found = []
     for agent in design.agents:
         for modality in design.modalities:
             p, names = arms_of(design.shown(modality)) or (0.0, {})
             own = {arm: cells.get((agent, label), ()) for arm, label in names.items()}
-            acting = {
-                arm: trials for arm, trials in own.items() if trials and (arm == "truth" or not never_acted(trials))
-            }
-            solved, broke, box = by_block(acting, orders.get(agent))
+            acting = {arm: trials for arm, trials in own.items() if arm == "truth" or not never_acted(trials)}
+            solved, broke, box = _by_block(acting, orders.get(agent))
             planned = [solved[arm] for arm in PLANNED if arm in solved]
-            if planned[len(PLANNED) - 1 :] and np.count_nonzero(~np.isnan(np.sum(planned, axis=0))) > 1:
-                shown = acting["truth"][0].modality
+            if len(planned) == len(PLANNED) and np.count_nonzero(~np.isnan(np.sum(planned, axis=0))) > 1:
                 found.append(
-                    ((shown, is_baseline(design.spec_of(agent))), (agent, shown, p, names, solved, broke, box))
-                )
-    sizes = Counter(family for family, _ in found)
-    return tuple(
-        Why(
-            agent=agent,
-            modality=modality,
-            p=p,
-            conditions=names,
-            solved=solved,
-            broke=broke,
-            agents=sizes[family],
-            every_look=agent in orders,
-            decision=decide(solved, broke=broke, box=box, agents=sizes[family], every_look=agent in orders),
-        )
-        for family, (agent, modality, p, names, solved, broke, box) in found
-    )
+                    Why(
+                        agent=agent, baseline=is_baseline(design.spec_of(agent)), modality=own["truth"][0].modality,
+                        p=p, conditions=names, solved=solved, broke=broke, box=box, every_look=agent in orders,
+                    )
+                )  # fmt: skip
+    sizes = Counter((one.modality, one.baseline) for one in found)
+    return tuple(replace(one, agents=sizes[one.modality, one.baseline]) for one in found)
 
 
-def by_block(
-    trials: Mapping[str, Sequence[Trial]], order: BlockOrder | None = None
+def _by_block(
+    trials: Mapping[str, Sequence[Trial]], order: BlockOrder | None
 ) -> tuple[dict[str, Array], dict[str, NDArray[np.bool_]], NDArray[np.str_]]:
-    """The columns ``solved`` and ``broke`` of :class:`Why`, of arms with an ended trial, and the box of each block.
-
-    There are no boxes where all trials are of one.
-    """
-    played: dict[str, tuple[Outcomes, Outcomes]] = {
-        arm: (ended, broken_off(own, order=order))
-        for arm, own in trials.items()
-        if len(ended := outcomes(own, order=order))
-    }
-    every = [[completed(*one, soon) for one in played.values()] for soon in (False, True)]
-    failed, opened = (sheets([replace(one, dose=np.zeros(len(one))) for one in groups])[1] for groups in every)
-    solved, broke = {}, {}
-    for arm, one, other in zip(played, failed, opened, strict=True):
-        broke[arm] = one.solved[:, 0] < other.solved[:, 0]
-        solved[arm] = np.where(broke[arm], np.nan, one.solved[:, 0])
-    return solved, broke, boxes_of_all([one for both in played.values() for one in both if len(one)])
+    """The columns ``solved``, ``broke`` and ``box`` of :class:`Why`, of arms with an ended trial."""
+    played = {arm: own for arm, own in trials.items() if ended(own)}
+    known = {(one.repetition, one.trial): one.box for own in played.values() for one in own}
+    lucks = sorted(known, key=lambda luck: int(order.rank(*luck)) if order else luck)
+    row = {luck: i for i, luck in enumerate(lucks)}
+    solved = {arm: np.full(len(lucks), math.nan) for arm in played}
+    broke = {arm: np.zeros(len(lucks), dtype=np.bool_) for arm in played}
+    for arm, own in played.items():
+        place = [row[one.repetition, one.trial] for one in own]
+        broke[arm][place] = [one.ending == "error" for one in own]
+        solved[arm][place] = [math.nan if one.ending == "error" else one.solved for one in own]
+    boxes = [known[luck] for luck in lucks] if len({*known.values()}) > 1 else []
+    return solved, broke, np.array(boxes, dtype=np.str_)

@@ -15,24 +15,22 @@ The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean, mean_at_every_look, numbers_of
-from lockprobe.statistics.boxes import mean_over_boxes, small_over_boxes
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, mean_of_blocks, numbers_of
+from lockprobe.statistics.boxes import small_over_boxes
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.paired_proportions import equivalence
+from lockprobe.statistics.paired_proportions import ONE_BOX, equivalence
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import at_every_look
 
 MARGIN = 0.1
 """Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
-
-_ONE_BOX: NDArray[np.str_] = np.empty(0, dtype=np.str_)
 
 PART = 0.03
 """Level of the test of each contrast of arms; chosen by simulation, so that a claim on arms that is false is made in at
@@ -111,7 +109,7 @@ def decide(
     solved: Mapping[str, Array],
     *,
     broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
-    box: NDArray[np.str_] = _ONE_BOX,
+    box: NDArray[np.str_] = ONE_BOX,
     agents: int = 1,
     every_look: bool = False,
 ) -> Decision:
@@ -130,7 +128,7 @@ def decide(
 
     def mean(pairs: Pairs) -> BlockMean:
         tables = differences(solved, broke, pairs)
-        found, *ends = (_mean_over_blocks(table, agents, box, every_look=every_look) for table in tables)
+        found, *ends = (mean_of_blocks(table, box, planned=every_look, choices=agents) for table in tables)
         return bounded(found, *ends) if ends else found
 
     total = mean(TOTAL)
@@ -157,13 +155,7 @@ def differences(solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool
 
 
 def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
-    """The decision from means over blocks.
-
-    Args:
-        total: Success under false reports minus success under true reports.
-        contrasts: Contrast of arms -> its mean; they count only if the total effect is detected.
-        small: P value of a total effect of the margin or more, either way.
-    """
+    """The decision from means over blocks, as in :class:`Decision`; contrasts count only if the total is detected."""
     if not _detected(total):
         none: Verdict = "no change" if small < ALPHA else "inconclusive"
         return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=none)
@@ -203,17 +195,6 @@ def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
     both = way * contrasts["both false"].value
     one = way * (contrasts["false first before true"].value + contrasts["false last after true"].value) / 2
     return one - both > max(0.0, both) / 4
-
-
-def _mean_over_blocks(table: Array, agents: int, box: NDArray[np.str_], *, every_look: bool) -> BlockMean:
-    """A mean over blocks, with P value and interval corrected for the agents that are judged together."""
-    if every_look:
-        return mean_at_every_look(table, agents=agents)
-    found = block_mean(table, unit=1.0, choices=agents)
-    if found.p_value is not None:
-        found = replace(found, p_value=min(1.0, agents * found.p_value))
-    kept = ~np.isnan(table).any(axis=1)
-    return mean_over_boxes(found, table[kept].mean(axis=1), box[kept], choices=agents) if len(box) else found
 
 
 def _detected(found: BlockMean, level: float = ALPHA) -> bool:
