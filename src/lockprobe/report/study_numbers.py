@@ -11,7 +11,7 @@ from typing import Any
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.conditions.axis import axis_key

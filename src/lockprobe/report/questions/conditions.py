@@ -11,10 +11,10 @@ import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, percent
-from lockprobe.report.captions import success_and_loops_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.prose import success_and_loops_said
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table

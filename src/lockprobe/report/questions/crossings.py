@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, bracketed, p_value, percent
-from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject, share_intervals_said
 from lockprobe.report.questions.conditions import cells_of, detected_said, tested_cells
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table

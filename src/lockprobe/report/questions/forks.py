@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value, percent, points
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks

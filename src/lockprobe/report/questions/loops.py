@@ -11,9 +11,8 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import bracketed, first_three, p_value, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose import at_dose, paper_rates, share_intervals_said
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, of_course, two_lines_rows

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell, p_value
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers

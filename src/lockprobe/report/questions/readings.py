@@ -12,10 +12,8 @@ from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, perce
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.captions import interval_kind
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import BOTH_FIT, Subject, false_reports, interval_kind, inverted, reading_name
 from lockprobe.report.questions.conditions import cells_of, compared_rows, detected_said
 from lockprobe.report.rows import Course, Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table, Text

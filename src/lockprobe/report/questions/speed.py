@@ -13,7 +13,7 @@ from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, of_course

@@ -10,7 +10,7 @@ import numpy as np
 
 from lockprobe.foundation.formatting import NONE, listed, points
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.rows import Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.flip import READINGS
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers

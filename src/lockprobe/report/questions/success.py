@@ -9,10 +9,8 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count, p_cell
 from lockprobe.report.answer import headline
-from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.prose import cause, false_reports, paper_rates, share_intervals_said
 from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
