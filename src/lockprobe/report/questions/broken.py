@@ -13,7 +13,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.report.answer_list import BEFORE, known_of_broken
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.study_numbers import PERMUTED, PlayedCell, StudyNumbers, measured_row
 from lockprobe.statistics.inference.difference import differences_before_breaks, few_broke_until
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.record import Trial
@@ -63,21 +63,9 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
     found = differences_before_breaks(counted, broken, step, rng, agents=many)
     test = "McNemar, and interval" if order is None else E_PROCESS
     for place, one in found:
-        yield Estimate(
-            quantity="success_difference",
-            **cells[place].of,
-            control=cells[0].condition,
-            of=BEFORE,
-            unit="points",
-            n=one.first.n,
-            value=one.value,
-            low=one.low,
-            high=one.high,
-            p_value=one.p_value,
-            family=f"success {BEFORE}",
-            corrected_for=len(found) * many,
-            test=test if one.pairs else "permutation within blocks, and interval",
-        )
+        judged: dict[str, Any] = {"family": f"success {BEFORE}", "corrected_for": len(found) * many, "unit": "points"}
+        judged |= {"test": test if one.pairs else PERMUTED, "n": one.first.n}
+        yield measured_row("success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, **judged)
 
 
 def _message(trial: Trial) -> str:

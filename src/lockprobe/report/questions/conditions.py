@@ -18,15 +18,14 @@ from lockprobe.report.prose import success_and_loops_said
 from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
+from lockprobe.report.study_numbers import BOUNDS, PERMUTED, PlayedCell, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.contrast import CONTROLS, Cells, Effect, against_control
+from lockprobe.statistics.contrast import CONTROLS, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.outcomes import points
 from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
-from lockprobe.studies.study_design import design_of
 
 _AGAINST = "against the rules"
 
@@ -56,7 +55,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
-def cells_of(numbers: StudyNumbers) -> Cells:
+def cells_of(numbers: StudyNumbers) -> dict[tuple[str, str], PlayedCell]:
     """Every agent under every condition, as contrasts take them."""
     return {(cell.agent, cell.condition): cell for cell in numbers.cells}
 
@@ -67,19 +66,16 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
         gap, condition = one.difference, numbers.conditions[one.condition]
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
-        paired = "McNemar, and interval" if gap.pairs else "permutation within blocks, and interval"
-        yield Estimate(
-            quantity="success_difference", **pair, unit="points", n=gap.first.n, value=gap.value, low=gap.low,
-            high=gap.high, p_value=gap.p_value, family=one.family, corrected_for=one.corrected_for,
-            test=E_PROCESS if gap.course else paired,
-        )  # fmt: skip
+        test = E_PROCESS if gap.course else "McNemar, and interval" if gap.pairs else PERMUTED
+        judged: dict[str, Any] = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
+        yield measured_row("success_difference", gap, **pair, **judged, n=gap.first.n, unit="points")
         yield from share_rows("success_in_pairs", gap.second, **pair)
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
 
 
 def _effects(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        yield from compared_rows(against_control(cells_of(numbers), design_of(numbers.study)), numbers)
+        yield from compared_rows(against_control(cells_of(numbers), numbers.design), numbers)
 
 
 def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:

@@ -20,7 +20,6 @@ from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
-from lockprobe.studies.study_design import design_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +34,7 @@ _FIRST, _SECOND = "first dose", "second dose"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
-    design, named, known = design_of(numbers.study), list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
+    design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
     every = [one for modality in design.modalities for one in design.comparison(modality).crossed]
     for grid in (one for one in every if one.axes):
         (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from markupsafe import Markup
 
@@ -12,17 +13,16 @@ from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
 from lockprobe.statistics.factorial import factorial_effects
-from lockprobe.studies.study_design import design_of
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        design = design_of(numbers.study)
+        design = numbers.design
         yield from compared_rows(against_first(cells_of(numbers), design.factors, design), numbers)
 
 
@@ -54,14 +54,13 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
-    for found in () if numbers.study.of_flips else factorial_effects(cells, design_of(numbers.study)):
+    for found in () if numbers.study.of_flips else factorial_effects(cells, numbers.design):
         for one in found.effects:
-            yield Estimate(
-                quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=one.measure,
-                axis=f"{one.factor}={found.design.levels[one.factor][1]}", unit="points", value=one.value, low=one.low,
-                high=one.high, n=found.blocks * len(found.design.runs), clusters=found.blocks, p_value=one.p_value,
-                family="factors", corrected_for=len(found.design.factors), test="Student over blocks",
-            )  # fmt: skip
+            of: dict[str, Any] = {"agent": found.agent, "modality": found.design.modality, "of": one.measure}
+            of |= {"axis": f"{one.factor}={found.design.levels[one.factor][1]}", "unit": "points"}
+            of |= {"n": found.blocks * len(found.design.runs), "clusters": found.blocks}
+            judged = {"family": "factors", "corrected_for": len(found.design.factors), "test": "Student over blocks"}
+            yield measured_row("factor_effect", one, **of, **judged)
 
 
 def factorial_said(rows: Sequence[Estimate], *, sized: bool = False) -> str:

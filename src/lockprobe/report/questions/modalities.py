@@ -12,44 +12,28 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.modalities import fidelity, spoken
 from lockprobe.statistics.conditions.modality_effect import modality_effects
 from lockprobe.statistics.proportions import ALPHA
 
-_PAIRS, _TREND = "every two modalities", "trend over fidelity"
+_PAIRS = "every two modalities"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
     for effect in modality_effects([one.trials for one in numbers.courses]):
         ranks = {fidelity(modality) for modality in effect.modalities} - {None}
-        yield Estimate(
-            quantity="modality_effect",
-            agent=effect.agent,
-            of=_TREND,
-            unit="direction",
-            value=effect.trend.direction,
-            p_value=effect.trend.p_value,
-            corrected_for=effect.agents,
-            test="log-rank",
-            note="" if len(ranks) > 1 else "equal fidelity",
-        )
+        said: dict[str, Any] = {"of": "trend over fidelity", "value": effect.trend.direction, "unit": "direction"}
+        said |= {"test": "log-rank", "note": "" if len(ranks) > 1 else "equal fidelity"}
+        yield measured_row("modality_effect", effect.trend, agent=effect.agent, corrected_for=effect.agents, **said)
+        many = len(effect.pairs) * effect.agents
         for pair in effect.pairs:
             of: dict[str, Any] = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
             of |= {"versus": effect.agent, "versus_modality": pair.first}
-            yield Estimate(
-                quantity="hazard_ratio",
-                **of,
-                of="modalities",
-                unit="ratio",
-                value=pair.hazard.ratio,
-                p_value=pair.hazard.p_value,
-                corrected_for=len(effect.pairs) * effect.agents,
-                test="log-rank",
-            )
-            final = {name: getattr(pair.final, name) for name in ("n", "value", "low", "high", "p_value")}
-            yield Estimate(quantity="success_difference", **of, unit="points", **final, test="McNemar")
+            sooner: dict[str, Any] = {"of": "modalities", "value": pair.hazard.ratio, "unit": "ratio"}
+            yield measured_row("hazard_ratio", pair.hazard, **of, **sooner, test="log-rank", corrected_for=many)
+            yield measured_row("success_difference", pair.final, **of, unit="points", test="McNemar")
 
 
 def _table(found: Results) -> TextTable:

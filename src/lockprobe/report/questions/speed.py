@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, of_course
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row, of_course
 from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, steps_cell, value_cell, varied
 from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.course import Course as Doses
@@ -39,8 +39,7 @@ _PALE = 0.7
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for cell in numbers.cells:
-        yield from _of_cell(cell)
+    yield from chain.from_iterable(map(_of_cell, numbers.cells))
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
     lowest = [one.trials.lowest for one in numbers.courses]
     yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
@@ -81,19 +80,10 @@ def _paces(lowest: Sequence[AxisTrials]) -> Iterator[Estimate]:
     for first, second in combinations(lowest, 2):
         found = pace(first, second) if first.doses[0] == second.doses[0] else None
         if found is not None:
-            yield Estimate(
-                quantity="hazard_ratio",
-                agent=second.agent,
-                modality=second.modality,
-                versus=first.agent,
-                versus_modality=first.modality,
-                doses={"flip.p": first.doses[0]},
-                unit="ratio",
-                value=found.ratio,
-                p_value=found.p_value,
-                family="every two agents",
-                test="log-rank",
-            )
+            pair: dict[str, Any] = {"agent": second.agent, "modality": second.modality, "versus": first.agent}
+            pair |= {"versus_modality": first.modality, "doses": {"flip.p": first.doses[0]}}
+            tested = {"value": found.ratio, "unit": "ratio", "family": "every two agents", "test": "log-rank"}
+            yield measured_row("hazard_ratio", found, **pair, **tested)
 
 
 def _over_doses(course: Doses) -> list[Estimate]:
@@ -101,20 +91,8 @@ def _over_doses(course: Doses) -> list[Estimate]:
     found = steps_over_doses(course.ended, course.broke, course.trials.budget)
     if found.p_value is None or course.trials.order is not None:
         return []
-    return [
-        Estimate(
-            quantity="steps_difference",
-            **of_course(course),
-            of=_HIGHER,
-            unit="steps",
-            n=found.n,
-            value=found.value,
-            low=found.low,
-            high=found.high,
-            p_value=found.p_value,
-            test=f"Student over {'people' if course.people else 'blocks'}",
-        )
-    ]
+    test = f"Student over {'people' if course.people else 'blocks'}"
+    return [measured_row("steps_difference", found, **of_course(course), of=_HIGHER, unit="steps", test=test)]
 
 
 def _said(found: Results) -> str:

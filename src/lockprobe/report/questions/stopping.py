@@ -14,14 +14,13 @@ from lockprobe.report.prose import Subject
 from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.rows import Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
 
 PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
 
@@ -56,7 +55,7 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
         for place, found in differences if not one.blind else ():
             if found.course:
                 yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
-    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), design_of(numbers.study)):
+    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), numbers.design):
         if course := effect.difference.course:
             of = {"agent": effect.agent, "modality": effect.modality, "of": effect.condition}
             yield from _course(of, course)
@@ -64,8 +63,7 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
 
 def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
     if course.n:
-        last: dict[str, Any] = {"value": course.value, "low": course.low, "high": course.high}
-        yield Estimate(quantity="difference_by_block", **of, unit="points", n=course.n, **last)
+        yield measured_row("difference_by_block", course, **of, unit="points", p_value=None)
         lines = {"x": course.blocks, "value": course.means, "low": course.lows, "high": course.highs}
         points: dict[str, Any] = {name: tuple(line.tolist()) for name, line in lines.items()}
         yield Curve(quantity="difference_by_block", **of, axis="block", n=course.n, **points)

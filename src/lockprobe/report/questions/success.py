@@ -16,7 +16,16 @@ from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, fit_rows, of_course, share_rows, two_lines_rows
+from lockprobe.report.study_numbers import (
+    BOUNDS,
+    PERMUTED,
+    StudyNumbers,
+    fit_rows,
+    measured_row,
+    of_course,
+    share_rows,
+    two_lines_rows,
+)
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS
 from lockprobe.statistics.course import Course
@@ -28,8 +37,6 @@ from lockprobe.trial.record import PLAIN_WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-PERMUTED = "permutation within blocks, and interval"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -61,12 +68,8 @@ def against_lowest(course: Course, dose: float) -> dict[str, Any]:
     if course.axis.kind == AGENT:
         return of | {"of": f"{dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": dose}}
     (trial, *_), (lowest, *_) = course.by_dose[dose], course.by_dose[min(course.by_dose)]
-    return of | {
-        "condition": trial.condition,
-        "control": lowest.condition,
-        "modality": trial.modality,
-        "doses": dict(trial.doses),
-    }
+    of |= {"condition": trial.condition, "control": lowest.condition, "modality": trial.modality}
+    return of | {"doses": dict(trial.doses)}
 
 
 def _differences(course: Course) -> Iterator[Row]:
@@ -79,19 +82,12 @@ def _differences(course: Course) -> Iterator[Row]:
         def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
             return columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))}
 
-        yield Estimate(
-            quantity="success_difference",
-            **columns,
-            unit="points",
-            n=one.second.n,
-            value=one.value,
-            low=one.low,
-            high=one.high,
-            p_value=one.p_value,
-            test=E_PROCESS if one.course else PERMUTED,
-            family=f"success by {course.axis.name}",
-            corrected_for=len(tested) * course.family,
-        )
+        judged: dict[str, Any] = {
+            "family": f"success by {course.axis.name}",
+            "corrected_for": len(tested) * course.family,
+        }
+        judged |= {"test": E_PROCESS if one.course else PERMUTED, "n": one.second.n, "unit": "points"}
+        yield measured_row("success_difference", one, **columns, **judged)
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))
         if one.pairs is not None:
