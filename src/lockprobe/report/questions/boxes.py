@@ -113,13 +113,13 @@ def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
 
 def _cells(found: Results) -> TextTable:
     """Success on each box and over all, and its change."""
-    rows = []
+    table = [["agent", "box", "control", "changed", "change, points"]]
     for line, name, change in _changes(found):
         of = {"agent": line.agent, "modality": line.modality, "of": name}
         shares = [found.get("success", condition=one, **of) for one in line.conditions]
         both = [line.first, line.second] if change is line.change else shares
-        rows.append([line.label, name, *map(share_of_row, both), points_cell(change)])
-    return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
+        table.append([line.label, name, *map(share_of_row, both), points_cell(change)])
+    return table if len(table) > 1 else []
 
 
 _TABLE = Table("boxes", _cells, drawn=lambda found: [change for *_, change in _changes(found)])

@@ -27,9 +27,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     )
     for (agent, boundary), trials in sorted(broken.items()):
         yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
-        about = _about(agent, boundary)
-        yield Fact(about=about, name="first message", text=_message(trials[0]))
-        yield Fact(about=about, name="will be replayed", text="yes" if trials[0].owed_again else "no")
+        facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
+        yield from (Fact(about=_about(agent, boundary), name=name, text=text) for name, text in facts.items())
     of_agents = grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).values()
     broke = [cells for cells in of_agents if any(len(cell.broke) for cell in cells)]
     for cells in broke:
@@ -44,10 +43,9 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
     """
     of: dict[str, Any] = {"agent": cells[0].agent, "modality": cells[0].modality}
     trials = [trial for cell in cells for trial in cell.trials]
-    for part, steps in (
-        ("broken", [len(trial.steps) + 1 for trial in trials if trial.error is not None]),
-        ("ended", [len(trial.steps) for trial in trials if trial.error is None]),
-    ):
+    broke = [len(trial.steps) + 1 for trial in trials if trial.error is not None]
+    finished = [len(trial.steps) for trial in trials if trial.error is None]
+    for part, steps in (("broken", broke), ("ended", finished)):
         if steps:
             yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))
     cells = [cell for cell in cells if len(cell.ended)]

@@ -7,13 +7,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, p_cell, p_value
+from lockprobe.foundation.formatting import p_cell, p_value
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.report.table_rows import points_cell
+from lockprobe.report.table_rows import points_cell, value_cell
 from lockprobe.statistics.conditions.modalities import fidelity, spoken
 from lockprobe.statistics.conditions.modality_effect import modality_effects
 from lockprobe.statistics.proportions import ALPHA
@@ -37,20 +37,13 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
 
 
 def _table(found: Results) -> TextTable:
-    head = ["agent", "compared with", "hazard ratio of solving", "log-rank, Holm", "success, points", "McNemar"]
-    rows = [
-        [
-            f"{row.agent} ({spoken(row.modality)})",
-            spoken(row.versus_modality),
-            NONE if row.value is None else f"{row.value:.2f}",
-            p_cell(row.p_value),
-            points_cell(final),
-            p_cell(final.p_value),
-        ]
-        for row in found.where("hazard_ratio", of="modalities")
-        for final in [found.one("success_difference", **row.pair, family=_PAIRS)]
-    ]
-    return [head, *rows] if rows else []
+    table = [["agent", "compared with", "hazard ratio of solving", "log-rank, Holm", "success, points", "McNemar"]]
+    for row in found.where("hazard_ratio", of="modalities"):
+        final = found.one("success_difference", **row.pair, family=_PAIRS)
+        both = f"{row.agent} ({spoken(row.modality)})", spoken(row.versus_modality)
+        tested = [value_cell(row), p_cell(row.p_value), points_cell(final), p_cell(final.p_value)]
+        table.append([*both, *tested])
+    return table if len(table) > 1 else []
 
 
 def effect_said(found: Results, row: Estimate) -> str:

@@ -108,37 +108,23 @@ def _said(found: Results) -> str:
 
 
 def _speed_table(found: Results) -> TextTable:
-    head = ["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]
-    return [head] + [
-        [
-            cell.label,
-            p,
-            value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            value_cell(cell.get("steps_to_solve", "half"), "{:g}"),
-            _by_step(cell.get("steps_to_solve", "80 %")),
-        ]
-        for cell, p in distinct(found.cells)
-    ]
-
-
-def _by_step(row: Estimate | None) -> str:
-    if row is None or (row.value is None and row.low is None):
-        return NONE
-    step, *ends = (NONE if one is None else f"{one:g}" for one in (row.value, row.low, row.high))
-    return f"{step} [{', '.join(ends)}]"
+    table = [["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]]
+    for cell, p in distinct(found.cells):
+        mean, median = cell.get("mean_steps_all"), cell.get("steps_to_solve", "half")
+        late, most = cell.get("steps_to_solve", "80 %"), NONE
+        if late and (late.value is not None or late.low is not None):
+            most, *ends = (NONE if one is None else f"{one:g}" for one in (late.value, late.low, late.high))
+            most = f"{most} [{', '.join(ends)}]"
+        table.append([cell.label, p, value_cell(mean, "{:.1f}"), value_cell(median, "{:g}"), most])
+    return table
 
 
 def _pace_table(found: Results) -> TextTable:
-    rows = [
-        [
-            found.label(row.agent, row.modality),
-            found.label(row.versus, row.versus_modality),
-            NONE if row.value is None else f"{row.value:.2f}",
-            p_cell(row.p_value),
-        ]
-        for row in found.where("hazard_ratio", of="")
-    ]
-    return [["agent", "compared with", "hazard ratio of solving", "log-rank"], *rows] if rows else []
+    table = [["agent", "compared with", "hazard ratio of solving", "log-rank"]]
+    for row in found.where("hazard_ratio", of=""):
+        both = found.label(row.agent, row.modality), found.label(row.versus, row.versus_modality)
+        table.append([*both, value_cell(row), p_cell(row.p_value)])
+    return table if len(table) > 1 else []
 
 
 def draw(found: Results) -> Any:
@@ -188,10 +174,11 @@ def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
         for course, style in styles(courses)[:_MOST]:
             yield course.played[0], label_in_lines(course, _NAME), style
         return
-    ((rates, last),) = [(one.played, len(one.played) - 1) for one in courses]
-    for i, cell in enumerate(rates):
+    (course,) = courses
+    last = len(course.played) - 1
+    for i, cell in enumerate(course.played):
         ends = i in (0, last)
-        style = of_agent(courses[0], Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
+        style = of_agent(course, Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
         yield cell, f"$p$ = {cell.p:g}" if ends or last < _MOST else "", style
 
 
