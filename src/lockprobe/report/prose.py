@@ -22,9 +22,7 @@ from lockprobe.trial.record import PLAIN_WORDS
 class Subject:
     """The grammatical subject of a sentence.
 
-    Attributes:
-        name: What a sentence calls it: ``llm:local (RGB)`` or ``people``.
-        plural: Whether its verbs are in the plural.
+    ``name`` is what a sentence calls it: ``llm:local (RGB)`` or ``people``, whose verbs are in the plural.
     """
 
     name: str
@@ -32,12 +30,7 @@ class Subject:
 
     @classmethod
     def of(cls, agent: str, shown: str = "") -> Subject:
-        """The subject that stands for an agent.
-
-        Args:
-            agent: Its name, or its spec if it has none.
-            shown: How the box was shown, where that has to be said.
-        """
+        """The subject that stands for an agent; ``shown`` is how the box was shown, where that has to be said."""
         plural = agent == PEOPLE
         name = "people" if plural else agent
         return cls(name=f"{name} ({shown})" if shown else name, plural=plural)
@@ -105,12 +98,7 @@ def reading_name(options: str) -> str:
 
 
 def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
-    """What is inverted with the probability that the flip rate is, and how long reports keep to it.
-
-    Args:
-        flip: What a false report is.
-        positions: Whether reports tell positions.
-    """
+    """What is inverted with the probability that the flip rate is, and how long reports of positions keep to it."""
     if not positions:
         return _OUTCOME
     if flip.others == "noisy":
@@ -182,13 +170,10 @@ def interval_kind(every_look: object) -> str:
 def share_intervals_said(
     agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False, boxes: int = 1
 ) -> str:
-    """What intervals of shares are, as a sentence: those of people are clustered by person.
+    """What intervals of the shares of these agents are, as a sentence: those of people are clustered by person.
 
-    Args:
-        agents: The agents whose shares are shown.
-        of: What the intervals are of.
-        every_look: Whether they hold at every look; those of success do where differences in success do.
-        boxes: Boxes of the study, each of which counts alike.
+    With ``every_look`` they hold at every look; those of success do where differences in success do. Of several
+    ``boxes`` each counts alike.
 
     >>> share_intervals_said(["random"]), share_intervals_said(["participant"])
     ('Intervals are 95 % Wilson intervals.', 'Intervals are 95 % intervals clustered by person.')

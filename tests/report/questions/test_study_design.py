@@ -1,10 +1,13 @@
-"""What was played, which questions a study has, which trial is to be watched first, and what limits the numbers."""
+"""What was played, which questions a study has, what agents say they are, tidied replies, broken trials and limits."""
+
+from dataclasses import replace
 
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 from page_parts import part
 from reported import found_in
 
 from lockprobe.report.page import page_of, parts_of, tables_of
+from lockprobe.trial.record import TrialError
 
 
 def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
@@ -52,3 +55,56 @@ def test_the_trial_to_watch_first_is_a_solved_one_if_there_is_one(tmp_path):
     for name, own, first in (("both", trials, 1), ("unsolved", trials[:1], 0), ("broken", trials[2:], None)):
         said = found_in(tmp_path / name, planned, own).fact("trials", "first")
         assert said == ("" if first is None else trials[first].key)
+
+
+def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
+    study = small_study(["random"])
+    first, *others = play_study(study)
+    refused = replace(
+        make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model"),
+        error=TrialError(boundary="refusal", message="refused: I cannot help.", step=2),
+    )
+    decision = replace(first.steps[0].decision, replies=("{", "[", "```{}```"), tidied=("fence", "prose"))
+    first = replace(first, steps=(replace(first.steps[0], decision=decision), *first.steps[1:]))
+    found = found_in(tmp_path, study, trials := [first, *others[:4], refused])
+    assert found.one("broken", agent="random", condition="", of="refusal").value == 1
+    broken = "random, broken at refusal"
+    assert found.facts_about(broken) == {"first message": "refused: I cannot help.", "will be replayed": "no"}
+    again, *tidied = sorted(found.where("replies"), key=lambda row: row.of)
+    said = ("tidied", "tidied, a code fence", "tidied, text around the object")
+    assert [(row.of, row.count) for row in tidied] == [(of, 1) for of in said]
+    assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
+    details, page = page_of(found), page_of(found)
+    assert (again.of, again.agent, again.count, again.n) == ("asked again", "random", 2, 3)
+    assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
+    assert "They were tidied, and count as all others do." in details
+    assert "a code fence 1, text around the object 1" in details
+    assert "refused: I cannot help." in page
+    assert "1 trial; shares and differences hold whatever became of it." in page
+
+
+def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tmp_path):
+    ends = {("llm:b", 1): "model", ("llm:a", 1): "reply", ("llm:a", 2): "model", ("llm:a", 3): "reply"}
+    trials = [
+        replace(
+            make_trial([0], agent=agent, trial=trial, broken=boundary),
+            error=TrialError(boundary=boundary, message=f"<i>{trial}</i>", step=2, again=trial == 1),
+        )
+        for (agent, trial), boundary in ends.items()
+    ]
+    found = found_in(tmp_path, small_study(["llm:b", "llm:a"], (0.0,), 1, 3), trials)
+    rows = [(row.agent, row.of, row.value) for row in found.where("broken", condition="")]
+    assert rows == [("llm:a", "model", 1), ("llm:a", "reply", 2), ("llm:b", "model", 1)]
+    assert found.facts_about("llm:a, broken at reply") == {"first message": "<i>1</i>", "will be replayed": "yes"}
+    page = page_of(found)
+    assert "4 trials; shares and differences hold whatever became of them." in page
+    assert '<td>reply</td><td>2</td><td class="long">&lt;i&gt;1&lt;/i&gt;</td><td>yes</td>' in page
+
+
+def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
+    facts = [{"model": "m", "few": f"<{i % 2}>", "many": str(i)} for i in range(1, 11)]
+    trials = [make_trial([0], agent="llm:a", trial=i, facts=facts[i - 1], budget=1) for i in range(1, 11)]
+    found = found_in(tmp_path, replace(small_study(["llm:a"], (0.0,), 1, 10), max_steps=1), trials)
+    said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
+    assert found.facts_about("llm:a") == said
+    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of(found)

@@ -78,7 +78,7 @@ def primary_lines(found: Results) -> list[Line]:
     the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
     smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
     """
-    lines = list(declared_lines(found)) or list(_of_controls(found))
+    lines = list(_declared(found)) or list(_of_controls(found))
     if not lines and found.where("factor_effect"):
         lines = [replace(line, second=None, change=None, under="") for _, line in _of_conditions(found)]
     if not lines:
@@ -96,7 +96,7 @@ def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
     return [_over_doses(one) for one in found.courses(axis) if one.played]
 
 
-def declared_lines(found: Results) -> Iterator[Line]:
+def _declared(found: Results) -> Iterator[Line]:
     """A line for each agent, of the first contrast that the study declares; none without one."""
     for asked in found.design.contrasts[:1]:
         for row in found.where("success_difference", family=DECLARED, of=asked.name):

@@ -237,9 +237,10 @@ class Results(Part):
         return [self._over(axis, player) for player in axis.players]
 
     def _over_flips(self, player: Player) -> Course:
-        own = [one for one in self.cells if (one.agent, one.modality) == (player.agent, player.modality)]
-        on_axis = sorted((one for one in own if one.p is not None), key=lambda one: one.p or 0.0)
-        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=tuple(on_axis))
+        of = player.agent, player.modality
+        own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
+        cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
+        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=cells)
 
     def _over(self, axis: DoseAxis, player: Player) -> Course:
         places = {
