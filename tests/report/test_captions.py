@@ -4,8 +4,8 @@ import pytest
 from builders import played_by_people, small_study
 from reported import found_in
 
-from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.page import page_of
+from lockprobe.report.prose import share_intervals_said
 from lockprobe.studies.options.studyfile import study
 
 AGENTS = ("cognitive:perseverant", "random")

@@ -5,9 +5,9 @@ import strangers
 from builders import play_study, small_study, write_study
 
 from lockprobe.foundation.formatting import NONE
-from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import tables_of
+from lockprobe.report.questions.conditions import measure_rows
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
 from lockprobe.report.study_numbers import StudyNumbers

@@ -5,7 +5,7 @@ from dataclasses import replace
 from clumsy import HAND
 
 from lockprobe.boxes.families import box
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.statistics.rules import against_rules, state_after, unbroken
 from lockprobe.testing import make_trial, play_trials
 

@@ -22,7 +22,7 @@ from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from lockprobe.foundation.formatting import capital, listed, percent, range_of
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.prose.doses import cause
+from lockprobe.report.prose import cause
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.statistics.proportions import ALPHA, proportion

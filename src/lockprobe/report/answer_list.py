@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from lockprobe.foundation.formatting import capital, p_cell, p_value, percent, points
 from lockprobe.report.answer import not_excluded
 from lockprobe.report.curve import MOST
-from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose import at_dose
 from lockprobe.report.rows import Cell, Results
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.table_rows import points_cell, share_of_row

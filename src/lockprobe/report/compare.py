@@ -19,8 +19,7 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.opened import open_study
 from lockprobe.report.plain_json import plain_json
-from lockprobe.report.prose.robot import broken_said
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject, broken_said
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.proportions import ALPHA, Proportion

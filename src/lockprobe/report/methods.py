@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.spec import PEOPLE, Spec
-from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.format import tex_text
-from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.prose import false_reports, share_intervals_said
 from lockprobe.report.rows import Condition, Estimate, Results
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.sequential.contrasts import E_PROCESS

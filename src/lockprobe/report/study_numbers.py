@@ -7,14 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.conditions.axis import Series, axis_key
+from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.course import Course, Place, courses, is_baseline
 from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.inference.trend import Trend
@@ -32,15 +33,9 @@ from lockprobe.trial.record import Trial
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedCell:
-    """One agent under one condition, with its trials and numbers.
+    """One agent under one condition: its trials by repetition and trial, broken ones too.
 
-    Attributes:
-        agent: Its name, or its spec if it has none.
-        modality: How the box was shown.
-        condition: Name of the condition.
-        doses: The doses of the condition.
-        trials: Its trials, by repetition and trial, broken ones too.
-        order: The order of its blocks, if what is said of it must hold at every look.
+    ``order`` is that of its blocks, if what is said of it must hold at every look.
     """
 
     agent: str
@@ -75,39 +70,25 @@ class PlayedCell:
     @property
     def of(self) -> dict[str, Any]:
         """The columns that say of which cell a row is."""
-        return {
-            "agent": self.agent,
-            "modality": self.modality,
-            "condition": self.condition,
-            "doses": self.doses,
-        }
+        return {"agent": self.agent, "modality": self.modality, "condition": self.condition, "doses": self.doses}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Axed:
+class Axed(NamedTuple):
     """Conditions that differ in one dose alone, or agents that differ in one option alone, with the agents over them.
 
-    Attributes:
-        number: Which it is of several axes of its name.
-        key: What the column ``axis`` of rows calls it.
-        series: The doses.
-        courses: The agents.
+    ``number`` says which it is of several axes of its name.
     """
 
     number: int
-    key: str
     series: Series
     courses: tuple[Course, ...]
 
 
-def _by_condition(series: Series, trial: Trial) -> Place:
-    """The place of a trial by the dose of its condition."""
+def _place(series: Series, trial: Trial) -> Place:
+    """The place of a trial by the option of its agent, or by the dose of its condition."""
+    if series.agent:
+        return Place(series.agent, trial.modality, series.doses[trial.group])
     return Place(trial.group, series.modality, series.doses[trial.condition])
-
-
-def _by_option(series: Series, trial: Trial) -> Place:
-    """The place of a trial by an option of its agent."""
-    return Place(series.agent, trial.modality, series.doses[trial.group])
 
 
 BOUNDS = ("at least", "at most")
@@ -115,12 +96,22 @@ BOUNDS = ("at least", "at most")
 these."""
 
 
+PERMUTED = "permutation within blocks, and interval"
+"""The test of success where outcomes are exchanged between conditions; its interval has to exclude 0 too."""
+
+
+def measured_row(quantity: str, found: Any, **columns: Any) -> Estimate:
+    """The row of what statistics found: its value, interval, P value and sizes, as far as it has them."""
+    own = {name: getattr(found, name) for name in _MEASURED if hasattr(found, name)}
+    return Estimate(quantity=quantity, **own | columns)
+
+
+_MEASURED = ("value", "low", "high", "p_value", "n", "count", "clusters")
+
+
 def share_rows(quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
     """The row of a share with its interval; none if it is a share of nothing."""
-    if not found.n:
-        return []
-    row = {"value": found.value, "low": found.low, "high": found.high, "n": found.n, "count": found.count}
-    return [Estimate(quantity=quantity, **row | {"clusters": found.clusters} | columns)]
+    return [measured_row(quantity, found, **columns)] if found.n else []
 
 
 def of_course(course: Course) -> dict[str, Any]:
@@ -140,13 +131,12 @@ def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estim
     """Where two lines meet and the shape that they show, and each of them."""
     of = of_course(course)
     if found.break_p is not None:
-        shape: dict[str, Any] = {"p_value": found.p_value, "test": "two lines", "note": found.direction or ""}
-        yield Estimate(quantity="two_lines", **of, of=what, value=found.break_p, unit="dose", **shape)
+        shape: dict[str, Any] = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
+        yield measured_row("two_lines", found, **of, of=what, test="two lines", **shape)
     for name, line in (("first line", found.first), ("second line", found.second)):
         if line is not None:
-            yield Estimate(
-                quantity="two_lines", **of, of=f"{what}, {name}", value=line.z, unit="z", p_value=line.p_value
-            )
+            tested = {"value": line.z, "p_value": line.p_value, "unit": "z"}
+            yield Estimate.model_validate({"quantity": "two_lines", **of, "of": f"{what}, {name}", **tested})
 
 
 def of_blocks(found: BlockMean) -> dict[str, Any]:
@@ -157,11 +147,7 @@ def of_blocks(found: BlockMean) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyNumbers:
-    """A study as its questions read it: its trials by agent and condition, and by agent over the doses of an axis.
-
-    Attributes:
-        opened: The study and its trials.
-    """
+    """A study as its questions read it: its trials by agent and condition, and by agent over the doses of an axis."""
 
     opened: OpenedStudy
 
@@ -169,6 +155,11 @@ class StudyNumbers:
     def study(self) -> Study:
         """The settings of the study."""
         return self.opened.study
+
+    @cached_property
+    def design(self) -> Design:
+        """What differs between its conditions."""
+        return design_of(self.study)
 
     @property
     def trials(self) -> tuple[Trial, ...]:
@@ -202,30 +193,28 @@ class StudyNumbers:
     @cached_property
     def axes(self) -> tuple[Axed, ...]:
         """Every other dose, and options of agents, with the agents over them."""
-        design = design_of(self.study)
-        first, times = design.control(design.arms[0].label), Counter(one.axis for one in design.series)
+        first, times = self.design.control(self.design.arms[0].label), Counter(one.axis for one in self.design.series)
         known, found = Counter[tuple[str, str, str, str, str]](), []
-        for series in design.series:
+        for series in self.design.series:
             axis = series.axis
-            if series.agent:
-                own = [one for one in self.trials if one.group in series.doses and one.condition == first]
-                place = partial(_by_option, series)
-            else:
-                own = [
-                    one
-                    for one in self.trials
-                    if one.condition in series.doses
-                    and not (series.doses[one.condition] and one.condition in self.idle.get(one.group, ()))
-                ]
-                place = partial(_by_condition, series)
-            if not own:
-                continue
-            name = axis.name, axis.options, axis.rest, series.modality, series.agent
-            known[name] += 1
-            key = axis_key(axis.name, axis.options, axis.rest, known[name])
-            over = courses(own, axis, key, place, several=times[axis] > 1, orders=self.opened.orders)
-            found.append(Axed(number=known[name], key=key, series=series, courses=over))
+            own = [
+                one
+                for one in self.trials
+                if (one.group in series.doses and one.condition == first if series.agent else self._acts(series, one))
+            ]
+            if own:
+                name = axis.name, axis.options, axis.rest, series.modality, series.agent
+                known[name] += 1
+                key = axis_key(axis.name, axis.options, axis.rest, known[name])
+                place, several = partial(_place, series), times[axis] > 1
+                over = courses(own, axis, key, place, several=several, orders=self.opened.orders)
+                found.append(Axed(known[name], series, over))
         return tuple(found)
+
+    def _acts(self, series: Series, trial: Trial) -> bool:
+        """Whether a trial has one of these doses, and it is the control or changed something."""
+        dose = series.doses.get(trial.condition)
+        return dose is not None and not (dose and trial.condition in self.idle.get(trial.group, ()))
 
     @property
     def dose_courses(self) -> tuple[Course, ...]:
@@ -238,11 +227,10 @@ class StudyNumbers:
 
         A study of flip rates alone has none.
         """
-        design = design_of(self.study)
-        acting = {arm.label: arm.without() for arm in design.arms}
+        acting = {arm.label: arm.without() for arm in self.design.arms}
         found: dict[str, set[str]] = {}
         for cell in self.cells if not self.study.of_flips else ():
-            if cell.condition not in design.controls and idle_interventions(cell.trials, acting[cell.condition]):
+            if cell.condition not in self.design.controls and idle_interventions(cell.trials, acting[cell.condition]):
                 found.setdefault(cell.agent, set()).add(cell.condition)
         return {agent: frozenset(names) for agent, names in found.items()}
 

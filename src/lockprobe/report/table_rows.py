@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.format import EVERY
-from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose import at_dose
 from lockprobe.report.rows import Cell, Course, Estimate, Results
 
 

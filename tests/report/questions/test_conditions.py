@@ -3,12 +3,11 @@
 from itertools import combinations
 
 import pytest
-from builders import write_study
+from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.page import figures_of, parts_of, tables_of
 from lockprobe.report.questions.conditions import EFFECTS
-from lockprobe.report.results import results
 from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
 
@@ -30,20 +29,16 @@ FAMILIES = {
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 
 
-def found_in(directory, **asked):
-    return results(write_study(directory, study("flips", **asked)))
-
-
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     """A study of eight conditions."""
-    return found_in(tmp_path_factory.mktemp("lab") / "study", **LAB)
+    return found_in(tmp_path_factory.mktemp("lab"), study("flips", **LAB))
 
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory):
     """A study of crossed doses."""
-    return found_in(tmp_path_factory.mktemp("grid") / "study", **GRID)
+    return found_in(tmp_path_factory.mktemp("grid"), study("flips", **GRID))
 
 
 def test_differences_are_to_the_control_and_paired(lab):
@@ -95,7 +90,8 @@ def test_grids_of_one_name_are_told_apart(tmp_path):
     """A grid of lies that stay, and one of lies that are told once."""
     sticky = "flip?p=0.4&others=kept"
     conditions = ["tremble?p=0.3", *(f"{flip} + tremble?p=0.3" for flip in ("flip?p=0.4", sticky)), sticky]
-    found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], condition=conditions, trials=2, repetitions=1)
+    asked = {"agent": ["random"], "p": [0, 0.4], "condition": conditions, "trials": 2, "repetitions": 1}
+    found = found_in(tmp_path, study("flips", **asked))
     assert [row.axis for row in found.where("success_interaction")] == [AXIS, f"{AXIS} (2)"]
     assert [row[1] for row in tables_of(found)["crossings"][1:]] == [AXIS] * 2
     assert [one.name for one in figures_of(parts_of(found)) if "grid" in one.name] == ["grid-1", "grid-2"]
@@ -103,10 +99,10 @@ def test_grids_of_one_name_are_told_apart(tmp_path):
 
 def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
-    found = found_in(tmp_path / "alone", condition=acts, **more)
+    found = found_in(tmp_path / "alone", study("flips", condition=acts, **more))
     assert found.against_control() == []
     assert "effects" not in [one.name for one in figures_of(parts_of(found))]
-    found = found_in(tmp_path / "beside", condition=[acts, "distract?p=0.3"], **more)
+    found = found_in(tmp_path / "beside", study("flips", condition=[acts, "distract?p=0.3"], **more))
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
 
 
@@ -117,22 +113,16 @@ ASKED = study("flips", agent=[READER], repetitions=1, trials=12, condition=CONDI
 
 @pytest.fixture(scope="module")
 def factorial(tmp_path_factory):
-    return results(write_study(tmp_path_factory.mktemp("lab") / "study", ASKED))
+    return found_in(tmp_path_factory.mktemp("lab"), ASKED)
 
 
 def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_matter(factorial):
     rows, factors = factorial.where("factor_effect"), ["tremble.p=0.6", "flip.p=0.4", "nudge=yes"]
     assert {(row.of, row.axis) for row in rows} == {(of, axis) for of in ("misreading", "success") for axis in factors}
-    trembled, steady = (
-        [
-            factorial.one("success", agent=READER, condition=condition).value
-            for condition in ("truth", *CONDITIONS)
-            if ("tremble" in condition) == there
-        ]
-        for there in (True, False)
-    )
+    shares = {name: factorial.one("success", agent=READER, condition=name).value for name in ("truth", *CONDITIONS)}
+    change = sum(share * (1 if "tremble" in name else -1) for name, share in shares.items()) / 4
     row = factorial.one("factor_effect", of="success", axis="tremble.p=0.6")
-    assert row.value == pytest.approx(sum(trembled) / 4 - sum(steady) / 4)
+    assert row.value == pytest.approx(change)
     assert (row.clusters, row.corrected_for) == (12, 3)
     assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
     assert factorial.answer == f"{READER}, misreading: more with flip.p=0.4; success: no change detected."
@@ -148,11 +138,10 @@ STICKY = "flip?p=0.6&others=kept"
 def test_a_level_is_compared_with_the_first_one_beside_the_control(tmp_path):
     """Options that are no numbers: conditions that differ in one alone."""
     asked = {"agent": [READER], "p": [0, 0.6], "condition": [STICKY, "nudge"], "trials": 8, "repetitions": 2}
-    found = results(write_study(tmp_path / "study", study("flips", **asked)))
+    found = found_in(tmp_path, study("flips", **asked))
     (row,) = found.where("success_difference", axis="flip others")
-    assert (row.condition, row.control, row.family, row.corrected_for) == (
-        STICKY, "flip?p=0.6", "levels of flip others", 1,
-    )  # fmt: skip
+    of = row.condition, row.control, row.family, row.corrected_for
+    assert of == (STICKY, "flip?p=0.6", "levels of flip others", 1)
     pair = {"agent": row.agent, "condition": STICKY, "control": "flip?p=0.6"}
     second, first = (found.one("success_in_pairs", **pair, of=of).value for of in ("", "the control"))
     assert row.value == pytest.approx(second - first)

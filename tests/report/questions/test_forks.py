@@ -54,12 +54,6 @@ def test_the_part_has_the_sentence_the_table_and_the_figure_and_no_other_number_
     )
 
 
-def test_a_study_without_forks_has_no_such_part(tmp_path):
-    planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
-    found = results(write_study(tmp_path / "study", planned))
-    assert [part for part in parts_of(found) if part.name == "forks"] == tables_of(found)["forks"] == []
-
-
 def changed(of="lie, 8, later reports true", **columns):
     own = {"agent": "random", "condition": "truth", "of": f"success, {of}", "n": 300, "clusters": 150}
     size = {"value": 0.1, "low": 0.02, "high": 0.18, "p_value": 0.01} | columns

@@ -1,7 +1,7 @@
 """Modalities: what the page says of an agent that is shown the box in several ways."""
 
 import pytest
-from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from builders import SOLUTION, make_trial, modality_study
 from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
@@ -47,9 +47,3 @@ def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_pat
     ]
     assert {row.family for row in found.where("success_difference", agent="llm:a/x")} >= {"every two modalities"}
     assert len(head) == len(table[0])
-
-
-def test_a_study_of_one_modality_has_no_such_part(tmp_path):
-    planned = small_study(["random"], (0.0,), 1, 2)
-    found = found_in(tmp_path, planned, play_study(planned))
-    assert (list(SECTIONS[0].show(found)), SECTIONS[0].tables[0].cells(found)) == ([], [])

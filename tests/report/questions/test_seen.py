@@ -3,7 +3,7 @@
 import base64
 
 import numpy as np
-from builders import modality_study, small_study, write_study
+from builders import modality_study, write_study
 from page_parts import part
 from reported import found_in
 
@@ -42,8 +42,6 @@ def test_pictures_for_agents_are_shown_with_what_was_told_and_a_page_without_fil
     missing = "No pictures are shown: the files, or the package pillow, are missing."
     assert missing in part(page_of(found), "seen")
     assert missing not in shown
-    words = found_in(tmp_path / "words", small_study(["random"], (0.0,), 1, 2))
-    assert part(page_of(words), "seen") == ""
 
 
 def shown_small(directory, pixels, kind="rgb", name=f"{1:020x}.png"):

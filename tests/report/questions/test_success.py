@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import pytest
 from builders import play_study, small_study, write_study
+from reported import found_in
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import parts_of
 from lockprobe.report.questions.success import _cells
-from lockprobe.report.results import results, results_of
+from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
 from lockprobe.statistics.inference.over_doses import success_by_dose
 from lockprobe.studies.options.studyfile import study
@@ -58,12 +59,9 @@ def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
 
 def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     asked = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4"}
-    found = results(write_study(tmp_path / "study", study("flips", **asked, trials=8, repetitions=2)))
+    found = found_in(tmp_path, study("flips", **asked, trials=8, repetitions=2))
     flips, axis = found.design.axes
-    assert (axis.key, axis.doses) == (
-        "tremble p",
-        {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4},
-    )
+    assert (axis.key, axis.doses) == ("tremble p", {"truth": 0} | {f"tremble?p={p}": p for p in (0.1, 0.2, 0.4)})
     for course in found.courses(axis):
         assert [cell.dose for cell in course.cells] == [0, 0.1, 0.2, 0.4]
         lowest, *others = [cell.value("success") for cell in course.cells]
@@ -78,9 +76,7 @@ def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
 
 def test_two_kinds_of_flips_are_told_apart(tmp_path):
     sticky = [f"flip?p={p}&others=kept" for p in (0.2, 0.4, 0.6)]
-    found = results(
-        write_study(tmp_path / "study", study("flips", agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL))
-    )
+    found = found_in(tmp_path, study("flips", agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL))
     assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (others=kept)"]
     first, second = found.courses()[0], found.courses(found.design.axes[1])[0]
     assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
@@ -91,7 +87,7 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
 @pytest.mark.parametrize("p", [[0], [0, 0.4]])
 def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
     agents = [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]
-    found = results(write_study(tmp_path / "study", study("flips", agent=agents, p=p, **SMALL)))
+    found = found_in(tmp_path, study("flips", agent=agents, p=p, **SMALL))
     axis = found.design.axes[-1]
     (course,) = found.courses(axis)
     assert (axis.name, [cell.agent for cell in course.cells]) == ("lapse", agents)
@@ -101,8 +97,8 @@ def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
 
 def test_doses_that_changed_nothing_are_in_no_number(tmp_path):
     acts = ["history?last=50", *[f"history?last=50 + tremble?p={p}" for p in (0.1, 0.3, 0.5)]]
-    asked = study("flips", agent=["human-inspired", "cognitive:careful"], p=[0], condition=acts, **SMALL)
-    found = results(write_study(tmp_path / "study", asked))
+    agents = ["human-inspired", "cognitive:careful"]
+    found = found_in(tmp_path, study("flips", agent=agents, p=[0], condition=acts, **SMALL))
     (axis,) = found.design.axes
     assert axis.key == "tremble p, with history?last=50"
     assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]

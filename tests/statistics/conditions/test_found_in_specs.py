@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.interventions.conditions import read_condition, sweep
-from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose import at_dose, cause
 from lockprobe.statistics.conditions.axis import series_of, series_of_agents
 from lockprobe.statistics.conditions.crossed import crossed_of, trend_weights
 from lockprobe.statistics.conditions.factors import factors_of, no_feedback_factor

@@ -23,8 +23,7 @@ from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.figures.palette import of_text
 from lockprobe.report.figures.settings import DPI, FAINT
-from lockprobe.report.prose.readings import false_reports
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject, false_reports
 from lockprobe.report.rows import Cell, Course, Curve, DoseAxis
 from lockprobe.statistics.conditions.axis import FLIPS
 

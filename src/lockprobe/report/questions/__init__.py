@@ -13,7 +13,7 @@ _OWN = (
     "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes", "readings", "conditions",
     "crossings", "factors", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot",
-    "study_design", "agents", "broken", "limits", "claims", "forks",
+    "study_design", "limits", "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and
 whether it acts through loops; agents beside each other; all numbers; the study itself."""

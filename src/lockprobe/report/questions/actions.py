@@ -53,29 +53,19 @@ def _show(found: Results) -> Iterator[Part]:
     first = {cell.label: cell for cell in reversed(cells) if cell.agent in found.subjects}
     said = [f"{percent(cell.value('optimal_actions', _NAIVE))} {label}" for label, cell in reversed(first.items())]
     prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]
-    contradicted = any(row.note for row in found.where("optimal_actions"))
-    doubt = (
-        " On {} true reports contradict this prior, so these numbers say little about it.".format(
-            "this box" if len(found.boxes) == 1 else "some of these boxes"
-        )
-        * contradicted
+    which = "this box" if len(found.boxes) == 1 else "some of these boxes"
+    doubt = f" On {which} true reports contradict this prior, so these numbers say little about it."
+    note = Note(
+        "An action is optimal if no other has fewer expected steps to the solution for an ideal observer that receives "
+        "the agent's reports and believes them, which is correct at a flip rate of 0. Pictures count as read without "
+        "error, so misreadings count against the agent.",
+        f"Its prior is that {prior}.{doubt * any(row.note for row in found.where('optimal_actions'))}",
+        f"At most the first {JUDGED} trials and {ACTIONS} actions of a condition are judged, and of a trial with an "
+        "attempt that broke the rules of the box the actions before it. A condition is not judged where an action was "
+        "not the choice, or a report was missing. Intervals are clustered by trial.",
     )
-    yield Part(
-        "Optimal actions",
-        f"Optimal under the first condition: {first_three(said, '; ')}." if said else "",
-        [
-            _TABLE,
-            Note(
-                "An action is optimal if no other has fewer expected steps to the solution for an ideal observer that "
-                "receives the agent's reports and believes them, which is correct at a flip rate of 0. Pictures count "
-                "as read without error, so misreadings count against the agent.",
-                f"Its prior is that {prior}.{doubt}",
-                f"At most the first {JUDGED} trials and {ACTIONS} actions of a condition are judged, and of a trial "
-                "with an attempt that broke the rules of the box the actions before it. A condition is not judged "
-                "where an action was not the choice, or a report was missing. Intervals are clustered by trial.",
-            ),
-        ],
-    )
+    answer = f"Optimal under the first condition: {first_three(said, '; ')}." if said else ""
+    yield Part("Optimal actions", answer, [_TABLE, note])
 
 
 SECTIONS = (Section(name="optimal_actions", title="Optimal actions", rows=_rows, show=_show, tables=(_TABLE,)),)

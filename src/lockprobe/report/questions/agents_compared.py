@@ -26,7 +26,7 @@ from lockprobe.foundation.formatting import (
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, EVERY, TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks

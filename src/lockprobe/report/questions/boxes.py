@@ -10,17 +10,17 @@ import numpy as np
 
 from lockprobe.foundation.formatting import capital, listed, p_value, points
 from lockprobe.report.format import TextTable
+from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.section import Block, Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.boxes import between_boxes
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
 from lockprobe.statistics.paired_proportions import FEWEST, paired, pairs_by_box
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.study_design import design_of
 
 _BETWEEN = "SD between boxes"
 """Part of a difference: its standard deviation between boxes, with the test of whether it differs."""
@@ -34,13 +34,12 @@ _TEST = "F between boxes and Cochran's Q, the larger P"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if len(numbers.study.boxes) == 1:
         return
-    cells = {(cell.agent, cell.condition): cell for cell in numbers.cells}
-    design = design_of(numbers.study)
+    cells = cells_of(numbers)
     for cell in numbers.cells:
         for box in numbers.study.boxes:
             own = cell.ended.solved[cell.ended.box == box.name]
             yield from cell.share("success", proportion(int(own.sum()), len(own)), of=box.name)
-        control = cells.get((cell.agent, design.control(cell.condition)))
+        control = cells.get((cell.agent, numbers.design.control(cell.condition)))
         if control is not None and control is not cell:
             yield from _against(cell, control)
 
@@ -54,14 +53,14 @@ def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
     of: dict[str, Any] = {"control": control.condition, "unit": "points"}
     for name in dict.fromkeys(box.tolist()):
         found = paired(*solved[box == name].T)
-        yield cell.estimate("success_difference", found.value, low=found.low, high=found.high, n=found.n, of=name, **of)
+        yield measured_row("success_difference", found, **cell.of, **of, of=name, p_value=None)
     pairs = pairs_by_box(solved, box)
     if between := between_boxes(pairs):
-        counted: dict[str, Any] = {"n": int(pairs.n.sum()), "clusters": len(pairs.n)} | of
-        tested: dict[str, Any] = {"p_value": between.p_value, "test": _TEST}
-        yield cell.estimate("success_difference", between.deviation, of=_BETWEEN, **tested, **counted)
+        of |= {"n": int(pairs.n.sum()), "clusters": len(pairs.n)}
+        tested = {"p_value": between.p_value, "test": _TEST}
+        yield cell.estimate("success_difference", between.deviation, of=_BETWEEN, **tested, **of)
         mean = float(pairs.differences.mean())
-        yield cell.estimate("success_difference", mean, low=between.low, high=between.high, of=_FURTHER, **counted)
+        yield measured_row("success_difference", between, **cell.of, **of, of=_FURTHER, value=mean, p_value=None)
 
 
 def boxes_said(found: Results) -> str:
@@ -114,13 +113,13 @@ def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
 
 def _cells(found: Results) -> TextTable:
     """Success on each box and over all, and its change."""
-    rows = []
+    table = [["agent", "box", "control", "changed", "change, points"]]
     for line, name, change in _changes(found):
         of = {"agent": line.agent, "modality": line.modality, "of": name}
         shares = [found.get("success", condition=one, **of) for one in line.conditions]
         both = [line.first, line.second] if change is line.change else shares
-        rows.append([line.label, name, *map(share_of_row, both), points_cell(change)])
-    return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
+        table.append([line.label, name, *map(share_of_row, both), points_cell(change)])
+    return table if len(table) > 1 else []
 
 
 _TABLE = Table("boxes", _cells, drawn=lambda found: [change for *_, change in _changes(found)])

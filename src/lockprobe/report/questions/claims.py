@@ -21,7 +21,7 @@ from lockprobe.foundation.formatting import bracketed, p_cell, p_value, percent,
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results
 from lockprobe.report.section import Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers

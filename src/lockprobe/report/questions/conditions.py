@@ -4,29 +4,31 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import product
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import NONE, p_cell, percent
-from lockprobe.report.captions import success_and_loops_said
+from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
-from lockprobe.report.installed_measures import measure_rows
-from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
+from lockprobe.report.prose import success_and_loops_said
+from lockprobe.report.rows import MEASURES, Cell, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, share_rows
+from lockprobe.report.study_numbers import BOUNDS, PERMUTED, PlayedCell, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.contrast import CONTROLS, Cells, Effect, against_control
+from lockprobe.statistics.contrast import CONTROLS, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
+from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
 from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
-from lockprobe.studies.study_design import design_of
 
 _AGAINST = "against the rules"
 
@@ -56,7 +58,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
-def cells_of(numbers: StudyNumbers) -> Cells:
+def cells_of(numbers: StudyNumbers) -> dict[tuple[str, str], PlayedCell]:
     """Every agent under every condition, as contrasts take them."""
     return {(cell.agent, cell.condition): cell for cell in numbers.cells}
 
@@ -67,19 +69,16 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
         gap, condition = one.difference, numbers.conditions[one.condition]
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
-        paired = "McNemar, and interval" if gap.pairs else "permutation within blocks, and interval"
-        yield Estimate(
-            quantity="success_difference", **pair, unit="points", n=gap.first.n, value=gap.value, low=gap.low,
-            high=gap.high, p_value=gap.p_value, family=one.family, corrected_for=one.corrected_for,
-            test=E_PROCESS if gap.course else paired,
-        )  # fmt: skip
+        test = E_PROCESS if gap.course else "McNemar, and interval" if gap.pairs else PERMUTED
+        judged: dict[str, Any] = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
+        yield measured_row("success_difference", gap, **pair, **judged, n=gap.first.n, unit="points")
         yield from share_rows("success_in_pairs", gap.second, **pair)
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
 
 
 def _effects(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        yield from compared_rows(against_control(cells_of(numbers), design_of(numbers.study)), numbers)
+        yield from compared_rows(against_control(cells_of(numbers), numbers.design), numbers)
 
 
 def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:
@@ -104,9 +103,9 @@ def detected_said(rows: Sequence[Estimate], what: str) -> str:
     return f"{sum(row.detected for row in tested)} of {len(tested)} {what}" if tested else ""
 
 
-def _compared(found: Results) -> bool:
-    """Whether conditions beside flip rates were compared; flip rates alone have a question of their own."""
-    return found.beside_flips and bool(found.against_control())
+def _against_control(found: Results) -> list[Estimate]:
+    """What is compared, in a study with conditions beside flip rates; flip rates alone have a question of their own."""
+    return found.against_control() if found.beside_flips else []
 
 
 _BOTH, _BESIDE, _FLIPS = "", "conditions beside flip rates", "flip rates alone"
@@ -132,11 +131,7 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Cell, str], str]], ...] = (
         _BESIDE,
         lambda cell, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
     ),
-    (
-        _AGAINST,
-        _BOTH,
-        lambda cell, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE,
-    ),
+    (_AGAINST, _BOTH, lambda cell, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE),
     ("errors", _BOTH, lambda cell, acts: f"{cell.value('broken'):g}"),
 )
 """Name of a column, in which studies it is, and its cell: of an agent under a condition, and of what acts."""
@@ -169,20 +164,43 @@ def _measures(found: Results) -> TextTable:
     ]
 
 
+def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
+    """The mean of each measure of an installed package with its 95 % interval; of one that breaks, why.
+
+    No code of a package runs if the opened study holds what they measured.
+    """
+    if numbers.opened.measured is not None:
+        yield from numbers.opened.measured
+        return
+    described: dict[str, Fact] = {}
+    for cell, name in product(numbers.cells, plugin_names("measure")):
+        plugin = find_plugin("measure", name)
+        source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
+        try:
+            (found,) = measured(cell.trials, [find_measure(name)])
+        except UserMistake as error:
+            yield cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
+        else:
+            unit = "share" if found.kind == "share" else ""
+            yield measured_row(quantity, found, **cell.of, unit=unit, source=source)
+            described[name] = Fact(about=MEASURES, name=name, text=found.what, source=source)
+    yield from described.values()
+
+
 _CONDITIONS, _MEASURES = Table("conditions", _table), Table("measures", _measures, numeric_from=4)
 
 EFFECTS = Table(
     "effects",
-    lambda found: compared_table(found, found.against_control() if _compared(found) else []),
+    lambda found: compared_table(found, _against_control(found)),
     numeric_from=3,
-    drawn=lambda found: found.against_control() if _compared(found) else [],
+    drawn=_against_control,
 )
 """Every condition against its control."""
 
 
 def _answer(found: Results) -> str:
     """How many differences were detected, or between which shares all conditions of all agents lie."""
-    rows = found.against_control() if _compared(found) else []
+    rows = _against_control(found)
     between = [row for row in rows if row.family == CONTROLS]
     others = [row for row in rows if row.family != CONTROLS]
     counted = [
@@ -217,14 +235,11 @@ _PAIRED = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    mixed, compared = found.beside_flips, _compared(found)
-    blocks: list[Block] = [EFFECTS, note_at(found, _PAIRED)] if compared else []
-    blocks.append(_CONDITIONS)
     agents = (cell.agent for cell in found.cells)
     of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
     told = Note(
         "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
-        if mixed
+        if found.beside_flips
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
         "in the same true configuration, mean over trials.",
         f"{success_and_loops_said(agents, of, every_look=every_look, boxes=len(found.boxes))} By chance: loop rate of "
@@ -235,18 +250,15 @@ def _show(found: Results) -> Iterator[Part]:
         "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
         "clustered by block or by person.",
     )
-    blocks.append(told)
+    blocks: list[Block] = [EFFECTS, note_at(found, _PAIRED)] if _against_control(found) else []
+    blocks += [_CONDITIONS, told]
     blocks += [Heading("Measures of installed packages"), _MEASURES, means] if found.measures else []
     yield Part("All conditions", _answer(found), blocks)
 
 
 SECTIONS = (
     Section(
-        name="conditions",
-        title="All conditions",
-        rows=_rows,
-        show=_show,
-        tables=(_CONDITIONS, EFFECTS, _MEASURES),
+        name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, EFFECTS, _MEASURES)
     ),
     Section(name="effects", title="Every condition against the control", rows=_effects),
     Section(name="measures", title="Measures", rows=measure_rows),

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, bracketed, p_value, percent
-from lockprobe.report.captions import share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject, share_intervals_said
 from lockprobe.report.questions.conditions import cells_of, detected_said, tested_cells
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
@@ -21,11 +19,6 @@ from lockprobe.report.study_numbers import StudyNumbers, of_blocks
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
-from lockprobe.studies.study_design import design_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Drawing
 
 _BETWEEN = " \N{MULTIPLICATION SIGN} "
 
@@ -36,7 +29,7 @@ _FIRST, _SECOND = "first dose", "second dose"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
-    design, named, known = design_of(numbers.study), list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
+    design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
     every = [one for modality in design.modalities for one in design.comparisons[modality].crossed]
     for grid in (one for one in every if one.axes):
         (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
@@ -50,15 +43,13 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for agent, crossed, found, choices in interactions(cells_of(numbers), design):
         if crossed.axes:
             axis = next(axis for grid, axis in named if grid == crossed)
-            of: dict[str, object] = {"modality": crossed.modality, "axis": axis}
+            of: dict[str, Any] = {"modality": crossed.modality, "axis": axis}
         else:
             neither, second, first, both = crossed.conditions.values()
             of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
             of |= {"of": f"{first}{_BETWEEN}{second}", "doses": dict(numbers.conditions[both].doses)}
-        yield Estimate.model_validate(
-            {"quantity": "success_interaction", "agent": agent, **of, **of_blocks(found), "unit": "points"}
-            | {"family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
-        )
+        of |= {"unit": "points", "family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
+        yield Estimate(quantity="success_interaction", agent=agent, **of, **of_blocks(found))
 
 
 def _places(found: Results, axis: str) -> dict[str, str]:
@@ -82,59 +73,47 @@ def _table(found: Results) -> TextTable:
     return [[*row[:2], *row[2 + alone :]] for row in table]
 
 
-def draw(found: Results, axis: str) -> Drawing | None:
-    """Success over two doses, a panel for each agent with a cell for each combination."""
-    from lockprobe.report.figures.compose import sheet
-
-    own = _places(found, axis)
-    rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
-    shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
-    agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
-    lines = _lines(len(columns))
-    height = 0.35 + len(rows) * 0.155 * (lines + 0.9)
-    return sheet(agents, partial(_draw, found, axis, rows, columns), heights=[height], cells=True)
-
-
-def _lines(columns: int) -> int:
-    """Lines that a cell beside so many others has room for: the share, its count, its interval."""
-    return 3 if columns <= 4 else 2 if columns <= 6 else 1
-
-
-def _draw(
-    found: Results, doses: str, rows: Sequence[str], columns: Sequence[str], axes: Axes, player: tuple[str, str]
-) -> None:
-    """Share of trials solved under every combination of doses; darker is more. A cross is not played."""
+def draw(found: Results, axis: str) -> Any:
+    """Success over two doses, a panel for each agent with a cell for each combination: darker is more."""
     import matplotlib as mpl
     from matplotlib.patches import Rectangle
 
-    from lockprobe.report.figures.frame import axis, axis_label, safe_name, title
+    from lockprobe.report.figures import frame
+    from lockprobe.report.figures.compose import sheet
     from lockprobe.report.figures.settings import FAINT, INK
 
-    agent, modality = player
-    facts, lines = found.facts_about(doses), _lines(len(columns))
-    for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
-        condition = facts.get(f"{row}, {column}", "")
-        own = {"agent": agent, "condition": condition, "control": "", "versus": "", "axis": ""}
-        cell = found.get("success", **own) if condition else None
-        share = cell.value or 0.0 if cell else 0.0
-        face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
-        axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
-        colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
-        text = "\N{MULTIPLICATION SIGN}"
-        if cell:
-            ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
-            said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
-            text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
-        axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
-    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
-    axis(axes, "x", range(len(columns)), columns, axis_label(facts[_SECOND]), bare=True)
-    axis(axes, "y", range(len(rows)), rows, axis_label(facts[_FIRST]), bare=True)
-    change = found.get("success_interaction", agent=agent, modality=modality, axis=doses, versus="")
-    interaction = "interaction not estimated"
-    if change is not None:
-        interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
-        interaction += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
-    title(axes, safe_name(Subject.of(agent).name, 38), interaction)
+    own, facts = _places(found, axis), found.facts_about(axis)
+    rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
+    shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
+    lines = 3 if len(columns) <= 4 else 2 if len(columns) <= 6 else 1  # room for the share, its count, its interval
+
+    def on(axes: Any, player: tuple[str, str]) -> None:
+        agent, modality = player
+        for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
+            where = own.get(f"{row}, {column}", "")
+            cell = found.get("success", agent=agent, condition=where, control="", versus="", axis="") if where else None
+            share = cell.value or 0.0 if cell else 0.0
+            face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
+            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
+            colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
+            text = "\N{MULTIPLICATION SIGN}"  # not played
+            if cell:
+                ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
+                said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
+                text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
+            axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
+        axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
+        frame.axis(axes, "x", range(len(columns)), columns, frame.axis_label(facts[_SECOND]), bare=True)
+        frame.axis(axes, "y", range(len(rows)), rows, frame.axis_label(facts[_FIRST]), bare=True)
+        change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
+        interaction = "interaction not estimated"
+        if change is not None:
+            interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
+            interaction += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+        frame.title(axes, frame.safe_name(Subject.of(agent).name, 38), interaction)
+
+    agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
+    return sheet(agents, on, heights=[0.35 + len(rows) * 0.155 * (lines + 0.9)], cells=True)
 
 
 def _caption(found: Results) -> Caption:

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import listed, p_cell
+from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import DETECTED, TextTable
-from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
+from lockprobe.report.format import TextTable
+from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said, tested_cells
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Listed, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
@@ -17,13 +17,11 @@ from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
 from lockprobe.statistics.factorial import factorial_effects
-from lockprobe.studies.study_design import design_of
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        design = design_of(numbers.study)
-        yield from compared_rows(against_first(cells_of(numbers), design.factors, design), numbers)
+        yield from compared_rows(against_first(cells_of(numbers), numbers.design.factors, numbers.design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:
@@ -54,7 +52,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
-    for found in () if numbers.study.of_flips else factorial_effects(cells, design_of(numbers.study)):
+    for found in () if numbers.study.of_flips else factorial_effects(cells, numbers.design):
         levels = found.design.levels
         yield Estimate(
             quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=found.measure,
@@ -67,17 +65,13 @@ def factorial_said(rows: Sequence[Estimate], *, sized: bool = False) -> str:
     """Which factors change what, of one agent; and by how much, if that is asked."""
     said = []
     for measure, own in grouped(rows, lambda row: row.of).items():
-        clear = [row for row in sorted(own, key=_size) if row.detected]
-        ways = (
-            ("more", [row for row in clear if (row.value or 0) > 0]),
-            ("less", [row for row in clear if (row.value or 0) < 0]),
-        )
-        named = [
-            f"{way} with {listed([_name(row) + f' ({points_cell(row)} points)' * sized for row in changed])}"
-            for way, changed in ways
-            if changed
-        ]
-        said.append(f"{measure}: {', '.join(named)}" if named else f"{measure}: no change detected")
+        clear = sorted((row for row in own if row.detected), key=lambda row: -abs(row.value or 0.0))
+        named = []
+        for way, sign in (("more", 1), ("less", -1)):
+            if changed := [row for row in clear if sign * (row.value or 0) > 0]:
+                names = [_name(row) + f" ({points_cell(row)} points)" * sized for row in changed]
+                named.append(f"{way} with {listed(names)}")
+        said.append(f"{measure}: {', '.join(named) or 'no change detected'}")
     return f"{rows[0].agent}, {'; '.join(said)}." if said else ""
 
 
@@ -86,17 +80,10 @@ def _name(row: Estimate) -> str:
     return row.axis.removeprefix("plant.")
 
 
-def _size(row: Estimate) -> float:
-    """Sorts the largest first."""
-    return -abs(row.value or 0.0)
-
-
 def _factorial(found: Results) -> TextTable:
-    head = ["agent", "of", "factor", "change, points", "P", "conclusion"]
     rows = found.where("factor_effect")
-    return [head] * bool(rows) + [
-        [row.agent, row.of, _name(row), points_cell(row), p_cell(row.p_value), DETECTED[row.detected]] for row in rows
-    ]
+    head = ["agent", "of", "factor", "change, points", "P", "conclusion"]
+    return [head] * bool(rows) + [[row.agent, row.of, _name(row), *tested_cells(row)] for row in rows]
 
 
 FACTORIAL = Table("factorial", _factorial, 3, drawn=lambda found: found.where("factor_effect"))
@@ -119,11 +106,9 @@ _FRACTION = Note(
 
 
 def _show_factorial(found: Results) -> Iterator[Part]:
-    rows = found.where("factor_effect")
-    if rows:
-        said = Listed(
-            [factorial_said(own, sized=True) for own in grouped(rows, lambda row: (row.agent, row.modality)).values()]
-        )
+    if rows := found.where("factor_effect"):
+        agents = grouped(rows, lambda row: (row.agent, row.modality)).values()
+        said = Listed([factorial_said(own, sized=True) for own in agents])
         answer = f"{detected_said(rows, 'effects')} were detected."
         yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
 

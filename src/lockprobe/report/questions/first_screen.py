@@ -16,8 +16,7 @@ from lockprobe.report.answer_list import answer_list, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.panel import panel_figure
-from lockprobe.report.prose.doses import at_dose, cause
-from lockprobe.report.prose.readings import inverted
+from lockprobe.report.prose import at_dose, cause, inverted
 from lockprobe.report.questions import why
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.conditions import EFFECTS

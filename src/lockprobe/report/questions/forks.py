@@ -8,8 +8,9 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value, percent, points
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.robot import broken_said
+from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, of_blocks
@@ -56,18 +57,13 @@ def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
     for one in effects:
         condition, unit = study.labelled(one.condition), OUTCOMES[one.outcome]
         later = _TRUE if one.truthful else "later reports as in the condition"
-        of: dict[str, Any] = {
-            "agent": one.agent,
-            "modality": condition.modality,
-            "condition": one.condition,
-            "of": f"{one.outcome}, {one.arm}, {one.where}, {later}",
-            "doses": dict(condition.doses),
-        }
+        of: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "condition": one.condition}
+        of |= {"of": f"{one.outcome}, {one.arm}, {one.where}, {later}", "doses": dict(condition.doses)}
         tested = of_blocks(one.change) | {"corrected_for": one.agents, "test": "sign flips of trials"}
         family = "agents; P values of success also all forks of one agent (Holm)"
         rows.append(Estimate(quantity=_CHANGE, **of, **tested, unit=unit, family=family))
-        level, n = "steps" if unit == "steps" else "share", one.change.pairs
-        rows.append(Estimate(quantity=_AFTER_TRUTH, **of, unit=level, n=n, value=one.after_truth))
+        of |= {"unit": "steps" if unit == "steps" else "share", "n": one.change.pairs}
+        rows.append(Estimate(quantity=_AFTER_TRUTH, **of, value=one.after_truth))
     return rows
 
 
@@ -178,49 +174,44 @@ def _show(found: Results) -> Iterator[Part]:
         )
 
 
-def draw(found: Results) -> Any:
-    """The changes of success by place, a panel for each agent, condition and way to go on; later ones are the table's.
-
-    Steps come in their order, then the places that a rule names.
-    """
-    from lockprobe.report.figures import sheet
-
-    panels: dict[tuple[str, str, str], list[Estimate]] = {}
-    for row in _of_success(found.rows):
-        panels.setdefault((row.agent, row.condition, _place(row)[2]), []).append(row)
-    return sheet(list(panels.values())[:_PANELS], _draw)
-
-
 _PANELS = 6
-"""Panels that are drawn."""
+"""Panels that are drawn; later ones are the table's."""
 
 _MARKERS = "os^vDPX<>"
 
 
-def _draw(axes: Any, rows: Sequence[Estimate]) -> None:
+def draw(found: Results) -> Any:
+    """The changes of success by place, a panel for each agent, condition and way to go on.
+
+    Steps come in their order, then the places that a rule names.
+    """
+    from lockprobe.report.figures import sheet
     from lockprobe.report.figures.frame import axis, from_to, safe_name, title
     from lockprobe.report.figures.palette import SUBJECTS, Style
     from lockprobe.report.figures.primitives import estimates
     from lockprobe.report.figures.settings import FAINT, INK
 
-    arms = list(dict.fromkeys(_place(row)[0] for row in rows))
-    places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
-    axes.axhline(0, color=INK, linewidth=0.8)
-    for i, arm in enumerate(arms):
-        own = [row for row in rows if _place(row)[0] == arm]
-        style = Style(colour=SUBJECTS[0] if "lie" in arm else FAINT, marker=_MARKERS[i % len(_MARKERS)])
-        across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
-        estimates(axes, across, own, style, label=safe_name(arm))
-    reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
-    step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
-    ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
-    axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
-    axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
-    names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
-    axis(axes, "x", range(len(places)), names)
-    first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
-    said = f"{first.condition}{later}; n = {from_to(row.clusters for row in rows)} trials"
-    title(axes, safe_name(first.agent, 38), safe_name(said))
+    def on(axes: Any, rows: Sequence[Estimate]) -> None:
+        arms = grouped(rows, lambda row: _place(row)[0])
+        places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
+        axes.axhline(0, color=INK, linewidth=0.8)
+        for i, (arm, own) in enumerate(arms.items()):
+            style = Style(colour=SUBJECTS[0] if "lie" in arm else FAINT, marker=_MARKERS[i % len(_MARKERS)])
+            across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
+            estimates(axes, across, own, style, label=safe_name(arm))
+        reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
+        step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
+        ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
+        axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
+        axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
+        names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
+        axis(axes, "x", range(len(places)), names)
+        first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
+        said = f"{first.condition}{later}; n = {from_to(row.clusters for row in rows)} trials"
+        title(axes, safe_name(first.agent, 38), safe_name(said))
+
+    panels = grouped(_of_success(found.rows), lambda row: (row.agent, row.condition, _place(row)[2]))
+    return sheet(list(panels.values())[:_PANELS], on)
 
 
 SECTIONS = (

@@ -1,33 +1,109 @@
-"""Limits: what the numbers of a report do not show."""
+"""What limits the numbers: trials that broke, what is known whatever became of them, and what no number shows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from statistics import median
+from typing import Any
 
+from lockprobe.foundation.formatting import count
+from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import Spec
+from lockprobe.report.answer_list import BEFORE, known_of_broken
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.loops import LENGTHS
-from lockprobe.report.rows import Results
+from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
+from lockprobe.report.study_numbers import PERMUTED, PlayedCell, StudyNumbers, measured_row
+from lockprobe.statistics.inference.difference import differences_before_breaks, few_broke_until
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.trial.record import Trial
 
-_ANSWER = "An effect that was not detected may be there."
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    """By agent and boundary, with the first message, and whether the first of them will be replayed."""
+    broken = grouped(
+        (trial for trial in numbers.opened.trials if trial.error is not None),
+        lambda trial: (trial.group, str(trial.error.boundary) if trial.error else ""),
+    )
+    for (agent, boundary), trials in sorted(broken.items()):
+        yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
+        facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
+        yield from (Fact(about=_about(agent, boundary), name=name, text=text) for name, text in facts.items())
+    of_agents = grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).values()
+    broke = [cells for cells in of_agents if any(len(cell.broke) for cell in cells)]
+    for cells in broke:
+        yield from _of_agent(cells, len(broke))
+
+
+def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
+    """When the trials of an agent broke and ended, and every condition against the first by an early step.
+
+    The step is the last one by which few trials of each condition broke. At every look it can be another one; what is
+    said then allows for all steps of the budget.
+    """
+    of: dict[str, Any] = {"agent": cells[0].agent, "modality": cells[0].modality}
+    trials = [trial for cell in cells for trial in cell.trials]
+    broke = [len(trial.steps) + 1 for trial in trials if trial.error is not None]
+    finished = [len(trial.steps) for trial in trials if trial.error is None]
+    for part, steps in (("broken", broke), ("ended", finished)):
+        if steps:
+            yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))
+    cells = [cell for cell in cells if len(cell.ended)]
+    counted, broken = [cell.ended for cell in cells], [cell.broke for cell in cells]
+    budget = max((trial.budget for cell in cells for trial in cell.trials), default=0)
+    step = few_broke_until(counted, broken, budget)
+    yield Estimate(quantity="last_step", **of, of="few broke", unit="steps", value=step)
+    if len(cells) < 2 or not 0 < step < budget:
+        return
+    first, order = cells[0].trials[0], cells[0].order
+    many = agents if order is None else agents * budget
+    rng = generator(first.seed, "analysis", first.spec, first.modality, BEFORE)
+    found = differences_before_breaks(counted, broken, step, rng, agents=many)
+    test = "McNemar, and interval" if order is None else E_PROCESS
+    for place, one in found:
+        judged: dict[str, Any] = {"family": f"success {BEFORE}", "corrected_for": len(found) * many, "unit": "points"}
+        judged |= {"test": test if one.pairs else PERMUTED, "n": one.first.n}
+        yield measured_row("success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, **judged)
+
+
+def _message(trial: Trial) -> str:
+    """What was said; of an agent that has a name without its spec, which may hold a path."""
+    said = "" if trial.error is None else trial.error.message
+    for written in (trial.spec, Spec.parse(trial.spec).name.removeprefix("gguf:")) if trial.called else ():
+        said = said.replace(written, trial.called) if written else said
+    return said
+
+
+def _about(agent: str, boundary: str) -> str:
+    return f"{agent}, broken at {boundary}"
 
 
 def _show(found: Results) -> Iterator[Part]:
-    errors = any(row.value for row in found.where("left_out", of="ended as error"))
-    answer = " ".join([_ANSWER, *_reconstructed(found)])
-    yield Part(
-        "Limits", answer, [Template("limits", {"caveat": LENGTHS, "errors": errors, "boxes": boxes_said(found)})]
-    )
+    rows = [(row, found.facts_about(_about(row.agent, row.of))) for row in found.where("broken", condition="")]
+    trials = sum(int(row.value or 0) for row, _ in rows)
+    if rows:
+        them = "it" if trials == 1 else "them"
+        said = f"{count(trials, 'trial')}; shares and differences hold whatever became of {them}."
+        known = known_of_broken(found, every=True)
+        yield Part("Trials that broke", said, [Template("broken", {"known": known, "rows": rows})])
 
 
-def _reconstructed(found: Results) -> Iterator[str]:
-    """What the answer says of parts of the study that stand for those of the paper, which are not public."""
-    box = any(one.get("name") == "chain-4" for one in found.boxes)
-    strategy = bool(found.facts_about("design"))
+def _show_limits(found: Results) -> Iterator[Part]:
+    """The answer says which parts of the study stand for those of the paper, which are not public."""
+    answer = "An effect that was not detected may be there."
+    box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.facts_about("design"))
     if box and strategy:
-        yield "The box and the human-inspired strategy are reconstructions."
+        answer += " The box and the human-inspired strategy are reconstructions."
     elif box or strategy:
-        yield f"The {'box' if box else 'human-inspired strategy'} is a reconstruction."
+        answer += f" The {'box' if box else 'human-inspired strategy'} is a reconstruction."
+    errors = any(row.value for row in found.where("left_out", of="ended as error"))
+    values = {"caveat": LENGTHS, "errors": errors, "boxes": boxes_said(found)}
+    yield Part("Limits", answer, [Template("limits", values)])
 
 
-SECTIONS = (Section(name="limits", title="Limits", show=_show),)
+SECTIONS = (
+    Section(name="broken", title="Trials that broke", rows=_rows, show=_show),
+    Section(name="limits", title="Limits", show=_show_limits),
+)

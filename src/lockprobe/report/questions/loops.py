@@ -11,12 +11,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import bracketed, first_three, p_value, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose import at_dose, paper_rates, share_intervals_said
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, of_course, two_lines_rows
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, measured_row, of_course, two_lines_rows
 from lockprobe.report.table_rows import chance_cell, distinct, played_subjects, share_of_row, varied
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
@@ -38,8 +37,7 @@ LENGTHS = (
 """Why a correlation of loops and success is no effect."""
 
 
-def rows(numbers: StudyNumbers) -> Iterator[Row]:
-    """Loop rates of every condition beside those of random actions, and what they do over flip rates."""
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
     for course in numbers.courses:
@@ -60,43 +58,40 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         ]
         level, error = (sum(share * getattr(one, of) for share, one in levels) for of in ("probability", "error"))
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
-        interval = dict(zip(("low", "high"), ends, strict=True)) if error else {}
-        method = "simulation" if error else "exact"
-        yield cell.estimate("loop_rate", level, of=null, n=n, note=method, **interval)
+        how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
+        yield cell.estimate("loop_rate", level, of=null, n=n, **how)
     for quantity, measure in (("coverage", "covered"), ("redundant_share", "redundant")):
         yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 
 
 def loops_over_doses(course: played.Course) -> Iterator[Row]:
     """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
-    found, shares = course.ended, course.points
-    own = of_course(course)
+    found, shares, of = course.ended, course.points, of_course(course)
     if not len(found):
         return
     if fit := trend(shares, "loop_rate", course.draws.loop_rate):
         yield from fit_rows("loop_fit", fit, course)
-    loops, success = (np.array([getattr(one, of) for one in shares]) for of in ("loop_rate", "success"))
+    loops, success = (np.array([getattr(one, name) for one in shares]) for name in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
-        test: dict[str, Any] = dict(zip(("value", "low", "high", "p_value"), r, strict=True)) | {"n": len(shares)}
-        yield Estimate(quantity="loop_success", of="correlation", unit="r", test="Student's t", **own, **test)
-        fitted = np.polyfit(loops, success, 1).tolist()
-        for of, value, unit in zip(("slope", "intercept"), fitted, ("ratio", "share"), strict=True):
-            yield Estimate(quantity="loop_success", value=value, of=of, unit=unit, n=len(shares), **own)
+        of_shares: dict[str, Any] = of | {"quantity": "loop_success", "n": len(shares)}
+        value, low, high, p_value = r
+        test: dict[str, Any] = {"p_value": p_value, "test": "Student's t", "unit": "r"}
+        yield Estimate(**of_shares, of="correlation", value=value, low=low, high=high, **test)
+        slope, intercept = np.polyfit(loops, success, 1).tolist()
+        yield Estimate(**of_shares, of="slope", value=slope, unit="ratio")
+        yield Estimate(**of_shares, of="intercept", value=intercept)
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
-        test = {"unit": "ratio", "p_value": hazard.p_value, "test": "log-rank", "note": note}
-        yield Estimate(quantity="hazard_ratio", of="first loops", value=hazard.ratio, **own, **test)
+        ratio: dict[str, Any] = {"value": hazard.ratio, "unit": "ratio", "test": "log-rank", "note": note}
+        yield measured_row("hazard_ratio", hazard, **of, of="first loops", **ratio)
         lowest = found.dose == found.dose.min()
-        for of, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
+        for name, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
             some = found.at(side)
             curve = incidence(some.until_loop, some.looped, int(some.until_loop.max()))
-            band: dict[str, Any] = {
-                "x": range(len(curve.share)),
-                "value": curve.share,
-                "low": curve.low,
-                "high": curve.high,
-            }
-            yield Curve(quantity="loop_onset", of=of, n=len(some), **own | band | {"axis": "step"})
+            band: dict[str, Any] = {"value": curve.share, "low": curve.low, "high": curve.high, "n": len(some)}
+            yield Curve(
+                quantity="loop_onset", **of | {"axis": "step"}, of=name, x=tuple(range(len(curve.share))), **band
+            )
     lines = later_and_sooner(found, course.broke, course.tested.budget)
     if lines.first and lines.second:
         yield from two_lines_rows("first loops", lines, course)
@@ -135,18 +130,15 @@ def _compared(cell: Cell) -> str:
 
 def _table(found: Results) -> TextTable:
     head = ["agent", varied(found.cells), "trials with a loop", "by chance", "compared", "steps in loops", "redundant"]
-    return [head] + [
-        [
-            cell.label,
-            under,
-            share_of_row(cell.get("loop_rate")),
-            chance_cell(cell),
-            _compared(cell),
-            *(percent(cell.value(quantity)) for quantity in ("coverage", "redundant_share")),
-        ]
-        for cell, under in distinct(found.cells)
-        if cell.trials
-    ]
+    table = [head]
+    for cell, under in distinct(found.cells):
+        if cell.trials:
+            rate, steps = (
+                share_of_row(cell.get("loop_rate")),
+                (cell.value(of) for of in ("coverage", "redundant_share")),
+            )
+            table.append([cell.label, under, rate, chance_cell(cell), _compared(cell), *map(percent, steps)])
+    return table
 
 
 def _over_rates(found: Results) -> bool:
@@ -207,13 +199,9 @@ def _caption(found: Results) -> Caption:
 
 
 _TABLE = Table("loops", _table)
+_DRAW = f"{__name__}:draw"
 _FIG5B = Figure(
-    "fig5b",
-    "Share of trials with an action loop by flip rate",
-    _caption,
-    f"{__name__}:draw",
-    _over_rates,
-    ("fig5b",),
+    "fig5b", "Share of trials with an action loop by flip rate", _caption, _DRAW, _over_rates, arguments=("fig5b",)
 )
 _FIG5A = Figure(
     "fig5a",
@@ -223,9 +211,9 @@ _FIG5A = Figure(
         "5a), with the least-squares line and r.",
         LENGTHS,
     ),
-    f"{__name__}:draw",
+    _DRAW,
     _over_rates,
-    ("fig5a",),
+    arguments=("fig5a",),
 )
 
 
@@ -246,5 +234,5 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 SECTIONS = (
-    Section(name="loops", title="Action loops", rows=rows, show=_show, tables=(_TABLE,), figures=(_FIG5B, _FIG5A)),
+    Section(name="loops", title="Action loops", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIG5B, _FIG5A)),
 )

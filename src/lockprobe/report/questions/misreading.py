@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from operator import attrgetter
 from statistics import mean, stdev
@@ -17,8 +17,9 @@ from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.misinterpretation import claim_counts, claims
+from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims
 from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after
 from lockprobe.trial.record import Outcome
 
@@ -32,36 +33,31 @@ _ERRORS = {
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_reports(cell)
-        yield from _of_claims(cell)
+        trials = ended(cell.trials)
+        outcomes = [[step.told_falsely for step in trial.steps] for trial in trials]
+        positions = [
+            [step.told_state != state_after(trial, step) for step in trial.steps if step.told_state is not None]
+            for trial in trials
+        ]
+        for of, false in (("steps", outcomes), ("positions", positions)):  # whatever the agent said of them
+            yield from cell.share("false_report", _by_trial(false), of=of)
+        yield from _of_claims(cell, [found for trial in trials if (found := claims(trial))])
 
 
-def _of_reports(cell: PlayedCell) -> Iterator[Estimate]:
-    """How often reports were false, whatever the agent said of them."""
-    trials = ended(cell.trials)
-    lengths = [len(trial.steps) for trial in trials]
-    false = [sum(step.told_falsely for step in trial.steps) for trial in trials]
-    yield from cell.share("false_report", clustered_proportion(false, lengths), of="steps")
-    told = [
-        [step.told_state != state_after(trial, step) for step in trial.steps if step.told_state is not None]
-        for trial in trials
-    ]
-    yield from cell.share(
-        "false_report", clustered_proportion(list(map(sum, told)), list(map(len, told))), of="positions"
-    )
+def _by_trial(wrong: Sequence[Sequence[bool]]) -> Proportion:
+    """A share of what is in trials, which are its clusters."""
+    return clustered_proportion(list(map(sum, wrong)), list(map(len, wrong)))
 
 
-def _of_claims(cell: PlayedCell) -> Iterator[Estimate]:
-    said = [found for trial in ended(cell.trials) if (found := claims(trial))]
-    made, trials = list(map(len, said)), len(said)
+def _of_claims(cell: PlayedCell, said: Sequence[Sequence[Claim]]) -> Iterator[Estimate]:
     if not said:
         return
     for quantity, (error, _) in _ERRORS.items():
-        wrong = [sum(map(attrgetter(error), one)) for one in said]
-        yield from cell.share(quantity, clustered_proportion(wrong, made))
+        yield from cell.share(quantity, _by_trial([list(map(attrgetter(error), one)) for one in said]))
     misread = [[claim for claim in one if claim.misread] for one in said]
-    wrong, invented = list(map(len, misread)), [sum(claim.claimed == "moved" for claim in one) for one in misread]
-    yield from cell.share("misread", clustered_proportion(invented, wrong), of="said moved")
+    invented = [[claim.claimed == "moved" for claim in one] for one in misread]
+    yield from cell.share("misread", _by_trial(invented), of="said moved")
+    made, wrong, trials = list(map(len, said)), list(map(len, misread)), len(said)
     yield cell.estimate("misinterpretations", sum(wrong), unit="claims", n=sum(made))
     affected, rates = sum(map(bool, wrong)), [of / n for of, n in zip(wrong, made, strict=True)]
     yield cell.estimate("misinterpretations", affected / trials, of="trials with any", n=trials, count=affected)
@@ -80,14 +76,9 @@ def _asked(found: Results) -> list[Cell]:
 
 
 def _table1(found: Results) -> TextTable:
-    """The paper's Table 1 with an interval.
-
-    The paper marks a total by asterisks for the number of trials that it occurred in; here a column says so, since
-    asterisks read as levels of significance.
-    """
+    """The paper's Table 1 with an interval, and a column for the trials, which the paper counts in asterisks."""
     cells = _asked(found)
-    head = ["agent", _varied(cells), "claims", "misread"]
-    table = [[*head, "rate per trial", "± SD", "misread in all", "in trials"]]
+    table = [["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]]
     for cell in cells:
         misread, affected = cell.get("misread"), cell.get("misinterpretations", "trials with any")
         if misread and affected:
@@ -157,22 +148,14 @@ _FIGURE = Figure(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if not (cells := _asked(found)):
-        return
-    yield Part(
-        "Misreading",
-        _answer(cells),
-        [
-            _TABLE,
-            Note(
-                "The paper's Table 1: claims about the last action that contradict what the agent was told, or what "
-                "the pictures showed (misread). There is no claim about the last step of a trial.",
-                "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
-                "deviation (n - 1).",
-            ),
-            *([_FIGURE] if _FIGURE.applies(found) else []),
-        ],
-    )
+    if cells := _asked(found):
+        note = Note(
+            "The paper's Table 1: claims about the last action that contradict what the agent was told, or what the "
+            "pictures showed (misread). There is no claim about the last step of a trial.",
+            "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
+            "deviation (n - 1).",
+        )
+        yield Part("Misreading", _answer(cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
 
 
 def _answer(cells: list[Cell]) -> str:

@@ -7,66 +7,43 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, p_cell, p_value
+from lockprobe.foundation.formatting import p_cell, p_value
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.report.table_rows import points_cell
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
+from lockprobe.report.table_rows import points_cell, value_cell
 from lockprobe.statistics.conditions.modalities import fidelity, spoken
 from lockprobe.statistics.conditions.modality_effect import modality_effects
 from lockprobe.statistics.proportions import ALPHA
 
-_PAIRS, _TREND = "every two modalities", "trend over fidelity"
+_PAIRS = "every two modalities"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
     for effect in modality_effects(numbers.courses):
         ranks = {fidelity(modality) for modality in effect.modalities} - {None}
-        yield Estimate(
-            quantity="modality_effect",
-            agent=effect.agent,
-            of=_TREND,
-            unit="direction",
-            value=effect.trend.direction,
-            p_value=effect.trend.p_value,
-            corrected_for=effect.agents,
-            test="log-rank",
-            note="" if len(ranks) > 1 else "equal fidelity",
-        )
+        said: dict[str, Any] = {"of": "trend over fidelity", "value": effect.trend.direction, "unit": "direction"}
+        said |= {"test": "log-rank", "note": "" if len(ranks) > 1 else "equal fidelity"}
+        yield measured_row("modality_effect", effect.trend, agent=effect.agent, corrected_for=effect.agents, **said)
+        many = len(effect.pairs) * effect.agents
         for pair in effect.pairs:
             of: dict[str, Any] = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
             of |= {"versus": effect.agent, "versus_modality": pair.first}
-            yield Estimate(
-                quantity="hazard_ratio",
-                **of,
-                of="modalities",
-                unit="ratio",
-                value=pair.hazard.ratio,
-                p_value=pair.hazard.p_value,
-                corrected_for=len(effect.pairs) * effect.agents,
-                test="log-rank",
-            )
-            final = {name: getattr(pair.final, name) for name in ("n", "value", "low", "high", "p_value")}
-            yield Estimate(quantity="success_difference", **of, unit="points", **final, test="McNemar")
+            sooner: dict[str, Any] = {"of": "modalities", "value": pair.hazard.ratio, "unit": "ratio"}
+            yield measured_row("hazard_ratio", pair.hazard, **of, **sooner, test="log-rank", corrected_for=many)
+            yield measured_row("success_difference", pair.final, **of, unit="points", test="McNemar")
 
 
 def _table(found: Results) -> TextTable:
-    head = ["agent", "compared with", "hazard ratio of solving", "log-rank, Holm", "success, points", "McNemar"]
-    rows = [
-        [
-            f"{row.agent} ({spoken(row.modality)})",
-            spoken(row.versus_modality),
-            NONE if row.value is None else f"{row.value:.2f}",
-            p_cell(row.p_value),
-            points_cell(final),
-            p_cell(final.p_value),
-        ]
-        for row in found.where("hazard_ratio", of="modalities")
-        for final in [found.one("success_difference", **row.pair, family=_PAIRS)]
-    ]
-    return [head, *rows] if rows else []
+    table = [["agent", "compared with", "hazard ratio of solving", "log-rank, Holm", "success, points", "McNemar"]]
+    for row in found.where("hazard_ratio", of="modalities"):
+        final = found.one("success_difference", **row.pair, family=_PAIRS)
+        both = f"{row.agent} ({spoken(row.modality)})", spoken(row.versus_modality)
+        tested = [value_cell(row), p_cell(row.p_value), points_cell(final), p_cell(final.p_value)]
+        table.append([*both, *tested])
+    return table if len(table) > 1 else []
 
 
 def effect_said(found: Results, row: Estimate) -> str:

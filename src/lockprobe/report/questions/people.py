@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,8 @@ _FLOW = {
 }
 """What became of those who agreed to take part, in words."""
 
+_WHO = "person", "people"
+
 _people = partial(Estimate, agent=PEOPLE)
 """A row of all people."""
 
@@ -67,11 +70,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
             yield _people(quantity="people", of=of, value=counts[of], unit="people")
         for one in flow.boxes:
-            yield _people(quantity="boxes", condition=one.condition, of="given", value=one.given, unit="boxes")
-            yield _people(quantity="boxes", condition=one.condition, of="left_open", value=one.left_open, unit="boxes")
-        if flow.checks:
-            of, value = "attention checks", flow.right / flow.checks
-            yield _people(quantity="people", of=of, value=value, count=flow.right, n=flow.checks)
+            for of, boxes in (("given", one.given), ("left_open", one.left_open)):
+                yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
+        if checks := flow.checks:
+            right, of = flow.right, "attention checks"
+            yield _people(quantity="people", of=of, value=right / checks, count=right, n=checks)
     if own:
         yield from _all_people(begun, own, sizes)
     cells = [cell for cell in numbers.cells if cell.agent == PEOPLE and len(cell.ended)]
@@ -89,12 +92,10 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
     yield from share_rows("success", success_of_people(begun), agent=PEOPLE, of=_BY_PERSON)
     alike = float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own])))
     yield _people(quantity="success", of="every person alike", value=alike, n=len(sizes))
-    positions: dict[int, list[bool]] = {}
-    for trial in own:
-        if isinstance(at := trial.facts.get("position"), int):
-            positions.setdefault(at, []).append(trial.solved)
-    for at, solved in sorted(positions.items()):  # one box of each person: Wilson's interval
-        yield from share_rows("success", proportion(sum(solved), len(solved)), agent=PEOPLE, of=f"position={at}")
+    placed = [(at, trial.solved) for trial in own if isinstance(at := trial.facts.get("position"), int)]
+    for at, those in sorted(grouped(placed, itemgetter(0)).items()):  # one box of each person: Wilson's interval
+        found = proportion(sum(solved for _, solved in those), len(those))
+        yield from share_rows("success", found, agent=PEOPLE, of=f"position={at}")
     for name in _SAW:
         values = [trial.facts[name] for trial in own if name in trial.facts]
         said = Counter(("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values)
@@ -110,9 +111,8 @@ def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
     of = {**place, "of": _BY_PERSON, "unit": "steps", "n": len(own)}
     median, low, high, mean = steps_of_people(own, place["modality"], place.get("condition", ""))
     note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
-    yield _people(
-        quantity="steps_to_solve", **of | {"of": f"half, {_BY_PERSON}"}, value=median, low=low, high=high, note=note
-    )
+    half = {"of": f"half, {_BY_PERSON}", "value": median, "low": low, "high": high, "note": note}
+    yield _people(quantity="steps_to_solve", **of | half)
     yield _people(quantity="mean_steps_all", **of, value=mean)
 
 
@@ -122,7 +122,7 @@ def _flow_said(found: Results) -> Iterator[str]:
     if "consented" not in people:
         return
     ends = ", ".join(f"{people[of]} {said}" for of, said in _FLOW.items() if people[of])
-    yield f"{_counted(people['consented'])} agreed to take part: {ends}. {people['analysed']} are in the analysis."
+    yield f"{count(people['consented'], *_WHO)} agreed to take part: {ends}. {people['analysed']} are in the analysis."
     if people.get("second_round"):
         yield f"{people['second_round']} needed more than one round of the questions on the instructions."
     given, left = ({row.condition: row for row in found.where("boxes", of=of)} for of in ("given", "left_open"))
@@ -143,24 +143,15 @@ def _opened_said(found: Results) -> Iterator[str]:
         alike = percent(found.one("success", of="every person alike").value)
         each = f"{fewest:g} to {most:g} each; with every person counted alike it is {alike}"
     opened, of_all = share(every.value, every.low, every.high), f"{every.count} of {every.n} boxes"
-    yield f"{_counted(everyone)} opened {of_all} ({opened}), {each}."
+    yield f"{count(everyone, *_WHO)} opened {of_all} ({opened}), {each}."
     first = found.get("success", of="position=1")
     if first and most != 1:
         opened = f"{first.count} of {first.n} ({share(first.value, first.low, first.high)})"
         yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
-    shown = (row.of.partition("=")[::2] for row in found.where("trials", agent=PEOPLE, condition=""))
-    values = grouped(shown, lambda one: one[0])
-    seen = [
-        f"{words} {', '.join(value for _, value in values[name])}"
-        for name, words in _SAW.items()
-        if words and name in values
-    ]
-    if seen:
+    shown = [row.of.partition("=") for row in found.where("trials", agent=PEOPLE, condition="")]
+    values = {name: ", ".join(value for of, _, value in shown if of == name) for name in _SAW}
+    if seen := [f"{words} {values[name]}" for name, words in _SAW.items() if words and values[name]]:
         yield f"Settings for people: {'; '.join(seen)}."
-
-
-def _counted(people: int) -> str:
-    return count(people, "person", "people")
 
 
 def _condition(found: Results, name: str) -> str:
@@ -178,28 +169,24 @@ def _table(found: Results) -> TextTable:
     """People by condition, in each modality over all conditions, and by the position of the box."""
     rows = found.where("success", agent=PEOPLE, of=_BY_PERSON)
     at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
+
+    def shares(row: Estimate) -> list[str]:
+        return [str(row.n), str(row.count), share_of_row(row)]
+
     table = [[_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
         steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
-        mean = found.one("mean_steps_all", **own, of=_BY_PERSON)
+        median, *ends = (_BEYOND if one is None else f"{one:g}" for one in (steps.value, steps.low, steps.high))
+        half = median if steps.low is None and steps.high is None else f"{median} [{', '.join(ends)}]"
         every = f"all, {row.modality}" if len(over) > 1 else "all"
         names = [_condition(found, row.condition) if row.condition else every, f"{found.one('people', **own).value:g}"]
-        table.append([*names, *_shares(row), _steps(steps), f"{mean.value:.1f}"])
+        table.append([*names, *shares(row), half, f"{found.one('mean_steps_all', **own, of=_BY_PERSON).value:.1f}"])
     positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
     for row in positions if len(positions) > 1 else ():
         name = f"box {row.of.removeprefix('position=')} of a person"
-        table.append([name, str(row.n), *_shares(row), NONE, NONE])
+        table.append([name, str(row.n), *shares(row), NONE, NONE])
     return table if rows else []
-
-
-def _shares(row: Estimate) -> list[str]:
-    return [str(row.n), str(row.count), share_of_row(row)]
-
-
-def _steps(row: Estimate) -> str:
-    value, low, high = (_BEYOND if end is None else f"{end:g}" for end in (row.value, row.low, row.high))
-    return value if row.low is None and row.high is None else f"{value} [{low}, {high}]"
 
 
 _TABLE = Table("people", _table, numeric_from=1)
@@ -248,11 +235,17 @@ def _show(found: Results) -> Iterator[Part]:
 _MOST = 8
 """Agents that are drawn, people first, then those that the study is about."""
 
+_HEAD, _ROW = 0.26, 0.15
+"""Heights of the name of a condition and of a row, in inches."""
+
 
 def draw(found: Results) -> Any:
     """Success of people and of agents beside them, a group of rows for each condition; None without people."""
     from lockprobe.report.figures import sheet
+    from lockprobe.report.figures.frame import agent_label, safe_name, share_axis, title
     from lockprobe.report.figures.palette import styles
+    from lockprobe.report.figures.primitives import estimates
+    from lockprobe.report.figures.settings import INK, SMALL
 
     if not found.where("people", agent=PEOPLE, of=""):
         return None
@@ -262,39 +255,32 @@ def draw(found: Results) -> Any:
         if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
     ]
     looks = sorted(styles(courses), key=lambda one: one[0].agent != PEOPLE)[:_MOST]
-    groups: dict[str, list[Any]] = {one.name: [] for one in found.design.conditions}
-    for course, style in looks:
-        for cell in course.cells:
-            if row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""):
-                groups[cell.condition].append((row, style))
-    groups = {name: rows for name, rows in groups.items() if rows}
-    height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
-    return sheet([found], partial(_draw, looks=looks, groups=groups), heights=[height], width=5.0)
+    drawn = [
+        (cell.condition, row, style)
+        for course, style in looks
+        for cell in course.cells
+        if (row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""))
+    ]
+    by_condition = grouped(drawn, itemgetter(0))
+    groups = [(one.name, by_condition[one.name]) for one in found.design.conditions if one.name in by_condition]
 
+    def on(axes: Any, found: Results) -> None:
+        y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
+        for name, rows in groups:
+            said = safe_name(f"{rate}{_condition(found, name)}", 44)
+            axes.text(0.0, y + 0.17, said, transform=across, va="baseline", fontsize=SMALL, color=INK)
+            y += _HEAD
+            for _, row, style in rows:
+                estimates(axes, [y], [row], style, across=True)
+                y += _ROW
+        axes.set_ylim(y, 0.0)
+        share_axis(axes, "success", "x")
+        for course, style in looks:
+            axes.plot([], [], label=agent_label(course), **style.line)
+        everyone = found.one("people", agent=PEOPLE, modality="")
+        title(axes, f"{count(int(everyone.value or 0), *_WHO)} beside agents; bars: 95 % intervals")
 
-_HEAD, _ROW = 0.26, 0.15
-"""Heights of the name of a condition and of a row, in inches."""
-
-
-def _draw(axes: Any, found: Results, looks: Sequence[Any], groups: Mapping[str, Sequence[Any]]) -> None:
-    from lockprobe.report.figures.frame import agent_label, safe_name, share_axis, title
-    from lockprobe.report.figures.primitives import estimates
-    from lockprobe.report.figures.settings import INK, SMALL
-
-    y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
-    for name, rows in groups.items():
-        said = safe_name(f"{rate}{_condition(found, name)}", 44)
-        axes.text(0.0, y + 0.17, said, transform=across, va="baseline", fontsize=SMALL, color=INK)
-        y += _HEAD
-        for row, style in rows:
-            estimates(axes, [y], [row], style, across=True)
-            y += _ROW
-    axes.set_ylim(y, 0.0)
-    share_axis(axes, "success", "x")
-    for course, style in looks:
-        axes.plot([], [], label=agent_label(course), **style.line)
-    everyone = found.one("people", agent=PEOPLE, modality="")
-    title(axes, f"{_counted(int(everyone.value or 0))} beside agents; bars: 95 % intervals")
+    return sheet([found], on, heights=[_HEAD * len(groups) + _ROW * len(drawn)], width=5.0)
 
 
 SECTIONS = (Section(name="people", title="People", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
-from typing import TYPE_CHECKING
+from typing import Any
 
 from markupsafe import Markup
 
@@ -12,10 +11,8 @@ from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, perce
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.captions import interval_kind
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import BOTH_FIT, Subject, false_reports, interval_kind, inverted, reading_name
 from lockprobe.report.questions.conditions import cells_of, compared_rows, detected_said
 from lockprobe.report.rows import Course, Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table, Text
@@ -25,26 +22,18 @@ from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import against_first
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.why.arms import arms_of
-from lockprobe.studies.study_design import design_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Drawing
-
-    from lockprobe.report.figures.palette import Style
 
 _NAME = "readings"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    study = numbers.study
+    study, design = numbers.study, numbers.design
     positions = any(map(tells_positions, study.modalities))
     if not any(study.p) or not positions:
         return
     said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
     yield Finding(section=_NAME, kind="what", text=said)
     if not study.of_flips:
-        design = design_of(study)
         yield from compared_rows(against_first(cells_of(numbers), design.no_feedback, design), numbers)
     if said := untested(numbers):
         yield Finding(section=_NAME, kind="untested", text=said)
@@ -53,8 +42,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 def untested(numbers: StudyNumbers) -> str:
     """That agents were played with only false reports that are soon corrected, and what the others would take."""
     study, rates, how = numbers.study, sum(rate > 0 for rate in numbers.study.p), "--readings fresh,kept"
-    design = design_of(study)
-    if any(arms_of(design.shown(modality)) for modality in design.modalities):
+    if any(arms_of(numbers.design.shown(modality)) for modality in numbers.design.modalities):
         rates, how = len(study.conditions), "--flip integrated"  # a study of controls has one: the other is a study
     if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
         return ""
@@ -128,7 +116,8 @@ def _table(found: Results) -> TextTable:
         [
             course.label, name, f"{cell.dose:g}", str(cell.trials),
             percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_report", "positions"), 1),
-            share_of_row(cell.get("success")), *chain(*(_gap(gap.get((cell.agent, cell.condition))) for gap in gaps)),
+            share_of_row(cell.get("success")),
+            *(text for gap in gaps for text in _gap(gap.get((cell.agent, cell.condition)))),
         ]
         for course, name in courses
         for cell in course.played
@@ -156,11 +145,11 @@ _SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_report", 
 _BLOCK = len(_SHARES) + 1.4
 """Rows of a reading in the strip: its name, its shares and what stands between it and the next."""
 
-_Panel = Sequence[tuple[str, "Style", Course]]
-"""An agent under several readings: what each is, how it looks, and the agent's course."""
+_Panel = Sequence[tuple[str, Any, Course]]
+"""An agent under several readings: what each is, its style, and the agent's course."""
 
 
-def draw(found: Results) -> Drawing | None:
+def draw(found: Results) -> Any:
     """A panel for each agent that heeds reports and was played under several readings.
 
     The shares of a reading stand below its line and its name, so the figure needs no legend of readings.
@@ -171,7 +160,7 @@ def draw(found: Results) -> Drawing | None:
 
     dashes: list[Dash] = ["-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1.2))]
     markers: list[Marker] = ["o", "s", "^", "D"]
-    own: dict[tuple[str, str], list[tuple[str, Style, Course]]] = {}
+    own: dict[tuple[str, str], list[tuple[str, Any, Course]]] = {}
     for i, (axis, options) in enumerate(found.readings):
         style = Style(colour=INK, marker=markers[i % 4], dash=dashes[i % 4])
         for course in found.courses(axis):
@@ -183,7 +172,7 @@ def draw(found: Results) -> Drawing | None:
     return sheet(panels, _success, _strip, heights=(1.5, 0.14 * rows))
 
 
-def _success(axes: Axes, panel: _Panel) -> None:
+def _success(axes: Any, panel: _Panel) -> None:
     from lockprobe.report.figures.frame import agent_label, counts, p_axis, share_axis, title
     from lockprobe.report.figures.primitives import by_dose, published, published_by_p
 
@@ -195,11 +184,11 @@ def _success(axes: Axes, panel: _Panel) -> None:
         published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, cells)
-    kind = "confidence sequences" if first.found.progress.every_look else "Wilson intervals"
+    kind = interval_kind(first.found.progress.every_look).partition(",")[0]
     title(axes, agent_label(first), f"{counts(first.played)} per flip rate; 95 % {kind}")
 
 
-def _strip(axes: Axes, panel: _Panel) -> None:
+def _strip(axes: Any, panel: _Panel) -> None:
     """The shares as numbers below the flip rates, those of each reading below its name and its line."""
     from lockprobe.report.figures.frame import axis, p_axis
     from lockprobe.report.figures.settings import INK
@@ -219,54 +208,39 @@ def _strip(axes: Axes, panel: _Panel) -> None:
     axis(axes, "y", [*names], [*names.values()], bare=True)
 
 
-def _caption(found: Results) -> Caption:
-    return Caption(
+_FIGURE = Figure(
+    "readings",
+    "Success by flip rate under each reading of a false report, with the share of reports that were false",
+    lambda found: Caption(
         "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
         "were reported falsely, and of reports that showed a joint in a false position.",
         f"Bars are 95 % {interval_kind(found.progress.every_look)}. How many outcomes and positions are false depends "
         "on the reading and on what the agent does.",
-    )
-
-
-_FIGURE = Figure(
-    "readings",
-    "Success by flip rate under each reading of a false report, with the share of reports that were false",
-    _caption,
+    ),
     draw=f"{__name__}:draw",
+)
+
+_NOTE = Note(
+    "Differences are within pairs of trials at the same flip rate. A positive difference from no feedback: false "
+    "reports are better than none. Strategies that ship learn from reports alone what they have tried: without any, "
+    "round-robin and human-inspired repeat one joint.",
+    Markup(
+        "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip rates and for "
+        "the agents (baselines apart); the contrasts with no feedback are a family of their own."
+    ),
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if what := found.said(_NAME, "what"):
-        yield Part("What a false report is", _answer(found), list(_blocks(found, what)), _NAME)
-
-
-def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
-    said = [*what, *[BOTH_FIT] * bool(_compared(found)), *found.said(_NAME, "untested"), *_against_none_said(found)]
-    yield from map(Text, said)
-    if len(found.readings) > 1:
-        yield _FIGURE
-    if _table(found):
-        yield _TABLE
-    if _compared(found) or _against_none(found):
-        yield Note(
-            "Differences are within pairs of trials at the same flip rate. A positive difference from no feedback: "
-            "false reports are better than none. Strategies that ship learn from reports alone what they have tried: "
-            "without any, round-robin and human-inspired repeat one joint.",
-            Markup(
-                "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip rates "
-                "and for the agents (baselines apart); the contrasts with no feedback are a family of their own."
-            ),
-        )
+    what, compared = found.said(_NAME, "what"), bool(_compared(found))
+    if what:
+        said = [*what, *[BOTH_FIT] * compared, *found.said(_NAME, "untested"), *_against_none_said(found)]
+        blocks: list[Block] = [Text(one) for one in said]
+        blocks += [_FIGURE] * (len(found.readings) > 1) + [_TABLE] * bool(_table(found))
+        blocks += [_NOTE] * (compared or bool(_against_none(found)))
+        yield Part("What a false report is", _answer(found), blocks, _NAME)
 
 
 SECTIONS = (
-    Section(
-        name=_NAME,
-        title="What a false report is",
-        rows=_rows,
-        show=_show,
-        tables=(_TABLE,),
-        figures=(_FIGURE,),
-    ),
+    Section(name=_NAME, title="What a false report is", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
 )

@@ -76,21 +76,15 @@ _JOINTS = Table("robot", _joints, numeric_from=1)
 
 
 def _show_sensed(found: Results) -> Iterator[Part]:
-    judges = _judges(found)
-    wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(judge, of="wrong"))]
-    if judges:
-        yield Part(
-            "Robot and truth",
-            f"Wrong: {', '.join(f'{what} at {count_of(row)} attempts' for what, row in wrong)}." if wrong else "",
-            [
-                _JOINTS,
-                Note(
-                    "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the "
-                    "arm had no grip or no conclusion, or the camera could not read the joint.",
-                    "Intervals (95 %) are clustered by trial; trials of equal number are one cluster.",
-                ),
-            ],
+    if judges := _judges(found):
+        wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(judge, of="wrong"))]
+        said = f"Wrong: {', '.join(f'{what} at {count_of(row)} attempts' for what, row in wrong)}." if wrong else ""
+        note = Note(
+            "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the arm had "
+            "no grip or no conclusion, or the camera could not read the joint.",
+            "Intervals (95 %) are clustered by trial; trials of equal number are one cluster.",
         )
+        yield Part("Robot and truth", said, [_JOINTS, note])
 
 
 def _rules(numbers: StudyNumbers) -> Iterator[Row]:
@@ -148,23 +142,17 @@ _CONDITIONS = Table("rules", _conditions)
 
 
 def _show_rules(found: Results) -> Iterator[Part]:
-    if not any(map(_broke, found.cells)):
-        return
-    rows = found.where("against_rules", of="missed")
-    missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
-    yield Part(
-        "Attempts against the rules",
-        f"{missed} of {n} attempts at free joints missed.",
-        [
-            _CONDITIONS,
-            Note(
-                "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be "
-                "shorter than others, so their success does not estimate that of a hand without misses.",
-                "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of "
-                "all trials.",
-            ),
-        ],
-    )
+    if any(map(_broke, found.cells)):
+        rows = found.where("against_rules", of="missed")
+        missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
+        note = Note(
+            "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be shorter "
+            "than others, so their success does not estimate that of a hand without misses.",
+            "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of all "
+            "trials.",
+        )
+        said = f"{missed} of {n} attempts at free joints missed."
+        yield Part("Attempts against the rules", said, [_CONDITIONS, note])
 
 
 SECTIONS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,10 @@ from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, of_course
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row, of_course
 from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, steps_cell, value_cell, varied
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
@@ -38,8 +38,7 @@ _PALE = 0.7
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for cell in numbers.cells:
-        yield from _of_cell(cell)
+    yield from chain.from_iterable(map(_of_cell, numbers.cells))
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
     lowest = [one.lowest for one in numbers.courses]
     yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
@@ -80,19 +79,10 @@ def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
     for first, second in combinations(lowest, 2):
         found = pace(first, second) if first.doses[0] == second.doses[0] else None
         if found is not None:
-            yield Estimate(
-                quantity="hazard_ratio",
-                agent=second.agent,
-                modality=second.modality,
-                versus=first.agent,
-                versus_modality=first.modality,
-                doses={"flip.p": first.doses[0]},
-                unit="ratio",
-                value=found.ratio,
-                p_value=found.p_value,
-                family="every two agents",
-                test="log-rank",
-            )
+            pair: dict[str, Any] = {"agent": second.agent, "modality": second.modality, "versus": first.agent}
+            pair |= {"versus_modality": first.modality, "doses": {"flip.p": first.doses[0]}}
+            tested = {"value": found.ratio, "unit": "ratio", "family": "every two agents", "test": "log-rank"}
+            yield measured_row("hazard_ratio", found, **pair, **tested)
 
 
 def _over_doses(course: Doses) -> list[Estimate]:
@@ -100,20 +90,8 @@ def _over_doses(course: Doses) -> list[Estimate]:
     found = steps_over_doses(course.ended, course.broke, course.budget)
     if found.p_value is None or course.order is not None:
         return []
-    return [
-        Estimate(
-            quantity="steps_difference",
-            **of_course(course),
-            of=_HIGHER,
-            unit="steps",
-            n=found.n,
-            value=found.value,
-            low=found.low,
-            high=found.high,
-            p_value=found.p_value,
-            test=f"Student over {'people' if course.people else 'blocks'}",
-        )
-    ]
+    test = f"Student over {'people' if course.people else 'blocks'}"
+    return [measured_row("steps_difference", found, **of_course(course), of=_HIGHER, unit="steps", test=test)]
 
 
 def _said(found: Results) -> str:
@@ -129,37 +107,23 @@ def _said(found: Results) -> str:
 
 
 def _speed_table(found: Results) -> TextTable:
-    head = ["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]
-    return [head] + [
-        [
-            cell.label,
-            p,
-            value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            value_cell(cell.get("steps_to_solve", "half"), "{:g}"),
-            _by_step(cell.get("steps_to_solve", "80 %")),
-        ]
-        for cell, p in distinct(found.cells)
-    ]
-
-
-def _by_step(row: Estimate | None) -> str:
-    if row is None or (row.value is None and row.low is None):
-        return NONE
-    step, *ends = (NONE if one is None else f"{one:g}" for one in (row.value, row.low, row.high))
-    return f"{step} [{', '.join(ends)}]"
+    table = [["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]]
+    for cell, p in distinct(found.cells):
+        mean, median = cell.get("mean_steps_all"), cell.get("steps_to_solve", "half")
+        late, most = cell.get("steps_to_solve", "80 %"), NONE
+        if late and (late.value is not None or late.low is not None):
+            most, *ends = (NONE if one is None else f"{one:g}" for one in (late.value, late.low, late.high))
+            most = f"{most} [{', '.join(ends)}]"
+        table.append([cell.label, p, value_cell(mean, "{:.1f}"), value_cell(median, "{:g}"), most])
+    return table
 
 
 def _pace_table(found: Results) -> TextTable:
-    rows = [
-        [
-            found.label(row.agent, row.modality),
-            found.label(row.versus, row.versus_modality),
-            NONE if row.value is None else f"{row.value:.2f}",
-            p_cell(row.p_value),
-        ]
-        for row in found.where("hazard_ratio", of="")
-    ]
-    return [["agent", "compared with", "hazard ratio of solving", "log-rank"], *rows] if rows else []
+    table = [["agent", "compared with", "hazard ratio of solving", "log-rank"]]
+    for row in found.where("hazard_ratio", of=""):
+        both = found.label(row.agent, row.modality), found.label(row.versus, row.versus_modality)
+        table.append([*both, value_cell(row), p_cell(row.p_value)])
+    return table if len(table) > 1 else []
 
 
 def draw(found: Results) -> Any:
@@ -209,10 +173,11 @@ def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
         for course, style in styles(courses)[:_MOST]:
             yield course.played[0], label_in_lines(course, _NAME), style
         return
-    ((rates, last),) = [(one.played, len(one.played) - 1) for one in courses]
-    for i, cell in enumerate(rates):
+    (course,) = courses
+    last = len(course.played) - 1
+    for i, cell in enumerate(course.played):
         ends = i in (0, last)
-        style = of_agent(courses[0], Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
+        style = of_agent(course, Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
         yield cell, f"$p$ = {cell.p:g}" if ends or last < _MOST else "", style
 
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lockprobe.foundation.formatting import NONE, listed, points
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.rows import Curve, Estimate, Results, Row
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 from lockprobe.studies.stopping import Answer
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
 
 PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
 
@@ -53,33 +51,24 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
         groups = [(trials[0].condition, dose) for dose, trials in one.by_dose.items()]
         ended, broke = ([of.at(of.dose == dose) for _, dose in groups] for of in (one.ended, one.broke))
         differences = each_difference(ended, one.stream("blocks"), broken=broke, agents=one.family)
-        for place, found in differences if not one.blind else ():
+        for place, found in () if one.blind else differences:
             if found.course:
                 yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
-    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), design_of(numbers.study)):
+    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), numbers.design):
         if course := effect.difference.course:
-            of = {"agent": effect.agent, "modality": effect.modality, "of": effect.condition}
-            yield from _course(of, course)
+            yield from _course({"agent": effect.agent, "modality": effect.modality, "of": effect.condition}, course)
 
 
 def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
     if course.n:
-        last: dict[str, Any] = {"value": course.value, "low": course.low, "high": course.high}
-        yield Estimate(quantity="difference_by_block", **of, unit="points", n=course.n, **last)
+        yield measured_row("difference_by_block", course, **of, unit="points", p_value=None)
         lines = {"x": course.blocks, "value": course.means, "low": course.lows, "high": course.highs}
         points: dict[str, Any] = {name: tuple(line.tolist()) for name, line in lines.items()}
         yield Curve(quantity="difference_by_block", **of, axis="block", n=course.n, **points)
 
 
 def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> str:
-    """For how many looks the page holds, and why; empty for a study of fixed size that is finished.
-
-    Args:
-        study: The study.
-        kind: Why it must hold at every look: until, extended or unfinished.
-        answers: Agent -> what is decided.
-        played: Its finished trials.
-    """
+    """For how many looks the page holds, and why (``kind``); empty for a study of fixed size that is finished."""
     if kind == "until":
         return f"{progress_said(study, answers, played)}. {_HOLDS}."
     if kind == "extended":
@@ -179,46 +168,46 @@ _REACH = 60
 def draw(found: Results) -> Any:
     """A panel for each difference."""
     from lockprobe.report.figures import sheet
+    from lockprobe.report.figures.frame import axis, safe_name, title, whole_axis
+    from lockprobe.report.figures.palette import SUBJECTS
+    from lockprobe.report.figures.settings import FAINT, INK, SMALL
+
+    until = found.study.get("until")
+
+    def on(axes: Any, curve: Curve) -> None:
+        value, low, high = (100 * np.array(of, dtype=float) for of in (curve.value, curve.low, curve.high))
+        axes.axhline(0, color=FAINT, linewidth=0.8)
+        for end in (-until["points"], until["points"]) if until else ():
+            axes.axhline(100 * end, color=FAINT, linewidth=0.8, linestyle=":")
+        axes.fill_between(curve.x, low, high, color=SUBJECTS[0], alpha=0.18, linewidth=0, step="post")
+        axes.plot(curve.x, value, color=SUBJECTS[0], linewidth=1.4)
+        reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
+        axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1))
+        whole_axis(axes, curve.x[-1], "blocks")
+        step = 25 if reach < 75 else 50
+        ticks = range(-step * int(reach / step), int(reach) + 1, step)
+        axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
+        decided = found.get("decided_at_block", agent=curve.agent, of=curve.of)
+        if decided is not None and decided.value is not None:
+            left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
+            axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
+            axes.annotate(
+                f"{decided.note},\nblock {decided.value:.0f}",
+                (decided.value, -reach if below else reach),
+                (-4 if left else 4, 5 if below else -5),
+                textcoords="offset points",
+                ha="right" if left else "left",
+                va="bottom" if below else "top",
+                fontsize=SMALL,
+                color=INK,
+            )
+        title(axes, safe_name(curve.agent, 38), safe_name(curve.of, 38))
 
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
     shown = curves[:_MOST]
     wide, high = (5.6, 2.3) if len(shown) == 1 else (3.2, 1.45)
-    return sheet(shown, partial(_draw, found), heights=[high], width=wide)
-
-
-def _draw(found: Results, axes: Any, curve: Curve) -> None:
-    from lockprobe.report.figures.frame import axis, safe_name, title, whole_axis
-    from lockprobe.report.figures.palette import SUBJECTS
-    from lockprobe.report.figures.settings import FAINT, INK, SMALL
-
-    value, low, high = (100 * np.array(of, dtype=float) for of in (curve.value, curve.low, curve.high))
-    until, decided = found.study.get("until"), found.get("decided_at_block", agent=curve.agent, of=curve.of)
-    axes.axhline(0, color=FAINT, linewidth=0.8)
-    for end in (-until["points"], until["points"]) if until else ():
-        axes.axhline(100 * end, color=FAINT, linewidth=0.8, linestyle=":")
-    axes.fill_between(curve.x, low, high, color=SUBJECTS[0], alpha=0.18, linewidth=0, step="post")
-    axes.plot(curve.x, value, color=SUBJECTS[0], linewidth=1.4)
-    reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
-    axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1))
-    whole_axis(axes, curve.x[-1], "blocks")
-    step = 25 if reach < 75 else 50
-    ticks = range(-step * int(reach / step), int(reach) + 1, step)
-    axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
-    if decided is not None and decided.value is not None:
-        left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
-        axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
-        axes.annotate(
-            f"{decided.note},\nblock {decided.value:.0f}",
-            (decided.value, -reach if below else reach),
-            (-4 if left else 4, 5 if below else -5),
-            textcoords="offset points",
-            ha="right" if left else "left",
-            va="bottom" if below else "top",
-            fontsize=SMALL,
-            color=INK,
-        )
-    title(axes, safe_name(curve.agent, 38), safe_name(curve.of, 38))
+    return sheet(shown, on, heights=[high], width=wide)
 
 
 SECTIONS = (

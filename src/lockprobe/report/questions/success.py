@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import chain
+from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count, p_cell
 from lockprobe.report.answer import headline
-from lockprobe.report.captions import paper_rates, share_intervals_said
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.prose import cause, false_reports, paper_rates, share_intervals_said
 from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers, fit_rows, of_course, share_rows, two_lines_rows
+from lockprobe.report.study_numbers import (
+    BOUNDS,
+    PERMUTED,
+    StudyNumbers,
+    fit_rows,
+    measured_row,
+    of_course,
+    share_rows,
+    two_lines_rows,
+)
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS
 from lockprobe.statistics.course import Course
@@ -27,16 +35,6 @@ from lockprobe.statistics.inference.trend import trend
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.record import PLAIN_WORDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-PERMUTED = "permutation within blocks, and interval"
-
-
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for course in numbers.courses:
-        yield from _of_course(course)
 
 
 def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
@@ -57,18 +55,14 @@ def _of_course(course: Course) -> Iterator[Row]:
     yield from two_lines_rows("success", lines, course)
 
 
-def against_lowest(course: Course, dose: float) -> dict[str, Any]:
+def _against_lowest(course: Course, dose: float) -> dict[str, Any]:
     """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
     of = of_course(course)
     if course.axis.kind == AGENT:
         return of | {"of": f"{dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": dose}}
     (trial, *_), (lowest, *_) = course.by_dose[dose], course.by_dose[min(course.by_dose)]
-    return of | {
-        "condition": trial.condition,
-        "control": lowest.condition,
-        "modality": trial.modality,
-        "doses": dict(trial.doses),
-    }
+    of |= {"condition": trial.condition, "control": lowest.condition, "modality": trial.modality}
+    return of | {"doses": dict(trial.doses)}
 
 
 def _differences(course: Course) -> Iterator[Row]:
@@ -76,29 +70,22 @@ def _differences(course: Course) -> Iterator[Row]:
     rng = course.stream("permutation")
     tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
     for one in tested:
-        columns = against_lowest(course, one.dose)
+        columns = _against_lowest(course, one.dose)
 
         def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
             return columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))}
 
-        yield Estimate(
-            quantity="success_difference",
-            **columns,
-            unit="points",
-            n=one.second.n,
-            value=one.value,
-            low=one.low,
-            high=one.high,
-            p_value=one.p_value,
-            test=E_PROCESS if one.course else PERMUTED,
-            family=f"success by {course.axis.name}",
-            corrected_for=len(tested) * course.family,
-        )
+        judged: dict[str, Any] = {
+            "family": f"success by {course.axis.name}",
+            "corrected_for": len(tested) * course.family,
+        }
+        judged |= {"test": E_PROCESS if one.course else PERMUTED, "n": one.second.n, "unit": "points"}
+        yield measured_row("success_difference", one, **columns, **judged)
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))
-        if one.pairs is not None:
-            for more, count in (("only here", one.pairs.only_second), (f"{CONTROL} only", one.pairs.only_first)):
-                counted: dict[str, Any] = {"value": count, "count": count, "n": one.pairs.n, "unit": "trials"}
+        if pairs := one.pairs:
+            for more, those in (("only here", pairs.only_second), (f"{CONTROL} only", pairs.only_first)):
+                counted: dict[str, Any] = {"value": those, "count": those, "n": pairs.n, "unit": "trials"}
                 yield Estimate(quantity="success_in_pairs", **part(more), **counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
@@ -141,16 +128,15 @@ def _called(axis: DoseAxis) -> str:
 
 def _cells(found: Results, axis: DoseAxis | None = None) -> TextTable:
     """Success at every dose, and its change from the lowest."""
-    rows = []
+    name = FLIPS.name if axis is None else axis.name
+    table = [["agent", name, "trials", "solved", "change from the lowest", "P"]]
     for course in found.courses(axis):
         changes = {cell.dose: row for cell, row in course.changes()}
         for cell in course.played:
-            row = changes.get(cell.dose)
-            tested = p_cell(row.p_value) if row else ""
-            share = share_of_row(cell.get("success"))
-            rows.append([course.label, f"{cell.dose:g}", str(cell.trials), share, points_cell(row), tested])
-    name = FLIPS.name if axis is None else axis.name
-    return [["agent", name, "trials", "solved", "change from the lowest", "P"], *rows] if rows else []
+            row, share = changes.get(cell.dose), share_of_row(cell.get("success"))
+            tested = [points_cell(row), p_cell(row.p_value) if row else ""]
+            table.append([course.label, f"{cell.dose:g}", str(cell.trials), share, *tested])
+    return table if len(table) > 1 else []
 
 
 def _note(found: Results) -> Note:
@@ -182,11 +168,11 @@ def _fig4_caption(found: Results) -> Caption:
     shown = [course for course in found.courses() if course.subject]
     stars = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
     drawn = " and ".join(stars[rate] for rate in paper_rates(shown))
-    fit = any(course.curve("success_fit") for course in shown)
+    line = " The line is the second-order fit by least squares with its 95 % band."
+    fit = line * any(course.curve("success_fit") for course in shown)
     return Caption(
-        f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' if drawn else ''}",
-        f"Dots are repetitions, markers their means with {_intervals(found, shown)[14:-1]}."
-        f"{' The line is the second-order fit by least squares with its 95 % band.' if fit else ''}",
+        f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' * bool(drawn)}",
+        f"Dots are repetitions, markers their means with {_intervals(found, shown)[14:-1]}.{fit}",
         "Grey: exact success of random agents with and without immediate repeats.",
     )
 
@@ -202,7 +188,7 @@ def draw(found: Results, place: int | None = None) -> Any:
     return sheet(shown, _panel, note=axis_note(axis) if axis else "")
 
 
-def _panel(axes: Axes, course: Shown) -> None:
+def _panel(axes: Any, course: Shown) -> None:
     from lockprobe.report.figures import frame, primitives
     from lockprobe.report.figures.palette import Style, of_agent
     from lockprobe.report.figures.settings import INK
@@ -234,7 +220,7 @@ SECTIONS = (
     Section(
         name="success",
         title="Success and false reports",
-        rows=_rows,
+        rows=lambda numbers: chain.from_iterable(map(_of_course, numbers.courses)),
         show=_show,
         tables=(_SUCCESS,),
         figures=(_FIG4,),

@@ -12,7 +12,7 @@ from lockprobe.foundation.formatting import NONE, change, listed, p_value
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose import Subject
 from lockprobe.report.questions.contrasts import Compared, contrasts_table
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Detail, Listed, Note, Part, Section, Table

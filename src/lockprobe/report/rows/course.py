@@ -12,15 +12,14 @@ if TYPE_CHECKING:
     from lockprobe.report.rows.results import Results
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _View:
-    """The rows that have the values of some columns."""
+    """The rows of results that have the values of some columns."""
 
-    __slots__ = ()
     found: Results
 
     @property
     def _own(self) -> dict[str, str]:
-        """These columns."""
         raise NotImplementedError
 
     def get(self, quantity: str, of: str = "") -> Estimate | None:
@@ -42,17 +41,12 @@ class Cell(_View):
     """One agent under one condition: a view of the rows of results.
 
     Attributes:
-        found: The results.
-        agent: Its name, or its spec if it has none.
-        modality: How the box was shown.
-        condition: Name of the condition.
         p: Flip rate; None if other things than flips can act.
         dose: Its dose on the axis on which it is shown.
         label: What tables call the agent here.
         same_at_every_p: Whether the agent plays the same trials at every flip rate.
     """
 
-    found: Results
     agent: str
     modality: str
     condition: str
@@ -83,15 +77,12 @@ class Course(_View):
     """One agent over the doses of an axis: a view of the rows of results.
 
     Attributes:
-        found: The results.
-        player: The agent in its modality.
         axis: The key of the axis, which its rows have in their column ``axis``.
         name: What sentences call the dose.
         cells: Its cells by dose, ascending.
         of_agents: Whether its doses are an option of agents.
     """
 
-    found: Results
     player: Player
     axis: str
     name: str

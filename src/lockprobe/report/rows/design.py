@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from lockprobe.report.rows.part import Part
+from lockprobe.report.rows.row import Part
 from lockprobe.statistics.conditions.axis import Axis, axis_key
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows.course import Course
@@ -28,9 +29,6 @@ class Line:
     """What a study found for one agent: two shares of one sample, and their difference with its test.
 
     Attributes:
-        agent: The agent.
-        modality: How it was shown the box.
-        label: What tables call it.
         conditions: The control, and the condition that is compared.
         first: Success under the control.
         second: Success under the condition that is compared; None if none is.
@@ -80,7 +78,7 @@ def primary_lines(found: Results) -> list[Line]:
     the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
     smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
     """
-    lines = list(declared_lines(found)) or list(_of_controls(found))
+    lines = list(_declared(found)) or list(_of_controls(found))
     if not lines and found.where("factor_effect"):
         lines = [replace(line, second=None, change=None, under="") for _, line in _of_conditions(found)]
     if not lines:
@@ -98,25 +96,28 @@ def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
     return [_over_doses(one) for one in found.courses(axis) if one.played]
 
 
-def declared_lines(found: Results) -> Iterator[Line]:
+def _declared(found: Results) -> Iterator[Line]:
     """A line for each agent, of the first contrast that the study declares; none without one."""
     for asked in found.design.contrasts[:1]:
         for row in found.where("success_difference", family=DECLARED, of=asked.name):
             own = {"agent": row.agent, "modality": row.modality}
             less, more = (found.get("success_in_pairs", **own, of=f"{asked.name}, {side}") for side in SIDES)
             yield Line(
-                agent=row.agent,
-                modality=row.modality,
-                label=found.label(row.agent, row.modality),
+                **_tested(found, row),
                 conditions=(asked.minus[0], asked.of[0]),
                 first=less,
                 second=more,
-                change=row,
                 control=_under(asked.minus),
                 under=_under(asked.of),
                 cause=asked.name,
-                baseline=row.agent not in found.subjects,
             )
+
+
+def _tested(found: Results, change: Estimate) -> dict[str, Any]:
+    """What a line says of the agent of a change."""
+    agent, modality = change.agent, change.modality
+    own = {"agent": agent, "modality": modality, "label": found.label(agent, modality), "change": change}
+    return own | {"baseline": agent not in found.subjects}
 
 
 def _under(conditions: Sequence[str]) -> str:
@@ -127,16 +128,12 @@ def _of_controls(found: Results) -> Iterator[Line]:
     for total in found.where("false_report_effect", of="total"):
         arms = {row.of: row for row in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
         yield Line(
-            agent=total.agent,
-            modality=total.modality,
-            label=found.label(total.agent, total.modality),
+            **_tested(found, total),
             conditions=tuple(arms[of].condition for of in ("truth", "lie") if of in arms),
             first=arms.get("truth"),
             second=arms.get("lie"),
-            change=total,
             control="told the truth",
             under="under false reports",
-            baseline=total.agent not in found.subjects,
         )
 
 
@@ -176,21 +173,19 @@ def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:
         clearest = min(own, key=lambda row: (row.p_value or 1.0, -abs(row.value or 0.0)), default=None)
         first = cells.get(clearest.control if clearest else "", next(iter(cells.values())))
         second = cells.get(clearest.condition) if clearest else None
-        yield (
-            (player.agent, player.modality),
-            Line(
-                agent=player.agent,
-                modality=player.modality,
-                label=player.label,
-                conditions=tuple(cell.condition for cell in (first, second) if cell),
-                first=first.get("success"),
-                second=second.get("success") if second else None,
-                change=clearest,
-                control=_control(first.condition),
-                under=f"under {second.condition}" if second else "",
-                baseline=not player.subject,
-            ),
+        line = Line(
+            agent=player.agent,
+            modality=player.modality,
+            label=player.label,
+            conditions=tuple(cell.condition for cell in (first, second) if cell),
+            first=first.get("success"),
+            second=second.get("success") if second else None,
+            change=clearest,
+            control=_control(first.condition),
+            under=f"under {second.condition}" if second else "",
+            baseline=not player.subject,
         )
+        yield (player.agent, player.modality), line
 
 
 def _control(condition: str) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
@@ -17,13 +16,12 @@ from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
-from lockprobe.report.rows.part import Part
-from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Finding, Row
+from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Finding, Part, Row
 
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
 
-_KINDS = ("rows", "curves", "findings", "facts")
+_KINDS: Mapping[str, type] = {"rows": Estimate, "curves": Curve, "findings": Finding, "facts": Fact}
 """The fields that hold rows."""
 
 _COLUMNS = frozenset(Estimate.model_fields)
@@ -74,10 +72,7 @@ class Results(Part):
 
     @cached_property
     def _rows(self) -> Mapping[str, Sequence[Estimate]]:
-        found = defaultdict(list)
-        for row in self.rows:
-            found[row.quantity].append(row)
-        return found
+        return grouped(self.rows, attrgetter("quantity"))
 
     @cached_property
     def _selected(self) -> dict[tuple[str, ...], Mapping[Any, Sequence[Estimate]]]:
@@ -86,10 +81,7 @@ class Results(Part):
 
     @cached_property
     def _curves(self) -> Mapping[str, Sequence[Curve]]:
-        found = defaultdict(list)
-        for curve in self.curves:
-            found[curve.quantity].append(curve)
-        return found
+        return grouped(self.curves, attrgetter("quantity"))
 
     def where(self, quantity: str = "", **columns: str) -> list[Estimate]:
         """The rows of a quantity (of all if empty) that have these values, in order.
@@ -106,8 +98,7 @@ class Results(Part):
             return [*rows]
         asked = quantity, *columns
         if asked not in self._selected:
-            of = attrgetter(*columns)
-            self._selected[asked] = grouped(rows, of)
+            self._selected[asked] = grouped(rows, attrgetter(*columns))
         value, *others = columns.values()
         return [*self._selected[asked].get((value, *others) if others else value, ())]
 
@@ -127,11 +118,7 @@ class Results(Part):
         return rows[0] if rows else None
 
     def one(self, quantity: str, **columns: str) -> Estimate:
-        """The one row of a quantity that has these values, with ``of=""`` unless given.
-
-        Raises:
-            NoSuchRow: If there is none, or there are several; the message says what there is.
-        """
+        """The same, which has to be there; if it is not, the message says what is."""
         found = self.get(quantity, **columns)
         if found is None:
             near = self._near(quantity, {"of": "", **columns})
@@ -139,7 +126,6 @@ class Results(Part):
         return found
 
     def _near(self, quantity: str, columns: Mapping[str, str]) -> str:
-        """What there is, for a message."""
         if quantity not in self._rows:
             near = difflib.get_close_matches(quantity, self._rows, 3) or sorted(self._rows)
             return f"Quantities: {', '.join(near)}"
@@ -151,9 +137,8 @@ class Results(Part):
 
     def curve(self, quantity: str, **columns: str) -> Curve | None:
         """The one curve of a quantity that has these values, with ``of=""`` unless given; None if there is none."""
-        wanted = {"of": "", **columns}
-        curves = self._curves.get(quantity, ())
-        found = [one for one in curves if all(getattr(one, name) == value for name, value in wanted.items())]
+        wanted = ({"of": ""} | columns).items()
+        found = [one for one in self._curves.get(quantity, ()) if all(getattr(one, of) == said for of, said in wanted)]
         if len(found) > 1:
             raise NoSuchRow(f"{quantity}: {len(found)} curves have {_asked(columns)}")
         return found[0] if found else None
@@ -193,7 +178,7 @@ class Results(Part):
 
     def label(self, agent: str, modality: str) -> str:
         """What tables call an agent in a modality."""
-        player = self._players.get((agent, modality))
+        player = self.player(agent, modality)
         return player.label if player else agent
 
     def player(self, agent: str, modality: str) -> Player | None:
@@ -228,23 +213,21 @@ class Results(Part):
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """Every agent under every condition, in the order of the study."""
-        return tuple(self._cells())
+        return tuple(self._cell(row) for row in self.where("trials", of="") if row.condition)
 
-    def _cells(self) -> Iterator[Cell]:
-        for row in self.where("trials", of=""):
-            if row.condition:
-                condition, player = self._conditions[row.condition], self._players.get((row.agent, row.modality))
-                on_axis = condition.p is not None and player is not None
-                yield Cell(
-                    found=self,
-                    agent=row.agent,
-                    modality=row.modality,
-                    condition=row.condition,
-                    p=condition.p,
-                    dose=condition.p,
-                    label=player.label if on_axis and player else row.agent,
-                    same_at_every_p=bool(on_axis and player and player.blind),
-                )
+    def _cell(self, row: Estimate) -> Cell:
+        p = self._conditions[row.condition].p
+        player = None if p is None else self.player(row.agent, row.modality)
+        return Cell(
+            found=self,
+            agent=row.agent,
+            modality=row.modality,
+            condition=row.condition,
+            p=p,
+            dose=p,
+            label=player.label if player else row.agent,
+            same_at_every_p=player is not None and player.blind,
+        )
 
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
         """Every agent over the doses of an axis, ascending; over flip rates without one."""
@@ -254,9 +237,10 @@ class Results(Part):
         return [self._over(axis, player) for player in axis.players]
 
     def _over_flips(self, player: Player) -> Course:
-        own = [one for one in self.cells if (one.agent, one.modality) == (player.agent, player.modality)]
-        on_axis = sorted((one for one in own if one.p is not None), key=lambda one: one.p or 0.0)
-        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=tuple(on_axis))
+        of = player.agent, player.modality
+        own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
+        cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
+        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=cells)
 
     def _over(self, axis: DoseAxis, player: Player) -> Course:
         places = {
@@ -269,14 +253,8 @@ class Results(Part):
             for place, dose in places.items()
             if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
         )
-        return Course(
-            found=self,
-            player=player,
-            axis=axis.key,
-            name=axis.name,
-            cells=cells,
-            of_agents=bool(axis.condition),
-        )
+        of_agents = bool(axis.condition)
+        return Course(found=self, player=player, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
 
     @cached_property
     def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
@@ -298,13 +276,10 @@ class Results(Part):
         own = [row for row in rows if row.control and (not row.axis or row.control == controls.get(row.condition))]
         return sorted(own, key=lambda row: (agents.index(row.agent), not row.axis))
 
-    def with_rows(self, rows: Iterable[Row], **changed: Any) -> Results:
+    def with_rows(self, rows: Iterable[Row]) -> Results:
         """The same with these rows, each among its kind."""
-        kinds: dict[type, list[Row]] = {kind: [] for kind in (Estimate, Curve, Finding, Fact)}
-        for row in rows:
-            kinds[type(row)].append(row)
-        named = dict(zip(_KINDS, kinds.values(), strict=True))
-        return self.changed(**{name: tuple(of) for name, of in named.items()}, **changed)
+        kinds = grouped(rows, type)
+        return self.changed(**{name: tuple(kinds.get(kind, ())) for name, kind in _KINDS.items()})
 
     def changed(self, **fields: Any) -> Results:
         """The same with other values of these fields."""

@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from lockprobe.report.rows.part import Number, Part, Probability
+
+def _finite(value: object) -> object:
+    """None for what is not a number, as JSON has it."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(_finite)]
+Probability = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
+
+
+class Part(BaseModel):
+    """A part of the results: frozen, described, and written without what has its default."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def plain(self) -> dict[str, Any]:
+        """The part as JSON holds it."""
+        return self.model_dump(mode="json", exclude_defaults=True)
 
 
 class _Measured(Part):
@@ -50,17 +68,7 @@ IDENTITY = (
 
 UNITS = (
     *("share", "points", "ratio", "yes or no", "direction", "order", "dose"),
-    *(
-        "steps",
-        "trials",
-        "people",
-        "claims",
-        "reports",
-        "decisions",
-        "ms",
-        "records",
-        "lines",
-    ),
+    *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),
     *("boxes", "blocks", "restarts", "interlocks", "permutations"),
     *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
 )
