@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import listed
+from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said, tested_cells
@@ -61,18 +61,27 @@ def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
         )  # fmt: skip
 
 
-def factorial_said(rows: Sequence[Estimate], *, sized: bool = False) -> str:
-    """Which factors change what, of one agent; and by how much, if that is asked."""
+def factors_said(rows: Sequence[Estimate]) -> str:
+    """Which factors change what, for any agent."""
+    agents, said = len({(row.agent, row.modality) for row in rows}), []
+    for measure, own in grouped(rows, lambda row: row.of).items():
+        names = dict.fromkeys(_name(row) for row in sorted(own, key=_size) if row.detected)
+        said.append(f"{measure} changes with {listed([*names])}" if names else f"no change of {measure} was detected")
+    return f"{capital(f'for at least one of {agents} agents, ' * (agents > 1) + '; '.join(said))}."
+
+
+def _agent_said(rows: Sequence[Estimate]) -> str:
+    """Which factors change what, and by how much, of one agent."""
     said = []
     for measure, own in grouped(rows, lambda row: row.of).items():
-        clear = sorted((row for row in own if row.detected), key=lambda row: -abs(row.value or 0.0))
-        named = []
-        for way, sign in (("more", 1), ("less", -1)):
-            if changed := [row for row in clear if sign * (row.value or 0) > 0]:
-                names = [_name(row) + f" ({points_cell(row)} points)" * sized for row in changed]
-                named.append(f"{way} with {listed(names)}")
-        said.append(f"{measure}: {', '.join(named) or 'no change detected'}")
-    return f"{rows[0].agent}, {'; '.join(said)}." if said else ""
+        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in sorted(own, key=_size) if row.detected]
+        said.append(f"{measure} changes with {listed(clear)}" if clear else f"no change of {measure} was detected")
+    return f"{rows[0].agent}: {'; '.join(said)}."
+
+
+def _size(row: Estimate) -> float:
+    """Sorts the largest first."""
+    return -abs(row.value or 0.0)
 
 
 def _name(row: Estimate) -> str:
@@ -108,7 +117,7 @@ _FRACTION = Note(
 def _show_factorial(found: Results) -> Iterator[Part]:
     if rows := found.where("factor_effect"):
         agents = grouped(rows, lambda row: (row.agent, row.modality)).values()
-        said = Listed([factorial_said(own, sized=True) for own in agents])
+        said = Listed([*map(_agent_said, agents)])
         answer = f"{detected_said(rows, 'effects')} were detected."
         yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
 

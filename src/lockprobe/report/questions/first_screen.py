@@ -21,7 +21,7 @@ from lockprobe.report.questions import why
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.questions.contrasts import CONTRASTS
-from lockprobe.report.questions.factors import FACTORIAL, factorial_said
+from lockprobe.report.questions.factors import FACTORIAL, factors_said
 from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
@@ -186,7 +186,7 @@ def answer_of(found: Results) -> str:
     solved, broke = found.where("success", of=""), found.where("broken", of="")
     if found.progress.finished and not (solved or broke):
         return "The answer could not be computed; the sections below that are left out say why."
-    factors = grouped(found.where("factor_effect"), lambda row: (row.agent, row.modality))
+    factors = found.where("factor_effect")
     shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
     alone = bool(shown) and not found.several_p and not found.beside_flips
     if found.where("false_report_effect", of="total"):
@@ -194,7 +194,7 @@ def answer_of(found: Results) -> str:
     elif found.progress.every_look and (factors or alone):
         said = ONE_LOOK
     elif factors:
-        said = " ".join(map(factorial_said, factors.values()))
+        said = factors_said(factors)
     else:
         said = effect_said(found, shown[0]) if alone else answer(found)
         nothing = found.said("overview", "changed_nothing")

@@ -13,6 +13,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.rows.primary import condition_words
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
@@ -155,15 +156,16 @@ def _show(found: Results) -> Iterator[Part]:
             "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
             "deviation (n - 1).",
         )
-        yield Part("Misreading", _answer(cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
+        yield Part("Misreading", _answer(found, cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
 
 
-def _answer(cells: list[Cell]) -> str:
+def _answer(found: Results, cells: list[Cell]) -> str:
     shares = sorted([(cell.value("misread") or 0.0, i) for i, cell in enumerate(cells)])
     (low, least), (high, most) = shares[0], shares[-1]
     if low == high:
         return f"{percent(low)} of claims contradict the report."
-    first, last = (", ".join(_row(cells[i], cells)) for i in (least, most))
+    words = condition_words(found)
+    first, last = (f"{cells[i].label}, {words[cells[i].condition]}" for i in (least, most))
     return f"From {percent(low)} ({first}) to {percent(high)} ({last}) of claims contradict the report."
 
 
