@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from lockprobe.statistics.agent_comparison.paired import BlockMean, columns, mea
 from lockprobe.statistics.broken_trials import bounded, opposed
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.crossed import Crossed
-from lockprobe.statistics.conditions.design import Comparison, Design
+from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import idle_interventions
@@ -175,27 +176,26 @@ def against_control(cells: Cells, design: Design) -> Iterator[Effect]:
     """Each modality's other conditions against its control, and the controls of all modalities against the first."""
     cells = acting(cells, design)
     sizes = _judged_together(cells, design)
-    for agent in design.agents:
-        for of in design.comparisons.values():
-            for family, others in _families(of):
-                names = [label for label in (of.control, *others) if (agent, label) in cells]
-                if (agent, of.control) in cells:
-                    many = max(1, sizes[family, of.control, is_baseline(design.spec_of(agent))])
-                    yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
+    for agent, family, labels in _families(design):
+        if (agent, labels[0]) in cells:
+            names = [label for label in labels if (agent, label) in cells]
+            many = max(1, sizes[family, labels[0], is_baseline(design.spec_of(agent))])
+            yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
 
 
-def _families(of: Comparison) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    return (CONDITIONS, of.others), (CONTROLS, of.controls)
+def _families(design: Design) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Agent, name and conditions of every family of comparisons with a control, which comes first."""
+    for agent, of in product(design.agents, design.comparisons.values()):
+        yield agent, CONDITIONS, (of.control, *of.others)
+        yield agent, CONTROLS, (of.control, *of.controls)
 
 
 def _judged_together(cells: Cells, design: Design) -> Counter[tuple[str, str, bool]]:
     """How many agents are judged together in a family, by its control: those of which a difference can be found."""
     return Counter(
-        (family, of.control, is_baseline(design.spec_of(agent)))
-        for agent in design.agents
-        for of in design.comparisons.values()
-        for family, others in _families(of)
-        if _can_differ(cells, agent, (of.control, *others))
+        (family, labels[0], is_baseline(design.spec_of(agent)))
+        for agent, family, labels in _families(design)
+        if _can_differ(cells, agent, labels)
     )
 
 
@@ -253,14 +253,13 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, B
             return None
         return contrast(own, [*crossed.weights.values()], factor=crossed.factor, choices=choices)
 
-    for agent in design.agents:
-        for of in design.comparisons.values():
-            if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
-                continue
-            every = [one for one in of.crossed if found_in(agent, one)]
-            dosed = {name for one in every if one.axes for name in one.conditions.values()}
-            every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
-            choices = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
-            for one in every:
-                if found := found_in(agent, one, choices):
-                    yield agent, one, found, choices
+    for agent, of in product(design.agents, design.comparisons.values()):
+        if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
+            continue
+        every = [one for one in of.crossed if found_in(agent, one)]
+        dosed = {name for one in every if one.axes for name in one.conditions.values()}
+        every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
+        choices = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
+        for one in every:
+            if found := found_in(agent, one, choices):
+                yield agent, one, found, choices
