@@ -5,8 +5,7 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 from hypothesis import given
 from hypothesis import strategies as st
-from known_truth import simulated
-from lockprobe.simulation.power.worlds import Design
+from known_truth import Design, simulated
 from scipy import stats
 from solved import columns
 from statsmodels.duration.survfunc import survdiff
