@@ -16,6 +16,10 @@ def judged(trials, of=CHAIN):
     return [one for trial in trials for one in against_rules(trial, of)]
 
 
+def said(*trials, of=CHAIN):
+    return broken_said(against_rules(trial, of) for trial in trials)
+
+
 def test_the_rules_break_no_rules():
     for agent in ("random", "human-inspired"):
         trials = play_trials(agent, 5, box="gray-code")
@@ -23,7 +27,7 @@ def test_the_rules_break_no_rules():
         assert len(found) > 20
         assert {one.free for one in found} == {True, False}
         assert [one for one in found if one.against] == []
-        assert broken_said(trials, box("gray-code")) == ""
+        assert said(*trials, of=box("gray-code")) == ""
         for trial in trials:
             assert [state_after(trial, step) for step in trial.steps[:-1]] == [step.state for step in trial.steps[1:]]
 
@@ -35,7 +39,7 @@ def test_each_way_to_break_them_is_found():
     assert [(one.free, one.moved) for one in found if one.against] == [(True, False), (False, True)]
     knocked = make_trial([3, 2, 3], plant=f"{HAND}?knocks=1")
     assert [one.other for one in against_rules(knocked, CHAIN)] == [True, False, False]
-    assert broken_said([trial, knocked], CHAIN) == "3 of 6 attempts broke the rules of the box."
+    assert said(trial, knocked) == "3 of 6 attempts broke the rules of the box."
     late = make_trial([3, 2, 3, 0], plant=f"{HAND}?misses=2")
     assert [unbroken(one, CHAIN) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
 
@@ -57,7 +61,7 @@ def test_a_miss_is_one_wherever_joints_stand_on_the_panel():
 def test_broken_trials_count_and_other_boxes_do_not():
     broken = make_trial([3], plant=f"{HAND}?misses=1", broken=True)
     assert broken.ending == "error"
-    assert broken_said([broken], CHAIN) == "1 of 1 attempts broke the rules of the box."
+    assert said(broken) == "1 of 1 attempts broke the rules of the box."
     for other in (replace(broken, joints=tuple("abcd")),):
         assert against_rules(other, CHAIN) == []
-    assert broken_said([broken], box("chain-5")) == ""
+    assert said(broken, of=box("chain-5")) == ""
