@@ -134,18 +134,19 @@ def branched(directory):
         play_forks(asked, journal, limits=Limits(access=Access(connections=2)))
 
 
-def pictured(directory):
-    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": SMALL, "trials": 1}
-    run_study(study("modalities", repetitions=1, max_steps=1, **shown), directory)
-
-
-SMALL = "fast-twin?width=160&height=120"
-STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, pictured, resumed, branched)} | {
+STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched)} | {
     name: partial(hosted, **given)
     for name, given in {
         "forgetful": {"condition": ["history?last=2", "flip?p=0.4"]},
         "asked": {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
-        "seeing": {"p": [0], "modality": ["rgb"], "plant": SMALL, "agent": f"{HOSTED}?images=1"},
+        "seeing": {
+            "p": [0],
+            "modality": ["rgb"],
+            "plant": "fast-twin?width=160&height=120",
+            "agent": f"{HOSTED}?images=1",
+            "trials": 1,
+            "max_steps": 2,
+        },
         "faulty": {
             "p": [0, 0.4],
             "assessment": False,
@@ -185,7 +186,6 @@ SAID = {
     "client": ("attempts", "4 trials of clients and people are as their servers wrote them step by step"),
     "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
     "bench": ("replies", "6 of these trials are not played, and held by their words and joints alone"),
-    "pictured": ("pictures", "pictures are those that the records name"),
     "branched": ("fork replies", "8 trials, and all of them"),
     "seeing": ("pictures", "pictures are those that the records name"),
 }
@@ -231,10 +231,6 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
-def other_words(step):
-    step["decision"]["replies"][-1] = step["decision"]["replies"][-1].replace("in turn", "by luck")
-
-
 def other_call(files):
     call = next(call for call in files.calls if call["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
@@ -253,24 +249,20 @@ def without_last_of_a_fork(files):
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
     "other words told": ("forked", one(lambda of: of["steps"][1].update(told="Nothing.")), "luck", "step 2, told"),
-    "another opening": ("forked", one(lambda of: of.update(opening="Nothing.")), "luck", "opening"),
     "another listing": ("forked", one(lambda of: of.update(listing=of["listing"][::-1])), "luck", "listing"),
     "another choice": ("forked", one(lambda of: of["steps"][0]["decision"].update(hypothesis="made up")), "choices", "step 1, decision (hypothesis)"),
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY, "records"), "complete", ""),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
-    "other words of a local model": ("local", every_step(lambda of: of.update(replies=["Next joint: A"])), "choices", ""),
     "a surer local model": ("local", every_step(lambda of: of.update(claim_probability=1 - of["claim_probability"])), "choices", ""),
     "an unlikely choice": ("local", every_step(lambda of: of.update(probabilities=of["probabilities"][::-1])), "choices", ""),
     "failures of a local model as errors": ("local", fails_as_errors, "choices", ""),
-    "another hypothesis of a client": ("client", every_step(lambda of: of.update(hypothesis="I see the plan")), "attempts", ""),
     "other claims of a client": ("client", every_step(flipped), "attempts", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"], "records", "timings"), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision (joint)"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
-    "words there": ("bench", of_the_model(other_words), "replies", ""),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
     "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
@@ -300,7 +292,7 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     assert failing(tmp_path / "merged") == {}
     (directory / "attempts.jsonl").unlink()
     assert len(failing(directory)["attempts"]) == 4
-    directory = played("pictured", tmp_path / "pictured")
+    directory = played("seeing", tmp_path / "seeing")
     picture = next((directory / "pictures").iterdir())
     picture.write_bytes(picture.read_bytes() + b" ")
     assert failing(directory)["pictures"] == (picture.name,)
@@ -336,7 +328,6 @@ def renamed(record, arm, **place):
 
 FORK_EDITS = {
     "told": lambda of: of["steps"][3].update(told="Nothing."),
-    "chosen": lambda of: of["steps"][3]["decision"].update(hypothesis="made up"),
     "of no trial": lambda of: renamed(of, of["fork"]["arm"], trial=9),
     "another arm": lambda of: renamed(of, {"truth": "lie", "lie": "truth"}[of["fork"]["arm"]]),
     "an arm that is not there": lambda of: renamed(of, {"truth": "force=nothing", "lie": "hint"}[of["fork"]["arm"]]),
@@ -413,22 +404,21 @@ def edited(reported):
         path.unlink() if content is None else path.write_bytes(content)
 
 
-@pytest.mark.parametrize("name", ["figures/proof.png", "tables/proof.csv", "proof.html", "Proof.HTM"])
-def test_a_file_that_the_report_does_not_have_is_named(edited, name):
-    assert edited(name, b"made up")["report"] == (f"{name}: no file of this report",)
-
-
-@pytest.mark.parametrize("name", ["notes.txt", "figures/.DS_Store"])
-def test_notes_and_hidden_files_are_no_part_of_the_report(edited, name):
-    assert edited(name, b"mine") == {}
+def test_a_file_that_the_report_does_not_have_is_named_and_notes_and_hidden_files_are_no_part_of_it(edited):
+    assert edited("notes.txt", b"mine") == edited("figures/.DS_Store", b"mine") == {}
+    names = ["Proof.HTM", "figures/proof.png", "proof.html", "tables/proof.csv"]
+    *_, found = [edited(name, b"made up") for name in names]
+    assert found == {"report": tuple(f"{name}: no file of this report" for name in names)}
 
 
 @pytest.mark.parametrize("code", ["utf-16", "latin-1"])
 def test_a_report_in_another_code_of_characters_is_named(reported, edited, code):
     text = (reported / "results.json").read_text("utf-8")
-    assert "results" in edited("results.json", f"{text}\N{NO-BREAK SPACE}".encode(code))
     page = (reported / "report.html").read_text("utf-8")
-    assert edited("report.html", page.encode(code, "replace"))["report"] == ("report.html",)
+    edited("results.json", f"{text}\N{NO-BREAK SPACE}".encode(code))
+    found = edited("report.html", page.encode(code, "replace"))
+    assert "results" in found
+    assert found["report"] == ("report.html",)
 
 
 def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(reported, edited):
