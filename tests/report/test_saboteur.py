@@ -12,11 +12,7 @@ from typed import in_process
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.report.opened import open_study
-from lockprobe.report.parallel import one_thread
-from lockprobe.report.report_files import report_files
 from lockprobe.report.verify.verification import verify
-from lockprobe.report.write import write_report
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
@@ -83,20 +79,13 @@ def then(*edits):
     return lambda files: [edit(files) for edit in edits]
 
 
-def early_without_calls(files):
+def errors_with_made_up_replies(files):
+    """Failures as early errors, with no call or request after them, and another last reply."""
     for record in files.of(MODEL, "budget"):
         relabelled(record, steps=2)
-        files.calls = [one for one in files.calls if one["key"] != record["key"] or one["step"] <= 3]
-
-
-def without_later_requests(files):
-    for record in files.of(MODEL, "error"):
-        last = record["error"]["step"]
-        files.asked = [one for one in files.asked if one["key"] != record["key"] or one["step"] <= last]
-
-
-def other_last_replies(files):
-    for record in files.of(MODEL, "error"):
+        for name in ("calls", "asked"):
+            kept = [one for one in getattr(files, name) if one["key"] != record["key"] or one["step"] <= 3]
+            setattr(files, name, kept)
         files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
 
 
@@ -139,11 +128,6 @@ def calls_of_these_replies(files):
             own[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
 
 
-def rewritten(decision):
-    decision["replies"][-1] = decision["replies"][-1].replace("in turn", "I see the plan")
-    decision["hypothesis"] = "I see the plan"
-
-
 def facts(**changes):
     return each(lambda record: record["facts"].update(changes))
 
@@ -176,12 +160,6 @@ def of_another_agent_and_owed(files, record):
 def never_asked(files, record):
     place = files.calls_of(record)[-1]
     files.asked = [one for one in files.asked if (one["key"], one["step"]) != (place["key"], place["step"])]
-
-
-def fewer_lost_attempts(files, record):
-    last = files.calls_of(record)[-1]
-    lost = {name: last[name] for name in (*PLACE, "step", "turn", "request")} | {"reply": None, "unanswered": 2}
-    files.asked.append(lost)
 
 
 def a_cheaper_bound(files, record):
@@ -218,20 +196,17 @@ def a_second_record(files):
     files.records.append(record)
 
 
-errors_without_requests = then(early_without_calls, without_later_requests)
 flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
 perfect_replies = then(each(perfect), decisions(lambda one: one.update(replies=[reply_of(one)])))
 
 FOUND = {
     "failures as errors": (each(relabelled, "budget"), "replies"),
-    "failures as errors, calls and requests dropped": (errors_without_requests, "replies"),
-    "failures as errors, replies made up": (then(errors_without_requests, other_last_replies), "replies"),
+    "failures as errors, replies made up": (errors_with_made_up_replies, "replies"),
     "failures as faults of the provider": (each(faulty, "budget"), "complete"),
     "an error as a success": (first(an_error_as_a_success, "error"), "replies"),
     "a perfect player with calls": (then(perfect_replies, calls_of_these_steps), "replies"),
     "flipped claims with replies": (flipped_claims, "replies"),
     "flipped claims with calls of another prompt": (then(flipped_claims, calls_of_these_replies, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies"),
-    "rewritten replies": (decisions(rewritten), "replies"),
     "repaired replies left out": (decisions(lambda one: one.update(replies=one["replies"][-1:])), "replies"),
     "rewritten message of an error": (first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies"),
     "another model": (facts(model="openai-api/fake/large"), "agents"),
@@ -251,7 +226,6 @@ FOUND = {
     "calls of another place": (of_another(trial=1), "replies"),
     "edited calls": (calls(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies"),
     "a call that was never asked": (first(never_asked, "solved"), "replies"),
-    "fewer lost attempts": (first(fewer_lost_attempts), "replies"),
     "a cheaper bound": (first(a_cheaper_bound), "replies"),
     "a request without a call": (first(lambda files, one: files.asked.append(files.asked[-1] | place_of(one))), "replies"),
     "replies to be forgotten": (first(forgotten, "budget"), "replies"),
@@ -310,81 +284,3 @@ def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(directo
     assert "results hash" in found
     assert ("settings hash" in found) == (published["settings_hash"] != read_study(directory).settings_hash)
     assert ("settings hash" in found) == (name.startswith(("the plan", "an agent")))
-
-
-# The report.
-
-
-@pytest.fixture(scope="module")
-def reported(played, tmp_path_factory, drawn):
-    """The study with its report, with one real figure."""
-    directory = shutil.copytree(played, tmp_path_factory.mktemp("reported") / "out")
-    with drawn("fig4"):
-        write_report(directory)
-    return directory
-
-
-@pytest.fixture(scope="module")
-def made_again(reported, drawn):
-    """The files of its report, made once for all edits."""
-    with drawn("fig4"), one_thread():
-        return list(report_files(open_study(reported), tell=lambda said: None, each=map))
-
-
-@pytest.fixture
-def with_report(reported, made_again, tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.report.report_files.report_files", lambda *opened, **how: iter(made_again))
-    return shutil.copytree(reported, tmp_path / "out")
-
-
-def another_digit(path):
-    """Change one digit of the visible text of a file."""
-    text = path.read_text("utf-8")
-    start = text.index("<h1") if path.suffix == ".html" else len(text) // 2
-    place = next(i for i in range(start, len(text)) if text[i] in "12345678" and text[i - 1] in " >;,")
-    path.write_text(text[:place] + str(int(text[place]) + 1) + text[place + 1 :], "utf-8")
-
-
-def another_pixel(path):
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(bytes(content))
-
-
-def another_drawing(path):
-    first, mark, rest = path.read_text("utf-8").partition("data:image/svg+xml,")
-    path.write_text(f"{first}{mark}AAAA{rest}", "utf-8")
-
-
-@pytest.mark.parametrize(
-    ("name", "edit", "named"),
-    [
-        ("report.html", another_digit, ""),
-        ("report.html", another_drawing, ": its figures"),
-        ("tables/conditions.csv", another_digit, ""),
-        ("figures/fig4.svg", another_digit, ""),
-        ("figures/fig4.png", another_pixel, ""),
-    ],
-)
-def test_an_edited_page_table_or_figure_is_named(with_report, name, edit, named):
-    assert failing(with_report) == {}
-    edit(with_report / name)
-    assert failing(with_report) == {"report": (f"{name}{named}",)}
-
-
-def test_a_figure_of_another_program_is_drawn_again_first(with_report):
-    for path in (with_report / "figures").glob("*.svg"):
-        path.write_text(path.read_text("utf-8").replace("Matplotlib v3", "Matplotlib v2"), "utf-8")
-    (check,) = [check for check in verify(with_report) if not check.holds]
-    assert "figures were drawn by Matplotlib v2" in check.said
-    assert check.said.endswith("lockprobe report first")
-
-
-def test_files_that_are_not_there_are_counted_and_results_and_page_edited_together_are_named(with_report):
-    shutil.rmtree(with_report / "figures")
-    (check,) = [check for check in verify(with_report) if check.name == "report"]
-    assert check.holds
-    assert check.said.endswith("are not there")
-    for name in ("results.json", "report.html", "tables/conditions.csv"):
-        another_digit(with_report / name)
-    assert failing(with_report).keys() == {"results", "report"}

@@ -396,12 +396,46 @@ def edited(reported):
     def put(name, content):
         path = reported / name
         before.setdefault(path, path.read_bytes() if path.exists() else None)
-        path.write_bytes(content)
+        path.unlink() if content is None else path.write_bytes(content)
         return failing(reported)
 
     yield put
     for path, content in before.items():
         path.unlink() if content is None else path.write_bytes(content)
+
+
+def another_digit(content):
+    """Change one digit of the text that is seen."""
+    start = max(content.find(b"<h1"), 0) or len(content) // 2
+    at = next(i for i in range(start, len(content)) if content[i] in b"12345678" and content[i - 1] in b" >;,")
+    return content[:at] + bytes([content[at] + 1]) + content[at + 1 :]
+
+
+def another_drawing(content):
+    return content.replace(b"data:image/svg+xml,", b"data:image/svg+xml,AAAA", 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "edit", "named"),
+    [
+        ("report.html", another_digit, ""),
+        ("report.html", another_drawing, ": its figures"),
+        ("tables/conditions.csv", another_digit, ""),
+        ("figures/fig4.svg", lambda content: content + b" ", ""),
+        ("figures/fig4.png", lambda content: content + b" ", ""),
+    ],
+)
+def test_an_edited_page_table_or_figure_is_named(reported, edited, name, edit, named):
+    assert failing(reported) == {}
+    assert edited(name, edit((reported / name).read_bytes())) == {"report": (f"{name}{named}",)}
+
+
+def test_results_and_page_edited_together_are_named_and_files_that_are_not_there_are_counted(reported, edited):
+    assert edited("figures/box.svg", None) == {}
+    assert verify(reported)[-1].said.endswith("; 1 are not there")
+    for name in ("results.json", "report.html", "tables/conditions.csv"):
+        found = edited(name, another_digit((reported / name).read_bytes()))
+    assert found.keys() == {"results", "report"}
 
 
 def test_a_file_that_the_report_does_not_have_is_named_and_notes_and_hidden_files_are_no_part_of_it(edited):
@@ -438,6 +472,10 @@ def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played
     edited("results.json", text.replace(b'"lockprobe": "', b'"lockprobe": "9.'))
     (check,) = [check for check in verify(reported) if not check.holds]
     assert "; it is of release 9." in check.said
+    edited("results.json", text)
+    edited("figures/fig4.svg", b"<dc:title>Matplotlib v2.1")
+    (check,) = [check for check in verify(reported) if not check.holds]
+    assert check.said.endswith("figures were drawn by Matplotlib v2.1: lockprobe report first")
     directory = played("forked", tmp_path / "out")
     forks = shutil.move(directory / FORKS, tmp_path / "forks")
     write_report(directory)

@@ -9,21 +9,17 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
 from net import unpacked
-from page_parts import part
 from reported import found_in
-from solved import columns, smallest
+from solved import columns
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
-from lockprobe.report.answer_list import BEFORE
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.difference import (
-    any_difference,
     differences_before_breaks,
     each_difference,
     few_broke_until,
@@ -195,21 +191,6 @@ def test_a_claim_of_the_paper_is_not_held_against_the_trials_that_remain(tmp_pat
     assert [(one.verdict, one.p_value) for one in judged(found, claim)] == [("compatible", 1.0)]
 
 
-def test_what_remains_of_a_condition_that_breaks_is_no_finding():
-    """A third solved everywhere; at 0.6 seven of ten break, and of those that remain most are solved."""
-    groups = at(0.0, 27, 63, 0), at(0.3, 27, 63, 0), at(0.6, 21, 6, 63)
-    alone = any_difference(outcomes([trial for group in groups for trial in group]), generator(1))
-    assert smallest(alone) < 0.05 < smallest(over_doses(*groups))
-
-
-def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
-    (found,) = over_doses(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4))
-    assert found.p_value < 0.05
-    assert found.bounds == pytest.approx((23 / 30, 27 / 30))
-    (alike,) = over_doses(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3))
-    assert alike.p_value < 0.05
-
-
 @pytest.mark.parametrize(
     ("broke_in", "n", "step"),
     [([], 20, 20), ([9], 20, 20), ([9, 12], 20, 11), ([3, 4, 4, 12], 60, 11), ([1, 1], 20, 0), ([5], 10, 4)],
@@ -253,24 +234,6 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
     assert "12 of 18 trials broke, 6 of the other 6 opened the box" in told
     assert "half of the breaks came at step 19" in told
-
-
-def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):
-    """Twenty trials each: 4 are solved with true reports and 16 with false ones; all others break in step 19."""
-    trials = [
-        make_trial(SOLUTION, agent="llm:a", p=p, trial=i)
-        if i <= solved
-        else make_trial((0,) * 18, agent="llm:a", p=p, trial=i, broken="reply")
-        for p, solved in ((0.0, 4), (0.4, 16))
-        for i in range(1, 21)
-    ]
-    found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 20), trials)
-    assert found.one("last_step", of="few broke", agent="llm:a").value == 18
-    late, early = (found.one("success_difference", agent="llm:a", of=of) for of in ("", BEFORE))
-    assert (late.p_value, late.detected) == (1.0, False)
-    assert (early.value, early.n, early.detected) == (0.6, 20, True)
-    said = part(page_of(found), "broken")
-    assert "By then success at a flip rate of 0.4 less when told the truth was +60 [" in said
 
 
 @pytest.mark.parametrize(("name", "boundary"), [("flips", "reply"), ("crossed", "model"), ("why", "reply")])

@@ -13,7 +13,6 @@ from lockprobe.statistics.clustered import (
     crossed_proportion,
     share_of,
     share_over_boxes,
-    two_way_variance,
 )
 from lockprobe.statistics.proportions import proportion
 
@@ -54,13 +53,6 @@ def test_clusters_at_the_edge():
     assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
     assert none.high > proportion(0, 5).high
     assert math.isnan(clustered_proportion([], []).value)
-
-
-def test_two_kinds_add_up_less_what_both_hold():
-    residuals = np.array([1.0, 1.0, -1.0, -1.0])
-    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 2, 3]) == pytest.approx(2 / 1 * 8)
-    first, second, trial = 2 / 1 * 8, 2 / 1 * 0, 4 / 3 * 4
-    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 0, 1]) == pytest.approx(max(first, first + second - trial))
 
 
 def test_it_is_never_narrower_than_with_either_kind():

@@ -7,7 +7,7 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.statistics.loops import any_loop
-from lockprobe.statistics.outcomes import heeded_at_most, onset, outcomes, solved_in_pairs
+from lockprobe.statistics.outcomes import heeded_at_most, outcomes, solved_in_pairs
 
 
 def test_columns_are_the_records():
@@ -19,12 +19,6 @@ def test_columns_are_the_records():
     assert list(zip(found.dose, found.repetition, found.trial, strict=True)) == [
         (trial.p, trial.repetition, trial.trial) for trial in trials
     ]
-
-
-def test_onset_is_the_step_that_completes_the_first_loop():
-    assert onset(make_trial([0, 1, 2, 0, 1, 2])) == 6
-    assert onset(make_trial([3, 3, 0, 1, 2, 0, 3, 1])) == 0
-    assert onset(make_trial([3, 0, 1, 2, 3, 0, 1, 2])) == 7
 
 
 def test_broken_trials_are_in_no_column():

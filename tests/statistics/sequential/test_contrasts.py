@@ -146,12 +146,3 @@ def test_the_interval_is_the_last_of_the_sequence_in_the_order_of_trials():
     lows, highs = confidence_sequence(solved * 1.0, math.log(20), bets=SHARES)
     assert (found.low, found.high) == pytest.approx((lows[-1], highs[-1]))
     assert (found.count, found.n, found.value) == (solved.sum(), 60, solved.mean())
-
-
-def test_all_or_none_solved_and_no_trial():
-    assert share_at_every_look([True] * 20).high == 1
-    assert 0.75 < share_at_every_look([True] * 20).low < 0.85
-    assert share_at_every_look([False] * 20).low == 0
-    nothing = share_at_every_look([])
-    assert (nothing.n, nothing.low, nothing.high) == (0, 0, 1)
-    assert math.isnan(nothing.value)
