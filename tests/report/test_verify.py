@@ -109,7 +109,9 @@ def bench(directory):
     with provider(None, faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3) as patch:
         patch.syspath_prepend(directory.parent)
         plant = "python:own_bench:Bench"
-        planned = study("flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, plant=plant)
+        planned = study(
+            "flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, max_steps=8, plant=plant
+        )
         run_study(planned, directory, limits=Limits(access=Access(connections=1, pause=0.01)))
 
 
