@@ -67,13 +67,10 @@ def test_equivalence_is_wrong_in_at_most_five_percent(pairs, margin):
         assert chances(found, pairs, share + margin, share).sum() <= 0.05
 
 
-def test_equivalence_is_shown_where_enough_pairs_agree():
+def test_equivalence_is_shown_where_enough_pairs_agree_and_many_pairs_have_nearly_the_exact_p_value():
     assert equivalence(0, 0, 29, 0.1) < 0.05 < equivalence(0, 0, 28, 0.1)
     assert equivalence(6, 6, 150, 0.1) < 0.05
     assert equivalence(0, 30, 150, 0.1) == pytest.approx(1.0, abs=0.01)
-
-
-def test_many_pairs_have_nearly_the_exact_p_value():
     below, above = (equivalence(8, 12, pairs, 0.1) for pairs in (MOST_EXACT, MOST_EXACT + 1))
     assert below == pytest.approx(above, rel=0.3)
 

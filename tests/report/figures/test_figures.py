@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -262,18 +261,13 @@ def test_text_in_a_colour_is_dark_enough_on_white_and_not_darker_than_it_has_to_
 SHOWN = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-4", "branched", "random-8-3")
 
 
-@cache
-def picture(name):
-    return box_figure(box(name))
-
-
 @pytest.mark.parametrize("name", SHOWN)
 def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
-    legible(name, picture(name))
+    legible(name, box_figure(box(name)))
 
 
 def test_the_target_differs_in_more_than_colour():
-    panel, interlock = picture("chain-4").axes
+    panel, interlock = box_figure(box("chain-4")).axes
     for axes in (panel, interlock):
         bold = [text.get_text() for text in axes.texts if text.get_fontweight() == "bold"]
         assert bold == [short_name("revolute-left")]

@@ -102,20 +102,13 @@ def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
     assert two.p_value == pytest.approx(looping(once).p_value, rel=0.25)
 
 
-def rejections(studies, seed, **settings):
-    rng = np.random.default_rng(seed)
-    p_values = [looping(world(rng, **settings)).p_value for _ in range(studies)]
-    return sum(p is not None and p < 0.05 for p in p_values)
-
-
 @pytest.mark.parametrize("shared", [0.0, 0.5])
-def test_nothing_is_found_where_nothing_is(shared):
-    """Loops and success have nothing to do with each other, and success differs over p."""
-    assert rejections(120, 21, shared=shared) <= stats.binom.ppf(0.999, 120, 0.06)
-
-
-def test_what_there_is_is_found():
-    assert rejections(60, 1, trap=TRAP) >= 54
+def test_nothing_is_found_where_nothing_is_and_what_there_is_is_found(shared):
+    """Loops and success have nothing to do with each other, and success differs over p; then loops trap."""
+    rng = np.random.default_rng(21)
+    alone, trapped = ([looping(world(rng, shared=shared, trap=trap)) for _ in range(80)] for trap in ((0.0,) * 7, TRAP))
+    assert sum(one.p_value is not None and one.p_value < 0.05 for one in alone) <= stats.binom.ppf(0.999, 80, 0.06)
+    assert sum(one.p_value < 0.05 and one.direction == -1 for one in trapped) >= 72
 
 
 def of(members):

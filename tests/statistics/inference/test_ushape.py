@@ -27,15 +27,12 @@ def wald(p, solved):
     return fit.params[1], fit.pvalues[1]
 
 
-def test_the_expected_counts_of_the_paper():
-    lines = two_lines(*trials(EXPECTED))
-    assert (lines.break_p, lines.direction) == (0.3, None)
-    assert 0.1 < lines.p_value < 0.3
-
-
 def test_the_lines_share_the_break_and_their_tests_are_near_those_of_logit_regressions():
+    """Of the expected counts of the paper."""
     p, solved = trials(EXPECTED)
     lines = two_lines(p, solved)
+    assert (lines.break_p, lines.direction) == (0.3, None)
+    assert 0.1 < lines.p_value < 0.3
     for line, side in ((lines.first, p <= lines.break_p), (lines.second, p >= lines.break_p)):
         slope, p_value = wald(p[side], solved[side])
         assert line.p_value == pytest.approx(p_value, rel=0.3)
@@ -53,12 +50,19 @@ def test_failing_is_the_mirror_of_solving():
         assert mirrored.direction == other[found.direction]
 
 
-def test_shape_is_found_where_it_is_plain_and_named():
-    assert two_lines(*trials((2, 12, 25, 28, 20, 10, 3))).direction == "inverted U"
-    assert two_lines(*trials((28, 12, 5, 2, 10, 18, 27))).direction == "U"
-    assert two_lines(*trials((2, 6, 10, 14, 18, 22, 26))).direction is None
-    assert two_lines(*trials((20, 5, 20), p=(0, 0.4, 0.6))).direction == "U"
-    assert two_lines(*trials((0, 0, 30, 30, 20, 10))).direction == "inverted U"  # a line that separates has a test
+SHAPES = [
+    ((2, 12, 25, 28, 20, 10, 3), "inverted U"),
+    ((28, 12, 5, 2, 10, 18, 27), "U"),
+    ((2, 6, 10, 14, 18, 22, 26), None),
+    ((0, 0, 30, 30, 20, 10), "inverted U"),  # a line that separates has a test
+    ((0,) * 7, None),
+    ((7, 20), None),
+]
+
+
+@pytest.mark.parametrize(("solved", "shape"), SHAPES)
+def test_shape_is_found_where_it_is_plain_and_named(solved, shape):
+    assert two_lines(*trials(solved)).direction == shape
 
 
 def test_the_break_is_an_inner_value_whatever_is_solved():
@@ -66,11 +70,7 @@ def test_the_break_is_an_inner_value_whatever_is_solved():
         lines = two_lines(*trials(solved, n=6))
         assert lines.break_p in {0.1, 0.2, 0.3}
         assert 0 <= lines.p_value <= 1
-
-
-def test_nothing_to_test():
     assert two_lines(*trials((7, 20))).p_value is None
-    assert two_lines(*trials((0,) * 7)).p_value == 1.0
     assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None
 
 

@@ -90,14 +90,6 @@ def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
     assert at_every_look([same, same], margin=0.1, agents=3)[1].small_p_value == pytest.approx(3 * beside)
 
 
-def test_an_interval_is_narrow_from_its_first_narrow_look():
-    (one,) = at_every_look(family((0.0,), blocks=300))
-    at = one.narrow_at(0.2)
-    narrow = one.highs - one.lows <= 0.4 + 1e-9
-    assert at == one.blocks[narrow.argmax()] < 300
-    assert one.narrow_at(0.001) is None
-
-
 def test_without_numbers_nothing_is_known():
     empty = Numbers(values=np.empty(0), block=np.empty(0, dtype=np.int64))
     nothing, something = at_every_look([empty, *family((0.8,))], margin=0.1)
@@ -105,6 +97,13 @@ def test_without_numbers_nothing_is_known():
     assert math.isnan(nothing.value)
     assert something.effect_at is not None
     assert at_every_look([empty])[0].blocks.size == 0
+
+
+def test_an_interval_is_narrow_from_its_first_narrow_look():
+    (one,) = at_every_look(family((0.0,), blocks=300))
+    narrow = one.highs - one.lows <= 0.4 + 1e-9
+    assert one.narrow_at(0.2) == one.blocks[narrow.argmax()] < 300
+    assert one.narrow_at(0.001) is None
 
 
 def sets_with(i, many):
