@@ -40,7 +40,6 @@ QUICK = ("boxes", "foundation", "interventions", "trial")
 
 
 SLOW = {
-    "test_a_file_of_settings_changes_nothing": (),
     "test_a_kernel_plays_what_the_policy_plays": (),
     "test_a_kernel_runs_the_first_notebook": (),
     "test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson": (),
@@ -76,7 +75,6 @@ SLOW = {
     "test_no_interval_of_the_differences_leaves_out_the_truth": (),
     "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
     "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
-    "test_p_values_are_corrected_within_a_kind_as_statsmodels_does": (),
     "test_several_processes_change_no_byte": (),
     "test_the_same_seed_gives_the_same_record_whatever_was_played_before": (),
     "test_the_user_s_settings_change_no_byte_of_any_figure": (),

@@ -7,11 +7,9 @@ import pytest
 from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
-from lockprobe.report.every_look import at_every_look
 from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.questions.stopping import SECTIONS
-from lockprobe.report.rows import Estimate
 from lockprobe.studies.until import EarlierSize, Until
 
 FAILED = (0, 1) * 10
@@ -116,9 +114,3 @@ def test_a_small_difference_is_said_to_be_small(tmp_path):
         "Shown to be smaller than 10 points, either way: effects of flip?p=0.4 on human-inspired."
     )
     assert found.answer == "No effect of false reports on the success of human-inspired was detected."
-
-
-def test_rows_of_one_look_lose_their_p_value():
-    valid = Estimate(quantity="a", value=1, p_value=0.01, test="e-process")
-    other = Estimate(quantity="b", value=1, p_value=0.01, test="log-rank")
-    assert [row.p_value for row in at_every_look([valid, other])] == [0.01, None]

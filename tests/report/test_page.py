@@ -13,13 +13,12 @@ from jinja2 import UndefinedError
 from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.left_out import leaving_out
 from lockprobe.report import page as made
 from lockprobe.report.format import as_csv
 from lockprobe.report.page import page_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
-from lockprobe.report.rows import Estimate, Results
+from lockprobe.report.rows import Estimate
 from lockprobe.report.section import Table
 from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
@@ -99,16 +98,6 @@ def test_a_partial_study_says_so_and_names_what_broke(tmp_path):
     assert "it broke" in page_of(alone)
 
 
-def test_a_page_without_its_first_screen_or_its_frame_says_so(found, monkeypatch):
-    without = found.changed(findings=tuple(one for one in found.findings if one.section != "overview"))
-    text = page_of(without)
-    assert "The first screen could not be written" in text
-    assert 'id="limits"' in text
-    monkeypatch.setattr(made, "parts_of", lambda *asked: 1 / 0)
-    with leaving_out():
-        assert "This page could not be written" in page_of(found)
-
-
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory):
     directory = write_study(tmp_path_factory.mktemp("files") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
@@ -127,13 +116,6 @@ def test_all_files_are_there_and_no_draft_and_figures_that_are_no_longer_drawn_g
     assert not {f"figures/{name}" for name in ("people.png", "people.svg", "box.png")} & names
     assert not [name for name in names if "draft" in name]
     assert [name for name in names if name.endswith(".html")] == ["report.html"]
-
-
-def test_tables_are_those_of_the_results(reported):
-    found = Results.model_validate_json((reported / "results.json").read_text("utf-8"))
-    solved = [cell.get("success").count for cell in found.cells]
-    table = list(csv.DictReader(io.StringIO((reported / "tables" / "conditions.csv").read_text())))
-    assert [row["solved"] for row in table] == [str(count) for count in solved]
 
 
 def test_a_directory_without_a_study_is_refused(tmp_path):

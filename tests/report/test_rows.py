@@ -18,7 +18,6 @@ from lockprobe.report.rows import (
     Condition,
     Curve,
     Design,
-    DoseAxis,
     Estimate,
     Finding,
     NoSuchRow,
@@ -40,13 +39,13 @@ estimates = st.builds(
 )  # fmt: skip
 
 
-def results(*rows, conditions=LABELS, axes=()):
+def results(*rows):
     head = Results(
         lockprobe="1", study={"seed": 1}, settings_hash="0" * 32, results_hash="1" * 32,
         progress=Progress(planned=4, finished=3),
         design=Design(
-            conditions=[Condition(name=name, modality="symbolic", p=p) for name, p in conditions.items()],
-            players=[Player(agent=name, modality="symbolic", subject=name == AGENTS[0]) for name in AGENTS], axes=axes,
+            conditions=[Condition(name=name, modality="symbolic", p=p) for name, p in LABELS.items()],
+            players=[Player(agent=name, modality="symbolic", subject=name == AGENTS[0]) for name in AGENTS],
         ),
     )  # fmt: skip
     return head.with_rows(rows)
@@ -56,11 +55,10 @@ def share(quantity="success", agent=AGENTS[0], condition="truth", value=0.5, **m
     return Estimate(quantity=quantity, agent=agent, modality="symbolic", condition=condition, value=value, **more)
 
 
-def played(**more):
+def played():
     return results(
         *(share("trials", agent, label, 10) for agent in AGENTS for label in LABELS),
         *(share(agent=agent, condition=label, value=0.1 + p) for agent in AGENTS for label, p in LABELS.items()),
-        **more,
     )
 
 
@@ -105,27 +103,6 @@ def test_a_miss_says_what_there_is(asked, said):
     with pytest.raises(NoSuchRow) as raised:
         played().one(**asked)
     assert said in str(raised.value)
-
-
-def test_another_axis_has_its_own_doses_and_players():
-    axis = DoseAxis(
-        name="tremble p", intervention="tremble", dose="p", rest="nudge", modality="symbolic",
-        doses={"truth": 0.0, "tremble": 0.5}, players=[Player(agent="random", modality="symbolic", blind=True)],
-    )  # fmt: skip
-    found = results(
-        share("trials", "random", "truth", 4), share("trials", "random", "tremble", 4),
-        Estimate(quantity="peak", agent="random", modality="symbolic", axis=axis.key, value=0.5),
-        conditions={"truth": 0.0, "tremble": None}, axes=[axis],
-    )  # fmt: skip
-    (course,) = found.courses(axis)
-    assert axis.key == "tremble p, with nudge"
-    assert [(cell.condition, cell.dose, cell.p) for cell in course.cells] == [
-        ("truth", 0.0, 0.0),
-        ("tremble", 0.5, None),
-    ]
-    assert course.value("peak") == 0.5
-    assert course.blind
-    assert found.beside_flips
 
 
 def test_a_frame_has_a_column_for_each_dose_and_without_pandas_says_in_one_line_how_to_get_it(monkeypatch):

@@ -23,25 +23,19 @@ MODEL = "llm:openai-api/fake/model?repairs=1&temperature=0.5"
 PLANNED = study("flips", agent=[MODEL, "random"], p=[0, 0.4], trials=6, repetitions=1, max_steps=9, name="small")
 
 
-def play(directory, seed):
-    """Play the study against a provider that repeats reports and sometimes replies in another form."""
-    with pytest.MonkeyPatch.context() as patch, here(manner=Manner(faults={"wrong schema": 0.2}, seed=seed)) as server:
-        patch.setenv("FAKE_BASE_URL", server.url)
-        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        run_study(PLANNED, directory, limits=Limits(access=Access(connections=1)))
-
-
-@pytest.fixture(scope="module")
-def played(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("played") / "out"
-    play(directory, seed=3)
-    return directory
-
-
 @pytest.fixture
-def directory(played, tmp_path):
-    """The study without a report, which takes seconds to make again."""
-    return shutil.copytree(played, tmp_path / "out")
+def directory(once, tmp_path_factory, tmp_path):
+    """The study, played against a provider that repeats reports and sometimes replies in another form; no report."""
+
+    def play():
+        played, manner = tmp_path_factory.mktemp("played") / "out", Manner(faults={"wrong schema": 0.2}, seed=3)
+        with pytest.MonkeyPatch.context() as patch, here(manner=manner) as server:
+            patch.setenv("FAKE_BASE_URL", server.url)
+            patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+            run_study(PLANNED, played, limits=Limits(access=Access(connections=1)))
+        return played
+
+    return shutil.copytree(once("sabotaged", play), tmp_path / "out")
 
 
 def failing(directory, **hashes):

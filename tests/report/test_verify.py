@@ -165,17 +165,14 @@ STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, r
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory):
+def played(tmp_path_factory, once):
     """A copy of a study, which is played once."""
-    known = {}
 
-    def copy(name, to):
-        if name not in known:
-            known[name] = tmp_path_factory.mktemp(name) / "out"
-            STUDIES[name](known[name])
-        return shutil.copytree(known[name], to)
+    def play(name):
+        STUDIES[name](directory := tmp_path_factory.mktemp(name) / "out")
+        return directory
 
-    return copy
+    return lambda name, to: shutil.copytree(once(f"verified {name}", partial(play, name)), to)
 
 
 def failing(directory):

@@ -65,8 +65,12 @@ BACKENDS = {
 
 
 @pytest.fixture(scope="module")
-def drawn_elsewhere(tmp_path_factory):
+def drawn_elsewhere(once, tmp_path_factory):
     """Checksums of a figure that new processes draw with files of settings and backends, and what the user then has."""
+    return once("drawn elsewhere", lambda: draw_elsewhere(tmp_path_factory))
+
+
+def draw_elsewhere(tmp_path_factory):
     pipe, plain = (tmp_path_factory.mktemp(name) for name in ("pipe", "plain"))
     os.mkfifo(pipe / "matplotlibrc")
     folders, asked = {"a pipe": pipe}, []
