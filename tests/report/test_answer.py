@@ -1,14 +1,19 @@
-"""The answer in sentences: what the tests say and no more, for one agent and for thirty."""
+"""The answer: what the tests say and no more, for one agent and for thirty; a row for each, and names at lines' ends."""
 
 import re
+from itertools import product
 from types import SimpleNamespace
 
 import pytest
 from builders import SOLUTION, make_trial, small_study
+from hypothesis import given
+from hypothesis import strategies as st
 from reported import found_in
 from scipy.stats import binom
 
 from lockprobe.report.answer import answer, chance_said, needed_said
+from lockprobe.report.answer_list import answer_list, said_lines
+from lockprobe.report.curve import curve_figure, drawable, placed
 from lockprobe.report.rows.primary import Line, primary_lines
 
 UNSOLVED = (0,) * 20
@@ -26,32 +31,45 @@ def study_in(directory, n=40, **courses):
     return found_in(directory, small_study([f"llm:{name}" for name in courses], rates, 1, n), trials)
 
 
-@pytest.mark.parametrize(
-    ("courses", "said"),
-    [
-        ({"a": {0: 5}}, "llm:a solved 12 % of 40 trials."),
-        ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents llm:b solved the most: 75 % of 40 trials."),
-        ({"a": {0: 5}, "b": {0: 5}}, "The 2 agents solved the same share: 12 % of 40 trials."),
-        ({"a": {0: 5, 0.4: 30}}, "False reports raise the success of llm:a."),
-        (
-            {"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}},
-            "False reports raise the success of llm:a and lower that of llm:b.",
-        ),
-        (
-            {"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}},
-            "False reports raise the success of llm:a; no effect on that of llm:b was detected.",
-        ),
-        (
-            {"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}},
-            "No effect of false reports on the success of llm:a and llm:b was detected; changes of up to",
-        ),
-    ],
-)
-def test_the_answer_says_what_the_tests_say(tmp_path, courses, said):
+UP, DOWN, ALIKE = {0: 5, 0.4: 30}, {0: 30, 0.4: 5}, {0: 20, 0.4: 21}
+RAISE = "False reports raise the success of "
+ANSWERS = [
+    ({"a": {0: 5}}, "llm:a solved 12 % of 40 trials."),
+    ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents llm:b solved the most: 75 % of 40 trials."),
+    ({"a": {0: 5}, "b": {0: 5}}, "The 2 agents solved the same share: 12 % of 40 trials."),
+    ({"a": UP}, f"{RAISE}llm:a."),
+    ({"a": DOWN}, "False reports lower the success of llm:a."),
+    ({"a": UP, "b": DOWN}, f"{RAISE}llm:a and lower that of llm:b."),
+    ({"a": UP, "b": ALIKE}, f"{RAISE}llm:a; no effect on that of llm:b was detected."),
+    ({"a": UP, "b": DOWN, "c": ALIKE}, f"{RAISE}llm:a and lower that of llm:b; no effect on that of llm:c was detected."),
+    (
+        {**dict.fromkeys("abcd", UP), **dict.fromkeys("efg", ALIKE)},
+        f"{RAISE}4 agents; no effect on that of 3 agents was detected.",
+    ),
+    (
+        {"a": ALIKE, "b": {0: 20, 0.4: 20}},
+        "No effect of false reports on the success of llm:a and llm:b was detected; changes of up to",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("courses", "said"), ANSWERS)
+def test_one_sentence_says_what_the_tests_say_and_every_agent_has_a_row(tmp_path, courses, said):
     found = study_in(tmp_path, **courses)
     assert found.answer == answer(found)
     assert found.answer.startswith(said)
     assert len(found.answer.split()) <= 30
+    lines, listing = primary_lines(found), answer_list(found)
+    counts = {line.agent: (line.first.count, *([line.second.count] if line.second else [])) for line in lines}
+    assert counts == {f"llm:{name}": tuple(solved.values()) for name, solved in courses.items()}
+    assert [line.split()[0] for line in said_lines(lines)] == [line.label for line in lines]
+    changes = [line.change for line in lines if line.change]
+    assert all(one.value == pytest.approx((counts[one.agent][1] - counts[one.agent][0]) / 40) for one in changes)
+    assert all(abs(one.low) <= listing.reach and abs(one.high) <= listing.reach for one in changes)
+    assert listing.many == (len(courses) > 3)
+    if changes:
+        assert listing.many == (drawable(found) == [])
+        assert sum(number for number, _ in listing.counts) == len(courses)
 
 
 @pytest.mark.parametrize("solved", [0, 18])
@@ -67,39 +85,55 @@ def test_trials_needed_shrink_the_interval_to_ten_points(tmp_path):
     half = (line.change.high - line.change.low) / 2
     (needed,) = map(int, re.findall(r"about (\d+) trials", needed_said([line])))
     assert 16 * (half / 0.1) ** 2 <= needed <= 1.1 * 16 * (half / 0.1) ** 2
-    assert needed_said(primary_lines(study_in(tmp_path / "clear", a={0: 5, 0.4: 30}))) == ""
+    assert needed_said(primary_lines(study_in(tmp_path / "clear", a=UP))) == ""
 
 
-@pytest.mark.parametrize("trials", [1, 2, 3, 4, 6, 12, 17, 40])
-@pytest.mark.parametrize("chance", [0.02, 0.1, 0.3, 0.69, 0.9, 0.99])
 @pytest.mark.parametrize("agents", [1, 2, 10])
-def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance, agents):
+def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(agents):
     """Whatever the number of trials: one trial in ten that fails at a chance of 90 % shows nothing."""
-    by_chance, below, above = binom(trials, chance), 0.0, 0.0
-    for count in range(trials + 1):
-        row = SimpleNamespace(n=trials, count=count, low=None, high=None)
-        found = SimpleNamespace(
-            get=lambda quantity, row=row, **of: SimpleNamespace(value=chance) if of.get("of") == "no-repeat" else row,
-            where=lambda quantity, **of: [],
-            progress=SimpleNamespace(every_look=""),
-        )
-        lines = [
-            Line(
-                agent=f"llm:{i}", label=f"llm:{i}", modality="symbolic", conditions=("truth",),
-                first=row, control="told the truth",
+    for trials, chance in product([1, 2, 3, 4, 6, 12, 17, 40], [0.02, 0.1, 0.3, 0.69, 0.9, 0.99]):
+        by_chance, below, above = binom(trials, chance), 0.0, 0.0
+        for count in range(trials + 1):
+            row = SimpleNamespace(n=trials, count=count, low=None, high=None)
+            found = SimpleNamespace(
+                get=lambda quantity, row=row, level=chance, **of: (
+                    SimpleNamespace(value=level) if of.get("of") == "no-repeat" else row
+                ),
+                where=lambda quantity, **of: [],
+                progress=SimpleNamespace(every_look=""),
             )
-            for i in range(agents)
-        ]  # fmt: skip
-        said = chance_said(found, lines)
-        below += by_chance.pmf(count) * ("solved fewer" in said)
-        above += by_chance.pmf(count) * (not said)
-    assert 1 - (1 - below) ** agents <= 0.05
-    assert 1 - (1 - above) ** agents <= 0.05
+            named = {"modality": "symbolic", "conditions": ("truth",), "first": row, "control": "told the truth"}
+            said = chance_said(found, [Line(agent=f"llm:{i}", label=f"llm:{i}", **named) for i in range(agents)])
+            below += by_chance.pmf(count) * ("solved fewer" in said)
+            above += by_chance.pmf(count) * (not said)
+        assert 1 - (1 - below) ** agents <= 0.05
+        assert 1 - (1 - above) ** agents <= 0.05
 
 
 def test_the_answer_is_corrected_for_many_agents(tmp_path):
     """One of ten agents differs by chance as one in a hundred would: of ten that is nothing."""
     alone = study_in(tmp_path / "one", a={0: 12, 0.4: 20})
-    assert alone.answer == "False reports raise the success of llm:a."
+    assert alone.answer == f"{RAISE}llm:a."
     many = study_in(tmp_path / "ten", a={0: 12, 0.4: 20}, **{name: {0: 20, 0.4: 20} for name in "bcdefghij"})
     assert many.answer.startswith("No effect of false reports on the success of 10 agents was detected")
+
+
+@given(
+    wanted=st.lists(st.floats(-50, 450, allow_nan=False), min_size=1, max_size=9),
+    apart=st.sampled_from([12, 24, 40]),
+)
+def test_no_two_names_overlap_and_none_leaves_the_axes(wanted, apart):
+    found = placed(wanted, 0, 400, apart)
+    assert all(b - a >= apart - 1e-6 for a, b in zip(sorted(found), sorted(found)[1:], strict=False))
+    assert min(found) >= -1e-6
+    assert max(found) <= 400 + 1e-6
+    order = sorted(range(len(found)), key=lambda i: (found[i], i))
+    assert order == sorted(range(len(found)), key=lambda i: (wanted[i], i))
+
+
+def test_the_figure_names_every_line_wide_and_narrow(tmp_path):
+    found = study_in(tmp_path, a=UP, b=DOWN)
+    for wide in (True, False):
+        drawn = curve_figure(found, wide=wide)
+        assert all(f">{name} {share} %</text>" in drawn for name, share in (("llm:a", 75), ("llm:b", 12)))
+        assert drawn.count('class="told"') == drawn.count('class="false"') - 2 * (not wide)  # points and intervals

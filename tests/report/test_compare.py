@@ -68,9 +68,6 @@ def test_success_is_counted_from_the_records_of_the_conditions_that_two_studies_
     for one in found.differences:  # luck is shared by seed
         studies = {one.first.study, one.second.study}
         assert one.paired == ("half" not in studies or len(studies) == 1)
-
-
-def test_studies_are_named_by_the_end_of_their_path_and_partial_ones_are_said_to_be(found):
     columns = ("name", "partial", "finished", "planned", "not_shared")
     assert [tuple(one[column] for column in columns) for one in found.plain()["studies"]] == [
         ("one/study", False, 48, 48, ["flip?p=0.6"]),
@@ -198,20 +195,18 @@ def test_agents_of_one_name_that_differ_are_told_apart_and_what_they_are_called_
     assert not re.search("<script|<img src=x|<b>", page)
 
 
-def test_two_studies_without_a_trial_are_said_to_have_none(tmp_path):
+def test_no_table_keeps_the_page_from_being_written_and_two_studies_without_a_trial_are_said_to_have_none(
+    monkeypatch, tmp_path
+):
     labs = [write_study(tmp_path / name, A, []) for name in "ab"]
-    page = write_comparison(compare_studies(labs), tmp_path / "compare.html").read_text("utf-8")
-    assert "No two agents have a trial to compare." in page
-    assert "<figure" not in page
+    told = []
 
-
-@pytest.mark.parametrize(("name", "section"), [("success_table", "Table success"), ("study_table", "Table studies")])
-def test_no_table_keeps_the_page_from_being_written(monkeypatch, found, tmp_path, name, section):
     def broken(*_):
         raise RuntimeError("broken on purpose")
 
-    monkeypatch.setattr(f"lockprobe.report.compare.{name}", broken)
-    told = []
-    page = write_comparison(found, tmp_path / "compare.html", left_out=told.append).read_text("utf-8")
-    assert [one.section for one in told] == [section]
-    assert f"{section} (RuntimeError: broken on purpose)" in page
+    monkeypatch.setattr("lockprobe.report.compare.success_table", broken)
+    page = write_comparison(compare_studies(labs), tmp_path / "compare.html", left_out=told.append).read_text("utf-8")
+    assert [one.section for one in told] == ["Table success"]
+    assert "Table success (RuntimeError: broken on purpose)" in page
+    assert "No two agents have a trial to compare." in page
+    assert "<figure" not in page

@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
@@ -50,44 +51,35 @@ def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth()
     assert "source" not in data_of(make_trial([3], budget=1, verdicts=["moved"]))["trials"][0]
 
 
-def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials():
+def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials(monkeypatch):
     agents, numbers = ("random", "human-inspired"), range(1, 6)
     trials = [make_trial([0] * 20, agent=agent, trial=i, budget=20) for agent in agents for i in numbers]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(explorer, "_STEPS", 99)
-        data = data_of(*trials)
-        patch.setattr(explorer, "_STEPS", 1)
-        assert len(data_of(*trials)["trials"]) == len(agents)  # never less than a block
+    assert "of" not in data_of(*trials)
+    monkeypatch.setattr(explorer, "_STEPS", 99)
+    data = data_of(*trials)
     assert [(one["a"], one["n"]) for one in data["trials"]] == [(0, 1), (0, 2), (1, 1), (1, 2)]
     assert data["of"] == len(trials)
-    assert "of" not in data_of(*trials)
+    monkeypatch.setattr(explorer, "_STEPS", 1)
+    assert len(data_of(*trials)["trials"]) == len(agents)  # never less than a block
 
 
-def test_broken_trials_are_left_out_and_people_are_numbered():
+def test_broken_trials_are_left_out_people_are_numbered_and_no_text_of_an_agent_ends_the_script():
     person = {"agent": "participant:abc", "facts": {"position": 1}}
-    trials = [make_trial([0], broken="model"), make_trial(SOLUTION, **person), make_trial(SOLUTION, trial=2)]
-    data = data_of(*trials)
-    assert len(data["trials"]) == 2
-    assert [one.get("person") for one in data["trials"]] == [1, None]
-    assert "abc" not in json.dumps(data)
-
-
-def test_no_text_of_an_agent_ends_the_script_or_hides_others():
-    said = explorer_data([make_trial(SOLUTION, hypothesis=ATTACK, agent="llm:evil/<b>")], [])
+    evil = make_trial(SOLUTION, trial=2, hypothesis=ATTACK, agent="llm:evil/<b>")
+    said = explorer_data([make_trial([0], broken="model"), make_trial(SOLUTION, **person), evil], [])
+    data = json.loads(said)["trials"]
+    assert [one.get("person") for one in data] == [1, None]
+    assert "abc" not in said
     assert "<" not in said
-    assert json.loads(said)["trials"][0]["words"][0].startswith("</script>")
-    assert "\u202e" not in json.loads(said)["trials"][0]["words"][0]
+    assert data[1]["words"][0].startswith("</script>")
+    assert "\u202e" not in data[1]["words"][0]
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
+@contextmanager
+def opened(directory):
+    """The report of a study in a browser, on a phone; while it is open nothing else can be played."""
     from playwright.sync_api import sync_playwright
 
-    trials = play_study(small_study(["human-inspired"], (0.0, 0.4), 1, 6))
-    evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
-    planned = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
-    directory = write_study(tmp_path_factory.mktemp("study") / "out", planned, [*trials, *evil])
-    write_report(directory)
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         tab = chromium.new_page(viewport={"width": 390, "height": 844})
@@ -97,6 +89,17 @@ def page(tmp_path_factory):
         tab.goto(f"file://{directory}/report.html")
         yield tab
         chromium.close()
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    trials = play_study(small_study(["human-inspired"], (0.0, 0.4), 1, 6))
+    evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
+    planned = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
+    directory = write_study(tmp_path_factory.mktemp("study") / "out", planned, [*trials, *evil])
+    write_report(directory)
+    with opened(directory) as tab:
+        yield tab
 
 
 A4 = 703
@@ -112,9 +115,7 @@ WORDS = """(() => {
 
 @needs_a_browser
 def test_the_report_of_the_first_command_shows_at_most_700_words_before_the_first_click(tmp_path):
-    from playwright.sync_api import sync_playwright
-
-    first = replace(study(StudyOptions()), strategy_trials=10)  # lockprobe run flips, with fewer trials of strategies
+    first = replace(study(StudyOptions()), strategy_trials=5)  # lockprobe run flips, with fewer trials of strategies
     trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
     random = [trial for trial in trials if trial.agent == "random" and trial.trial <= first.trials]
     renamed = [replace(trial, agent="llm:local", called="") for trial in random]  # as many trials as a model has
@@ -122,15 +123,11 @@ def test_the_report_of_the_first_command_shows_at_most_700_words_before_the_firs
     directory = write_study(tmp_path / "out", first, [*trials, *model])
     page = write_report(directory).read_text("utf-8")
     assert len(" ".join(page_text(page)).split()) <= 13_500  # when all of it is unfolded
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
-        tab = chromium.new_page()
-        tab.goto(f"file://{directory}/report.html")
+    with opened(directory) as tab:
         assert 300 < tab.evaluate(WORDS) <= 700
         tab.set_viewport_size({"width": A4, "height": 1000})
         tab.emulate_media(media="print")
         assert tab.evaluate(CUT) == []
-        chromium.close()
 
 
 @needs_a_browser

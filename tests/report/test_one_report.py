@@ -1,12 +1,13 @@
-"""One report for every design: a condition beside flips adds to it, takes nothing away, and changes no P value."""
+"""One report for every design: each condition beside its control in its own family, and none changes another's numbers."""
+
+from dataclasses import dataclass, replace
 
 import pytest
-from builders import write_study
+from builders import play_study, write_study
+from reported import found_in
 
-from lockprobe.report.page import tables_of
+from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results
-from lockprobe.report.rows import Results
-from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}
@@ -26,20 +27,9 @@ def played(directory, **asked):
     return write_study(directory, study("flips", **SMALL, **asked))
 
 
-def reported(directory):
-    """The results of a study as its report has written them."""
-    write_report(directory)
-    return Results.model_validate_json((directory / "results.json").read_bytes())
-
-
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    return played(tmp_path_factory.mktemp("alone") / "study", **FLIPS)
-
-
-@pytest.fixture(scope="module")
-def found_alone(alone):
-    return results(alone)
+def found_alone(tmp_path_factory):
+    return results(played(tmp_path_factory.mktemp("alone") / "study", **FLIPS))
 
 
 @pytest.fixture(scope="module")
@@ -52,11 +42,11 @@ def families(tmp_path_factory):
     }
 
 
-@pytest.fixture(scope="module", params=[[0, 0.4], [0, 0.1, 0.2, 0.9]], ids=str)
-def whole(request, tmp_path_factory):
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
     """The results of a study of flip rates, of another dose and of conditions."""
     more = {name: value for family in FAMILIES.values() for name, value in family.items()}
-    return results(played(tmp_path_factory.mktemp("whole") / "study", p=request.param, **more))
+    return results(played(tmp_path_factory.mktemp("whole") / "study", p=[0, 0.1, 0.2, 0.9], **more))
 
 
 def of_family(found, family):
@@ -108,22 +98,9 @@ def test_every_dose_stands_in_the_table_of_effects_with_the_p_value_of_its_axis(
     assert [tuple(row[:2]) for row in tables_of(whole)["effects"][1:]] == [(r.agent, r.condition) for r in compared]
 
 
-def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path):
-    directory = played(tmp_path / "study", p=[0], condition=["nudge"], sweep="tremble?p=0.2,0.5")
-    found = reported(directory)
-    assert [row for row in found.where("success_difference") if row.versus]
-    labels = {"truth", "nudge", "tremble?p=0.2", "tremble?p=0.5"}
-    for quantity, of in (("mean_steps_all", ""), ("loop_rate", "")):
-        assert {cell.condition for cell in found.cells if cell.get(quantity, of)} == labels, quantity
-    chosen = {row.condition for row in found.where("optimal_actions")}
-    assert {"truth", "nudge"} <= chosen  # a trembling hand is not the choice
-    for name in ("speed", "loops"):
-        assert "tremble?p=0.5" in (directory / "tables" / f"{name}.csv").read_text()
-
-
 def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_every_table(tmp_path):
-    directory = played(tmp_path / "study", p=[0, 0.4], flip="integrated", condition=["flip?p=0.4", "flip?p=0.1"])
-    found = reported(directory)
+    asked = {"flip": "integrated", "condition": ["flip?p=0.4", "flip?p=0.1"]}
+    found = results(played(tmp_path / "study", p=[0, 0.4], **asked))
     assert found.design.flip_kind == "integrated outcome noise"
     contrasts = found.where("success_difference", axis="flip rate", of="", versus="")
     assert [row.doses for row in contrasts] == [{"flip.p": 0.4, "flip.keep": 1}] * 2
@@ -133,8 +110,8 @@ def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_ev
     (question,) = found.said("overview", "question")
     assert question == "Do false reports change how agents open chain-4?"
     for name in ("speed", "loops"):
-        rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
-        assert len({tuple(row) for row in rows}) == len(rows), name
+        rows = [tuple(row[:2]) for row in tables_of(found)[name]]
+        assert len({*rows}) == len(rows), name
 
 
 def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_twice(tmp_path):
@@ -147,3 +124,97 @@ def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_
     found = results(played(tmp_path / "shown", p=[0], **FAMILIES["success by tremble p"], **shown))
     (question,) = found.said("overview", "question")
     assert question.count("tremble") == 1
+
+
+# Counts are those of the records.
+
+PLAYED = study(
+    "flips", agent=["cognitive:perseverant", "random"], p=[0, 0.3], sweep="tremble?p=0.1,0.2", condition=["nudge"],
+    trials=6, repetitions=2, strategy_trials=6,
+)  # fmt: skip
+
+
+def test_every_agent_is_compared_with_its_control_by_its_records_and_one_without_trials_has_no_numbers(tmp_path):
+    trials = play_study(PLAYED)
+    found = found_in(tmp_path, PLAYED, trials)
+
+    def solved(agent, label):
+        return [trial.solved for trial in trials if (trial.agent, trial.condition) == (agent, label)]
+
+    labels = [one.label for one in PLAYED.conditions]
+    assert [(cell.agent, cell.condition) for cell in found.cells] == [(a, c) for a in PLAYED.agents for c in labels]
+    for cell in found.cells:
+        own, share = solved(cell.agent, cell.condition), cell.get("success")
+        assert (share.n, share.count) == (len(own), sum(own)) == (12, sum(own))
+    families = {}
+    for row in found.where("success_difference", of="", versus=""):
+        families.setdefault((row.agent, row.axis), []).append(row.condition)
+        change = sum(solved(row.agent, row.condition)) - sum(solved(row.agent, "truth"))
+        assert (row.control, row.value) == ("truth", pytest.approx(change / 12))
+    assert families == {  # a random agent hears no report
+        ("cognitive:perseverant", "flip rate"): ["flip?p=0.3"],
+        ("cognitive:perseverant", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
+        ("random", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
+        ("cognitive:perseverant", ""): ["nudge"],
+        ("random", ""): ["nudge"],
+    }
+    alone = found_in(tmp_path / "alone", PLAYED, [trial for trial in trials if trial.agent == "random"])
+    assert {row.agent for row in (*alone.cells, *alone.where("success_difference"))} == {"random"}
+
+
+def test_agents_under_study_are_one_family_and_baselines_another(tmp_path):
+    agents = ("cognitive:careful", "cognitive:insistent", "human-inspired")
+    asked = study("flips", agent=list(agents), condition=["flip?p=0.5", "tremble?p=0.3"], trials=4, repetitions=1)
+    found = found_in(tmp_path, replace(asked, agents=agents))
+    for axis in ("flip rate", ""):
+        many = {row.agent: row.corrected_for for row in found.where("success_difference", axis=axis, of="", versus="")}
+        assert many == dict(zip(agents, (2, 2, 1), strict=True))
+
+
+# What never acted.
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutcomeAlone:
+    """Says the opposite outcome, and leaves positions as they are: no report of states shows that."""
+
+    def perceive(self, percept, past, task, rng):
+        return percept if percept.joint is None else replace(percept, outcome="moved")
+
+
+IDLE = {"p": [0], "trials": 6, "repetitions": 1}
+
+
+def never_acted(found, condition):
+    """The agents for which a condition changed nothing, and what is said of that of some of them."""
+    idle = [cell for cell in found.cells if cell.condition == condition and cell.get("success").note == "never acted"]
+    assert {cell.value("steps", of) for cell in idle for of in ("changed", f"changed by {condition}")} == {0}
+
+    def said(agents):
+        steps = sum(cell.value("steps") for cell in idle if cell.agent in agents)
+        return f"{condition} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
+
+    return {cell.agent for cell in idle}, said
+
+
+def test_a_condition_that_changed_nothing_is_the_answer_and_has_no_effect(tmp_path):
+    acts, agents = f"python:{__name__}:OutcomeAlone", {"human-inspired", "round-robin"}
+    found = found_in(tmp_path, study("flips", agent=[*agents], condition=acts, **IDLE))
+    idle, said = never_acted(found, acts)
+    assert idle == agents
+    assert found.answer == said(agents)
+    assert not [row for row in found.rows if row.control]
+    assert not [words for words in ("No effect", "No difference from") if words in page_of(found)]
+
+
+def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_concluded_from(tmp_path):
+    """A baseline's is named too, though nothing is said of its effects."""
+    agents, acts = ["cognitive:careful", "cognitive:insistent", "random"], ["history?last=50", "distract?p=0.3"]
+    found = found_in(tmp_path, study("flips", agent=agents, condition=acts, **IDLE))
+    idle, said = never_acted(found, acts[0])
+    assert idle == {*agents}
+    assert {row.condition for row in found.rows if row.control} == {acts[1]}
+    assert "o effect of any other condition on the success of" in found.answer
+    assert "any condition" not in page_of(found)
+    (on_top,) = found.said("overview", "changed_nothing")
+    assert said(agents[:2]) in on_top

@@ -9,7 +9,7 @@ from builders import make_trial, modality_study, play_study, played_by_people, s
 from captions import captions, too_long
 from page_text import page_text
 
-from lockprobe.report.page import parts_of
+from lockprobe.report.page import figures_of, parts_of
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Figure, Table, nested
@@ -79,12 +79,21 @@ def folded(page):
 
 
 def test_a_table_or_figure_stands_on_the_page_once(written):
-    found, _ = written
+    found, page = written
     shown = [
         (one.block, one.name) for of in parts_of(found) for one in nested(of.blocks) if isinstance(one, Table | Figure)
     ]
     assert len(shown) > 5
     assert len(shown) == len({*shown})
+    assert page.count("<img") >= len([one for one in figures_of(parts_of(found)) if one.applies(found)]) > 0
+
+
+def test_no_interval_of_people_is_called_a_plain_wilson_interval(written):
+    found, page = written
+    if found.where("people"):
+        said = [one for one in page_text(page) if "Wilson" in one]
+        assert said
+        assert not [one for one in said if "clustered by person" not in one and "Fisher" not in one]
 
 
 no_conditions = pytest.mark.parametrize("written", [a_subject, people, modalities], indirect=True)

@@ -9,24 +9,23 @@ from importlib.resources import files
 import pytest
 from builders import play_study, write_study
 from placeholders import undrawn
-from typed import typed
+from typed import in_process
 
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.report.methods import methods_tex
 from lockprobe.report.paper import paper_files, results_tex, write_paper
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.running.runner import run_study
 
 EXHIBITS = {"fig3.pdf", "fig4.pdf", "fig5a.pdf", "fig5b.pdf", "table1.tex"}
 
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    path = tmp_path_factory.mktemp("paper") / "study"
     agents = ("a_50%=cognitive:perseverant", "human-inspired", "cognitive:careful")
-    run_study(study("flips", agent=agents, p=(0, 0.4, 0.6), trials=20, repetitions=2), path)
-    return path
+    planned = study("flips", agent=agents, p=(0, 0.4, 0.6), trials=6, repetitions=2)
+    return write_study(tmp_path_factory.mktemp("paper") / "study", planned)
 
 
 @pytest.fixture(scope="module")
@@ -38,39 +37,29 @@ def found(directory):
 def beside(tmp_path_factory):
     """Two kinds of false reports and two other conditions, one of them named; a baseline beside the agent."""
     kept = [f"flip?p={p}&others=kept" for p in (0.2, 0.6)]
-    planned = study(
-        "flips",
-        agent=("cognitive:perseverant", "round-robin"),
-        p=(0, 0.4, 0.6),
-        condition=[*kept, "drop?p=1", "late=nudge?after=3"],
-        trials=8,
-        repetitions=1,
-    )
+    asked = {"agent": ("cognitive:perseverant", "round-robin"), "condition": [*kept, "drop?p=1", "late=nudge?after=3"]}
+    planned = study("flips", p=(0, 0.4, 0.6), trials=8, repetitions=1, **asked)
     return results(write_study(tmp_path_factory.mktemp("beside") / "study", planned))
 
 
-def test_the_exhibits_have_their_names_and_equal_results_give_equal_files(found):
-    first, again = dict(paper_files(found)), dict(paper_files(found))
-    assert first == again
-    assert first.keys() >= EXHIBITS | {"results.tex", "methods.tex", "references.bib", "example.tex"}
-    pictures = {name: content for name, content in first.items() if name.endswith(".pdf")}
+def test_the_command_writes_the_exhibits_beside_the_report_and_verify_says_nothing_of_it(directory):
+    with undrawn():
+        done = in_process("report", directory, "--paper", "--json")
+        folder = directory / "paper"
+        assert json.loads(done.stdout)["paper"] == str(folder)
+        assert in_process("verify", directory).exit_code == 0
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert files.keys() >= EXHIBITS | {"results.tex", "methods.tex", "references.bib", "example.tex"}
+    pictures = {name: content for name, content in files.items() if name.endswith(".pdf")}
     for name, picture in pictures.items():
         assert b"/FontFile2" in picture, name
         assert b"/Type3" not in picture, name
-    used = {*re.findall(r"\\includegraphics\[.*?\]\{(.+?)\}", first["example.tex"])}
-    assert used == {name.removesuffix(".pdf") for name in pictures} - {"box"}
-    assert {*re.findall(r"\\input\{(.+?)\}", first["example.tex"])} == {"methods", "results", "table1"}
-
-
-def test_the_command_writes_it_beside_the_report_and_verify_says_nothing_of_it(directory):
-    with undrawn():
-        done = typed("report", directory, "--paper", "--json")
-        assert json.loads(done.stdout)["paper"] == str(directory / "paper")
-        assert f"Paper: {directory / 'paper'} " in typed("report", directory, "--paper").stdout
-        assert {path.name for path in (directory / "paper").iterdir()} >= EXHIBITS
-        assert typed("verify", directory).returncode == 0
-    refused = typed("report", directory, "--paper", "--watch")
-    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+        assert b"Date" not in picture, name  # equal results give equal files
+    example = files["example.tex"].decode()
+    assert {*re.findall(r"\\includegraphics\[.*?\]\{(.+?)\}", example)} == {one[:-4] for one in pictures} - {"box"}
+    assert {*re.findall(r"\\input\{(.+?)\}", example)} == {"methods", "results", "table1"}
+    with pytest.raises(UserMistake):
+        in_process("report", directory, "--paper", "--watch")
 
 
 def test_before_a_trial_has_ended_there_is_no_exhibit(tmp_path):
@@ -154,15 +143,9 @@ def test_the_methods_hold_no_spec(beside):
 
 def test_the_settings_of_a_language_model_are_said(found):
     model = {
-        "model": "acme/m",
-        "answered by": "m-2026",
-        "host": "127.0.0.1",
-        "temperature": "0.7",
-        "top_p": "provider default",
-        "effort": "not taken",
-        "max_tokens": "1000",
-        "repairs": "4",
-    }
+        "model": "acme/m", "answered by": "m-2026", "host": "127.0.0.1", "temperature": "0.7", "repairs": "4",
+        "top_p": "provider default", "effort": "not taken", "max_tokens": "1000",
+    }  # fmt: skip
     facts = [Fact(about="human-inspired", name=name, text=text) for name, text in model.items()]
     again = Estimate(quantity="replies", of="asked again", agent="human-inspired", value=0.25, count=29, n=116)
     said = methods_tex(found.changed(rows=(*found.rows, again), facts=(*found.facts, *facts)))

@@ -46,17 +46,6 @@ def until(path):
     return waits
 
 
-def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(large):
-    touched = large / "touched"
-    with shared(large, 2) as each:
-        first, *others, last = each(operator.call, [until(touched), *[os.getpid] * 5, partial(touched.write_text, "x")])
-        assert list(each(abs, [-4, 3, -2, 1])) == [4, 3, 2, 1]
-        assert list(each(abs, [])) == []
-    assert (first, last) == (os.getpid(), 1)
-    assert len(set(others)) == 1
-    assert first not in others
-
-
 def killed(parent):
     """A job that kills the process that has taken it, but for the first one."""
     if os.getpid() != parent:
@@ -64,16 +53,19 @@ def killed(parent):
     return os.getpid()
 
 
-def test_what_a_killed_process_left_is_done_here(large):
+def test_whoever_is_free_takes_the_next_job_and_what_breaks_or_is_killed_is_raised_or_done_here(large):
+    touched, again, breaks = large / "touched", large / "again", partial(int, "x")
     with shared(large, 2) as each:
+        first, *others, last = each(operator.call, [until(touched), *[os.getpid] * 5, partial(touched.write_text, "x")])
+        assert list(each(abs, [-4, 3, -2, 1])) == [4, 3, 2, 1]
+        assert list(each(abs, [])) == []
+        for jobs in ([breaks, os.getpid], [until(again), partial(again.write_text, "x"), breaks]):  # here, and there
+            with pytest.raises(ValueError, match="invalid literal"):
+                each(operator.call, jobs)
         assert each(killed, [os.getpid()] * 6) == [os.getpid()] * 6
-
-
-def test_what_breaks_here_or_there_is_raised(large):
-    touched, breaks = large / "touched", partial(int, "x")
-    for jobs in ([breaks, os.getpid], [until(touched), partial(touched.write_text, "x"), breaks]):
-        with shared(large, 2) as each, pytest.raises(ValueError, match="invalid literal"):
-            each(operator.call, jobs)
+    assert (first, last) == (os.getpid(), 1)
+    assert len(set(others)) == 1
+    assert first not in others
 
 
 KILLED = """
@@ -102,20 +94,15 @@ def test_small_reports_and_single_processes_start_none(tmp_path, size, processes
 
 
 def test_the_collector_is_as_it_was():
-    assert gc.isenabled()
     with uncollected():
+        assert not gc.isenabled()
+        with uncollected():
+            pass
         assert not gc.isenabled()
     assert gc.isenabled()
     with pytest.raises(ValueError, match="invalid literal"), uncollected():
         int("x")
     assert gc.isenabled()
-    gc.disable()
-    try:
-        with uncollected():
-            pass
-        assert not gc.isenabled()
-    finally:
-        gc.enable()
 
 
 def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
@@ -154,23 +141,14 @@ class Posted:
             yield pickle.loads(pickle.dumps(sent(given)))
 
 
-def test_other_machines_do_it_in_the_order_of_the_jobs(large):
+def test_other_machines_do_it_in_the_order_of_the_jobs_and_can_draw_every_figure(large):
+    """Functions without a name, such as those that say where a figure applies, cannot be sent there."""
     with shared(large, 2, posted := Posted()) as each:
         assert each(abs, iter([-3, 1, -2])) == [3, 1, 2]
-    assert posted.jobs == 3
-
-
-def test_every_figure_of_a_report_can_be_drawn_by_another_process(tmp_path):
-    """Functions without a name, such as those that say where a figure applies, cannot be sent there."""
-    asked = {"agent": "cognitive:careful", "condition": ["nudge", "nudge + flip?p=0.4"], "sweep": "tremble?p=0,0.1,0.2"}
-    directory = write_study(tmp_path / "study", study("flips", p=[0, 0.4], trials=2, repetitions=1, **asked))
-    posted = Posted()
-
-    def each(work, jobs):
-        first, *others = jobs  # a pool does the first job here
-        return [work(first), *posted.map(work, others)]
-
-    files = dict(report_files.report_files(open_study(directory), tell=lambda said: None, each=each))
+        asked = {"condition": ["nudge", "nudge + flip?p=0.4"], "sweep": "tremble?p=0,0.1,0.2", "p": [0, 0.4]}
+        planned = study("flips", agent="cognitive:careful", trials=2, repetitions=1, **asked)
+        opened = open_study(write_study(large / "study", planned))
+        files = dict(report_files.report_files(opened, tell=lambda said: None, each=each))
     drawn = {name for name, content in files.items() if name.endswith(".svg") and content}
     assert {f"figures/{name}.svg" for name in ("box", "fig4", "fig3")} <= drawn
     assert posted.jobs >= len(drawn)

@@ -7,16 +7,12 @@ import shutil
 import pytest
 from provider_server import Manner, here
 from saboteur import Evidence, flipped, played_by, relabelled, reply_of
-from typed import typed
+from typed import in_process
 
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.report.opened import open_study
-from lockprobe.report.parallel import one_thread
-from lockprobe.report.report_files import report_files
 from lockprobe.report.verify.verification import verify
-from lockprobe.report.write import write_report
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
@@ -27,25 +23,19 @@ MODEL = "llm:openai-api/fake/model?repairs=1&temperature=0.5"
 PLANNED = study("flips", agent=[MODEL, "random"], p=[0, 0.4], trials=6, repetitions=1, max_steps=9, name="small")
 
 
-def play(directory, seed):
-    """Play the study against a provider that repeats reports and sometimes replies in another form."""
-    with pytest.MonkeyPatch.context() as patch, here(manner=Manner(faults={"wrong schema": 0.2}, seed=seed)) as server:
-        patch.setenv("FAKE_BASE_URL", server.url)
-        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        run_study(PLANNED, directory, limits=Limits(access=Access(connections=1)))
-
-
-@pytest.fixture(scope="module")
-def played(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("played") / "out"
-    play(directory, seed=3)
-    return directory
-
-
 @pytest.fixture
-def directory(played, tmp_path):
-    """The study without a report, which takes seconds to make again."""
-    return shutil.copytree(played, tmp_path / "out")
+def directory(once, tmp_path_factory, tmp_path):
+    """The study, played against a provider that repeats reports and sometimes replies in another form; no report."""
+
+    def play():
+        played, manner = tmp_path_factory.mktemp("played") / "out", Manner(faults={"wrong schema": 0.2}, seed=3)
+        with pytest.MonkeyPatch.context() as patch, here(manner=manner) as server:
+            patch.setenv("FAKE_BASE_URL", server.url)
+            patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+            run_study(PLANNED, played, limits=Limits(access=Access(connections=1)))
+        return played
+
+    return shutil.copytree(once("sabotaged", play), tmp_path / "out")
 
 
 def failing(directory, **hashes):
@@ -54,10 +44,7 @@ def failing(directory, **hashes):
 
 def test_the_study_has_what_the_edits_need(directory):
     files = Evidence(directory)
-    endings = {ending: len(files.of(MODEL, ending)) for ending in ("solved", "budget", "error")}
-    assert endings["solved"] >= 2
-    assert endings["budget"] >= 2
-    assert endings["error"] >= 1
+    assert all(len(files.of(MODEL, ending)) >= n for ending, n in (("solved", 2), ("budget", 2), ("error", 1)))
     assert any(len(step["decision"]["replies"]) == 2 for one in files.of(MODEL) for step in one["steps"])
     first, *others = verify(directory)
     assert all(check.holds for check in (first, *others))
@@ -86,20 +73,13 @@ def then(*edits):
     return lambda files: [edit(files) for edit in edits]
 
 
-def early_without_calls(files):
+def errors_with_made_up_replies(files):
+    """Failures as early errors, with no call or request after them, and another last reply."""
     for record in files.of(MODEL, "budget"):
         relabelled(record, steps=2)
-        files.calls = [one for one in files.calls if one["key"] != record["key"] or one["step"] <= 3]
-
-
-def without_later_requests(files):
-    for record in files.of(MODEL, "error"):
-        last = record["error"]["step"]
-        files.asked = [one for one in files.asked if one["key"] != record["key"] or one["step"] <= last]
-
-
-def other_last_replies(files):
-    for record in files.of(MODEL, "error"):
+        for name in ("calls", "asked"):
+            kept = [one for one in getattr(files, name) if one["key"] != record["key"] or one["step"] <= 3]
+            setattr(files, name, kept)
         files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
 
 
@@ -142,17 +122,8 @@ def calls_of_these_replies(files):
             own[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
 
 
-def rewritten(decision):
-    decision["replies"][-1] = decision["replies"][-1].replace("in turn", "I see the plan")
-    decision["hypothesis"] = "I see the plan"
-
-
 def facts(**changes):
     return each(lambda record: record["facts"].update(changes))
-
-
-def without_calls(files):
-    files.calls, files.asked = [], []
 
 
 def one_more_call(files, record):
@@ -183,12 +154,6 @@ def of_another_agent_and_owed(files, record):
 def never_asked(files, record):
     place = files.calls_of(record)[-1]
     files.asked = [one for one in files.asked if (one["key"], one["step"]) != (place["key"], place["step"])]
-
-
-def fewer_lost_attempts(files, record):
-    last = files.calls_of(record)[-1]
-    lost = {name: last[name] for name in (*PLACE, "step", "turn", "request")} | {"reply": None, "unanswered": 2}
-    files.asked.append(lost)
 
 
 def a_cheaper_bound(files, record):
@@ -225,44 +190,26 @@ def a_second_record(files):
     files.records.append(record)
 
 
-errors_without_requests = then(early_without_calls, without_later_requests)
-flipped_claims, rephrased = decisions(flipped, after=1), decisions(said_so, after=1)
-flipped_everywhere = then(flipped_claims, rephrased, calls_of_these_replies)
-perfect_player = each(perfect)
-perfect_replies = then(perfect_player, decisions(lambda one: one.update(replies=[reply_of(one)])))
+flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
+perfect_replies = then(each(perfect), decisions(lambda one: one.update(replies=[reply_of(one)])))
 
 FOUND = {
     "failures as errors": (each(relabelled, "budget"), "replies"),
-    "failures as early errors": (each(lambda one: relabelled(one, steps=2), "budget"), "replies"),
-    "failures as errors, calls dropped": (early_without_calls, "replies"),
-    "failures as errors, calls and requests dropped": (errors_without_requests, "replies"),
-    "failures as errors, replies made up": (then(errors_without_requests, other_last_replies), "replies"),
+    "failures as errors, replies made up": (errors_with_made_up_replies, "replies"),
     "failures as faults of the provider": (each(faulty, "budget"), "complete"),
     "an error as a success": (first(an_error_as_a_success, "error"), "replies"),
-    "a perfect player": (perfect_player, "replies"),
-    "a perfect player with replies": (perfect_replies, "replies"),
     "a perfect player with calls": (then(perfect_replies, calls_of_these_steps), "replies"),
-    "flipped claims": (flipped_claims, "replies"),
-    "flipped claims with replies": (then(flipped_claims, rephrased), "replies"),
-    "flipped claims with calls": (flipped_everywhere, "replies"),
-    "flipped claims with calls of another prompt": (then(flipped_everywhere, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies"),
-    "rewritten replies": (decisions(rewritten), "replies"),
+    "flipped claims with replies": (flipped_claims, "replies"),
+    "flipped claims with calls of another prompt": (then(flipped_claims, calls_of_these_replies, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies"),
     "repaired replies left out": (decisions(lambda one: one.update(replies=one["replies"][-1:])), "replies"),
-    "rewritten replies of an error": (first(lambda files, one: one["error"]["replies"].__setitem__(0, "I refuse."), "error"), "replies"),
     "rewritten message of an error": (first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies"),
     "another model": (facts(model="openai-api/fake/large"), "agents"),
-    "another temperature": (facts(temperature=1.0), "agents"),
     "another top_p": (facts(top_p=0.9), "replies"),
-    "another effort": (facts(effort="high"), "replies"),
     "another schema": (facts(schema="none"), "replies"),
-    "another limit": (facts(max_tokens=77), "replies"),
     "other repairs": (facts(repairs=4), "agents"),
     "a fact of one trial": (first(lambda files, one: one["facts"].update(host="http://elsewhere")), "agents"),
     "another model answered": (decisions(lambda one: one.update(served="fake-large")), "replies"),
-    "another model answered in the calls": (calls(lambda call: call.update(served="fake-large")), "replies"),
-    "cheaper records": (decisions(lambda one: one["usage"].update(input_tokens=1)), "replies"),
     "cheaper calls": (calls(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies"),
-    "no calls": (without_calls, "replies"),
     "a call dropped": (first(lambda files, one: files.calls.remove(files.calls_of(one)[-1]), "solved"), "replies"),
     "one more call": (first(one_more_call, "budget"), "replies"),
     "a call of another trial": (first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies"),
@@ -273,16 +220,13 @@ FOUND = {
     "calls of another place": (of_another(trial=1), "replies"),
     "edited calls": (calls(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies"),
     "a call that was never asked": (first(never_asked, "solved"), "replies"),
-    "fewer lost attempts": (first(fewer_lost_attempts), "replies"),
     "a cheaper bound": (first(a_cheaper_bound), "replies"),
     "a request without a call": (first(lambda files, one: files.asked.append(files.asked[-1] | place_of(one))), "replies"),
     "replies to be forgotten": (first(forgotten, "budget"), "replies"),
     "replays without the record before": (then(first(forgotten, "budget"), first(lambda files, one: one.update(replays=1), "budget")), "replies"),
     "trials dropped": (dropped(lowered=False), "complete"),
     "trials dropped, number lowered": (dropped(), "replies"),
-    "trials dropped, calls too": (dropped("calls", "timings"), "replies"),
     "trials dropped, requests too": (dropped("calls", "asked"), "complete"),
-    "the model left out": (left_out(MODEL, "timings"), "replies"),
     "the model left out, calls too": (left_out(MODEL, "timings", "calls"), "replies"),
     "a strategy left out": (left_out("random"), "complete"),
     "a second record": (a_second_record, "records"),
@@ -325,7 +269,7 @@ NOT_FOUND = {
 
 @pytest.mark.parametrize("name", NOT_FOUND)
 def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(directory, name):
-    published = typed_status(directory)
+    published = json.loads(in_process("status", directory, "--json").stdout)
     files = Evidence(directory)
     NOT_FOUND[name](files)
     files.save()
@@ -334,88 +278,3 @@ def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(directo
     assert "results hash" in found
     assert ("settings hash" in found) == (published["settings_hash"] != read_study(directory).settings_hash)
     assert ("settings hash" in found) == (name.startswith(("the plan", "an agent")))
-
-
-def typed_status(directory):
-    return json.loads(typed("status", directory, "--json").stdout)
-
-
-# The report.
-
-
-@pytest.fixture(scope="module")
-def reported(played, tmp_path_factory, drawn):
-    """The study with its report, with one real figure."""
-    directory = shutil.copytree(played, tmp_path_factory.mktemp("reported") / "out")
-    with drawn("fig4"):
-        write_report(directory)
-    return directory
-
-
-@pytest.fixture(scope="module")
-def made_again(reported, drawn):
-    """The files of its report, made once for all edits."""
-    with drawn("fig4"), one_thread():
-        return list(report_files(open_study(reported), tell=lambda said: None, each=map))
-
-
-@pytest.fixture
-def with_report(reported, made_again, tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.report.report_files.report_files", lambda *opened, **how: iter(made_again))
-    return shutil.copytree(reported, tmp_path / "out")
-
-
-def another_digit(path):
-    """Change one digit of the visible text of a file."""
-    text = path.read_text("utf-8")
-    start = text.index("<h1") if path.suffix == ".html" else len(text) // 2
-    place = next(i for i in range(start, len(text)) if text[i] in "12345678" and text[i - 1] in " >;,")
-    path.write_text(text[:place] + str(int(text[place]) + 1) + text[place + 1 :], "utf-8")
-
-
-def another_pixel(path):
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(bytes(content))
-
-
-def another_drawing(path):
-    first, mark, rest = path.read_text("utf-8").partition("data:image/svg+xml,")
-    path.write_text(f"{first}{mark}AAAA{rest}", "utf-8")
-
-
-@pytest.mark.parametrize(
-    ("name", "edit", "named"),
-    [
-        ("report.html", another_digit, ""),
-        ("report.html", another_drawing, ": its figures"),
-        ("tables/conditions.csv", another_digit, ""),
-        ("figures/fig4.svg", another_digit, ""),
-        ("figures/fig4.png", another_pixel, ""),
-    ],
-)
-def test_an_edited_page_table_or_figure_is_named(with_report, name, edit, named):
-    assert failing(with_report) == {}
-    edit(with_report / name)
-    assert failing(with_report) == {"report": (f"{name}{named}",)}
-
-
-def test_a_figure_of_another_program_is_drawn_again_first(with_report):
-    for path in (with_report / "figures").glob("*.svg"):
-        path.write_text(path.read_text("utf-8").replace("Matplotlib v3", "Matplotlib v2"), "utf-8")
-    (check,) = [check for check in verify(with_report) if not check.holds]
-    assert "figures were drawn by Matplotlib v2" in check.said
-    assert check.said.endswith("lockprobe report first")
-
-
-def test_results_and_page_edited_together_are_named(with_report):
-    for name in ("results.json", "report.html", "tables/conditions.csv"):
-        another_digit(with_report / name)
-    assert failing(with_report).keys() == {"results", "report"}
-
-
-def test_files_that_are_not_there_are_counted(with_report):
-    shutil.rmtree(with_report / "figures")
-    (check,) = [check for check in verify(with_report) if check.name == "report"]
-    assert check.holds
-    assert check.said.endswith("are not there")

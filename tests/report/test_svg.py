@@ -5,9 +5,11 @@ from itertools import zip_longest
 from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from builders import small_study, write_study
 from drawn import pictures
+from matplotlib.colors import to_rgb
 
 from lockprobe.boxes.families import box
 from lockprobe.report.figures import palette, sheet
@@ -74,14 +76,10 @@ def test_addresses_are_safe_in_pages_and_hold_well_formed_pictures(drawings):
 
 def contrast(one, other):
     """Of two colours, as WCAG defines it."""
-    low, high = sorted(map(_luminance, (one, other)))
+    parts = np.array([to_rgb(one), to_rgb(other)])
+    linear = np.where(parts <= 0.03928, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    low, high = sorted(linear @ [0.2126, 0.7152, 0.0722])
     return (high + 0.05) / (low + 0.05)
-
-
-def _luminance(colour):
-    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    linear = [part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize("colour", PALETTE)

@@ -109,7 +109,9 @@ def bench(directory):
     with provider(None, faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3) as patch:
         patch.syspath_prepend(directory.parent)
         plant = "python:own_bench:Bench"
-        planned = study("flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, plant=plant)
+        planned = study(
+            "flips", agent=[HOSTED, "random"], p=[0, 0.4], trials=3, repetitions=1, max_steps=8, plant=plant
+        )
         run_study(planned, directory, limits=Limits(access=Access(connections=1, pause=0.01)))
 
 
@@ -134,18 +136,19 @@ def branched(directory):
         play_forks(asked, journal, limits=Limits(access=Access(connections=2)))
 
 
-def pictured(directory):
-    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": SMALL, "trials": 1}
-    run_study(study("modalities", repetitions=1, max_steps=1, **shown), directory)
-
-
-SMALL = "fast-twin?width=160&height=120"
-STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, pictured, resumed, branched)} | {
+STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched)} | {
     name: partial(hosted, **given)
     for name, given in {
         "forgetful": {"condition": ["history?last=2", "flip?p=0.4"]},
         "asked": {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
-        "seeing": {"p": [0], "modality": ["rgb"], "plant": SMALL, "agent": f"{HOSTED}?images=1"},
+        "seeing": {
+            "p": [0],
+            "modality": ["rgb"],
+            "plant": "fast-twin?width=160&height=120",
+            "agent": f"{HOSTED}?images=1",
+            "trials": 1,
+            "max_steps": 2,
+        },
         "faulty": {
             "p": [0, 0.4],
             "assessment": False,
@@ -162,17 +165,14 @@ STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, p
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory):
+def played(tmp_path_factory, once):
     """A copy of a study, which is played once."""
-    known = {}
 
-    def copy(name, to):
-        if name not in known:
-            known[name] = tmp_path_factory.mktemp(name) / "out"
-            STUDIES[name](known[name])
-        return shutil.copytree(known[name], to)
+    def play(name):
+        STUDIES[name](directory := tmp_path_factory.mktemp(name) / "out")
+        return directory
 
-    return copy
+    return lambda name, to: shutil.copytree(once(f"verified {name}", partial(play, name)), to)
 
 
 def failing(directory):
@@ -185,7 +185,6 @@ SAID = {
     "client": ("attempts", "4 trials of clients and people are as their servers wrote them step by step"),
     "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
     "bench": ("replies", "6 of these trials are not played, and held by their words and joints alone"),
-    "pictured": ("pictures", "pictures are those that the records name"),
     "branched": ("fork replies", "8 trials, and all of them"),
     "seeing": ("pictures", "pictures are those that the records name"),
 }
@@ -231,10 +230,6 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
-def other_words(step):
-    step["decision"]["replies"][-1] = step["decision"]["replies"][-1].replace("in turn", "by luck")
-
-
 def other_call(files):
     call = next(call for call in files.calls if call["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
@@ -253,24 +248,20 @@ def without_last_of_a_fork(files):
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
     "other words told": ("forked", one(lambda of: of["steps"][1].update(told="Nothing.")), "luck", "step 2, told"),
-    "another opening": ("forked", one(lambda of: of.update(opening="Nothing.")), "luck", "opening"),
     "another listing": ("forked", one(lambda of: of.update(listing=of["listing"][::-1])), "luck", "listing"),
     "another choice": ("forked", one(lambda of: of["steps"][0]["decision"].update(hypothesis="made up")), "choices", "step 1, decision (hypothesis)"),
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY, "records"), "complete", ""),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
-    "other words of a local model": ("local", every_step(lambda of: of.update(replies=["Next joint: A"])), "choices", ""),
     "a surer local model": ("local", every_step(lambda of: of.update(claim_probability=1 - of["claim_probability"])), "choices", ""),
     "an unlikely choice": ("local", every_step(lambda of: of.update(probabilities=of["probabilities"][::-1])), "choices", ""),
     "failures of a local model as errors": ("local", fails_as_errors, "choices", ""),
-    "another hypothesis of a client": ("client", every_step(lambda of: of.update(hypothesis="I see the plan")), "attempts", ""),
     "other claims of a client": ("client", every_step(flipped), "attempts", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"], "records", "timings"), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision (joint)"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
-    "words there": ("bench", of_the_model(other_words), "replies", ""),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
     "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
@@ -300,7 +291,7 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     assert failing(tmp_path / "merged") == {}
     (directory / "attempts.jsonl").unlink()
     assert len(failing(directory)["attempts"]) == 4
-    directory = played("pictured", tmp_path / "pictured")
+    directory = played("seeing", tmp_path / "seeing")
     picture = next((directory / "pictures").iterdir())
     picture.write_bytes(picture.read_bytes() + b" ")
     assert failing(directory)["pictures"] == (picture.name,)
@@ -336,7 +327,6 @@ def renamed(record, arm, **place):
 
 FORK_EDITS = {
     "told": lambda of: of["steps"][3].update(told="Nothing."),
-    "chosen": lambda of: of["steps"][3]["decision"].update(hypothesis="made up"),
     "of no trial": lambda of: renamed(of, of["fork"]["arm"], trial=9),
     "another arm": lambda of: renamed(of, {"truth": "lie", "lie": "truth"}[of["fork"]["arm"]]),
     "an arm that is not there": lambda of: renamed(of, {"truth": "force=nothing", "lie": "hint"}[of["fork"]["arm"]]),
@@ -405,7 +395,7 @@ def edited(reported):
     def put(name, content):
         path = reported / name
         before.setdefault(path, path.read_bytes() if path.exists() else None)
-        path.write_bytes(content)
+        path.unlink() if content is None else path.write_bytes(content)
         return failing(reported)
 
     yield put
@@ -413,22 +403,55 @@ def edited(reported):
         path.unlink() if content is None else path.write_bytes(content)
 
 
-@pytest.mark.parametrize("name", ["figures/proof.png", "tables/proof.csv", "proof.html", "Proof.HTM"])
-def test_a_file_that_the_report_does_not_have_is_named(edited, name):
-    assert edited(name, b"made up")["report"] == (f"{name}: no file of this report",)
+def another_digit(content):
+    """Change one digit of the text that is seen."""
+    start = max(content.find(b"<h1"), 0) or len(content) // 2
+    at = next(i for i in range(start, len(content)) if content[i] in b"12345678" and content[i - 1] in b" >;,")
+    return content[:at] + bytes([content[at] + 1]) + content[at + 1 :]
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "figures/.DS_Store"])
-def test_notes_and_hidden_files_are_no_part_of_the_report(edited, name):
-    assert edited(name, b"mine") == {}
+def another_drawing(content):
+    return content.replace(b"data:image/svg+xml,", b"data:image/svg+xml,AAAA", 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "edit", "named"),
+    [
+        ("report.html", another_digit, ""),
+        ("report.html", another_drawing, ": its figures"),
+        ("tables/conditions.csv", another_digit, ""),
+        ("figures/fig4.svg", lambda content: content + b" ", ""),
+        ("figures/fig4.png", lambda content: content + b" ", ""),
+    ],
+)
+def test_an_edited_page_table_or_figure_is_named(reported, edited, name, edit, named):
+    assert failing(reported) == {}
+    assert edited(name, edit((reported / name).read_bytes())) == {"report": (f"{name}{named}",)}
+
+
+def test_results_and_page_edited_together_are_named_and_files_that_are_not_there_are_counted(reported, edited):
+    assert edited("figures/box.svg", None) == {}
+    assert verify(reported)[-1].said.endswith("; 1 are not there")
+    for name in ("results.json", "report.html", "tables/conditions.csv"):
+        found = edited(name, another_digit((reported / name).read_bytes()))
+    assert found.keys() == {"results", "report"}
+
+
+def test_a_file_that_the_report_does_not_have_is_named_and_notes_and_hidden_files_are_no_part_of_it(edited):
+    assert edited("notes.txt", b"mine") == edited("figures/.DS_Store", b"mine") == {}
+    names = ["Proof.HTM", "figures/proof.png", "proof.html", "tables/proof.csv"]
+    *_, found = [edited(name, b"made up") for name in names]
+    assert found == {"report": tuple(f"{name}: no file of this report" for name in names)}
 
 
 @pytest.mark.parametrize("code", ["utf-16", "latin-1"])
 def test_a_report_in_another_code_of_characters_is_named(reported, edited, code):
     text = (reported / "results.json").read_text("utf-8")
-    assert "results" in edited("results.json", f"{text}\N{NO-BREAK SPACE}".encode(code))
     page = (reported / "report.html").read_text("utf-8")
-    assert edited("report.html", page.encode(code, "replace"))["report"] == ("report.html",)
+    edited("results.json", f"{text}\N{NO-BREAK SPACE}".encode(code))
+    found = edited("report.html", page.encode(code, "replace"))
+    assert "results" in found
+    assert found["report"] == ("report.html",)
 
 
 def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(reported, edited):
@@ -448,6 +471,10 @@ def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played
     edited("results.json", text.replace(b'"lockprobe": "', b'"lockprobe": "9.'))
     (check,) = [check for check in verify(reported) if not check.holds]
     assert "; it is of release 9." in check.said
+    edited("results.json", text)
+    edited("figures/fig4.svg", b"<dc:title>Matplotlib v2.1")
+    (check,) = [check for check in verify(reported) if not check.holds]
+    assert check.said.endswith("figures were drawn by Matplotlib v2.1: lockprobe report first")
     directory = played("forked", tmp_path / "out")
     forks = shutil.move(directory / FORKS, tmp_path / "forks")
     write_report(directory)

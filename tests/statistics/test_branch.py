@@ -112,6 +112,8 @@ def test_places_that_were_not_asked_for_need_every_trial():
     forks += both(parents[2:], at=9)
     assert effects_of(forks, parents) == []
     assert {one.where for one in effects_of(forks, parents, ["4"])} == {"4"}
+    broken = [replace(one, ending="error") for one in forks]  # which count nowhere, as other records
+    assert effects_of(broken, parents) == effects_of(parents, parents) == effects_of(forks, []) == []
 
 
 def test_p_values_of_success_are_corrected_for_all_of_an_agent():
@@ -122,12 +124,6 @@ def test_p_values_of_success_are_corrected_for_all_of_an_agent():
     assert once["lie"].change.p_value == pytest.approx(2 / 2**6)
     assert found["lie"].change.p_value == pytest.approx(2 * 2 / 2**6)
     assert found["remark"].change.p_value == 1
-
-
-def test_errors_and_other_records_count_nowhere():
-    parents = [trial(1), trial(2)]
-    broken = [replace(one, ending="error") for one in both(parents)]
-    assert effects_of(broken, parents) == effects_of(parents, parents) == effects_of(both(parents), []) == []
 
 
 def test_effects_on_several_agents_are_one_family_and_those_on_baselines_another():

@@ -8,24 +8,18 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
-from known_truth import Design, simulated
 from net import unpacked
-from page_parts import part
 from reported import found_in
-from solved import columns, smallest
+from solved import columns
 
 from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
-from lockprobe.report.answer_list import BEFORE
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
-from lockprobe.simulation.power.flip_rates import BUDGET
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.difference import (
-    any_difference,
     differences_before_breaks,
     each_difference,
     few_broke_until,
@@ -197,60 +191,6 @@ def test_a_claim_of_the_paper_is_not_held_against_the_trials_that_remain(tmp_pat
     assert [(one.verdict, one.p_value) for one in judged(found, claim)] == [("compatible", 1.0)]
 
 
-WORLDS = {
-    "failures break": lambda solved: ~solved & [False, True],
-    "successes break": lambda solved: solved & [False, True],
-    "opposed": lambda solved: np.where([True, False], ~solved, solved),
-    "failures break everywhere": lambda solved: ~solved,
-}
-"""Which trials can break, by whether they would be solved under each of two conditions; a fifth of these does."""
-
-TRUTH = 0.5
-
-
-@pytest.mark.parametrize(("studies", "n"), [(150, 30), (2000, 30), (1000, 100)])
-@pytest.mark.parametrize("world", WORLDS)
-def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies, n):
-    rng, covered, effects = np.random.default_rng(7), [], []
-    for _ in range(studies):
-        own, alike = rng.random((n, 2)), rng.random(n) < 0.5
-        solved = np.where(alike[:, None], own[:, :1], own) < TRUTH
-        broke = WORLDS[world](solved) & (rng.random((n, 2)) < 0.2)
-        for side in (0, 1):
-            share = share_of(np.where(broke[:, side], np.nan, solved[:, side]), (), ())
-            covered.append(share.low <= TRUTH <= share.high)
-        effects.append(compared([played(solved[:, side], broke[:, side]) for side in (0, 1)]).p_value < 0.05)
-    error = 3 / math.sqrt(studies)
-    assert np.mean(covered) >= 0.94 - error * math.sqrt(0.94 * 0.06)
-    assert np.mean(effects) <= 0.05 + error * math.sqrt(0.05 * 0.95)
-
-
-def test_what_remains_of_a_condition_that_breaks_is_no_finding():
-    """A third solved everywhere; at 0.6 seven of ten break, and of those that remain most are solved."""
-    groups = at(0.0, 27, 63, 0), at(0.3, 27, 63, 0), at(0.6, 21, 6, 63)
-    alone = any_difference(outcomes([trial for group in groups for trial in group]), generator(1))
-    assert smallest(alone) < 0.05 < smallest(over_doses(*groups))
-
-
-def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
-    (found,) = over_doses(at(0.0, 3, 27, 0), at(0.6, 26, 0, 4))
-    assert found.p_value < 0.05
-    assert found.bounds == pytest.approx((23 / 30, 27 / 30))
-    (alike,) = over_doses(at(0.0, 3, 24, 3), at(0.6, 24, 3, 3))
-    assert alike.p_value < 0.05
-
-
-def test_calls_that_fail_at_one_p_are_no_effect_of_p():
-    """Ninety trials a p, 8 % of calls fail at one: what remains differs in a quarter of studies, and nothing is said."""
-    alone, bounded = [], []
-    for seed in range(30):
-        counted, broken = simulated("broken-trials", generator(seed), Design(trials=30))
-        alone.append(smallest(any_difference(counted, generator(seed), 199)) < 0.05)
-        bounded.append(smallest(success_by_dose(counted, broken, generator(seed), BUDGET)) < 0.05)
-    assert np.mean(alone) > 0.1
-    assert np.mean(bounded) <= 0.05
-
-
 @pytest.mark.parametrize(
     ("broke_in", "n", "step"),
     [([], 20, 20), ([9], 20, 20), ([9, 12], 20, 11), ([3, 4, 4, 12], 60, 11), ([1, 1], 20, 0), ([5], 10, 4)],
@@ -296,26 +236,7 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     assert "half of the breaks came at step 19" in told
 
 
-def test_the_page_compares_conditions_by_the_last_step_with_few_breaks(tmp_path):
-    """Twenty trials each: 4 are solved with true reports and 16 with false ones; all others break in step 19."""
-    trials = [
-        make_trial(SOLUTION, agent="llm:a", p=p, trial=i)
-        if i <= solved
-        else make_trial((0,) * 18, agent="llm:a", p=p, trial=i, broken="reply")
-        for p, solved in ((0.0, 4), (0.4, 16))
-        for i in range(1, 21)
-    ]
-    found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 20), trials)
-    assert found.one("last_step", of="few broke", agent="llm:a").value == 18
-    late, early = (found.one("success_difference", agent="llm:a", of=of) for of in ("", BEFORE))
-    assert (late.p_value, late.detected) == (1.0, False)
-    assert (early.value, early.n, early.detected) == (0.6, 20, True)
-    said = part(page_of(found), "broken")
-    assert "By then success at a flip rate of 0.4 less when told the truth was +60 [" in said
-
-
-@pytest.mark.parametrize("boundary", ["reply", "model"])
-@pytest.mark.parametrize("name", ["flips", "crossed", "why"])
+@pytest.mark.parametrize(("name", "boundary"), [("flips", "reply"), ("crossed", "model"), ("why", "reply")])
 def test_whatever_breaks_every_number_is_there_and_within_its_interval(tmp_path, name, boundary):
     """Every third trial of a kept study breaks, and all of some conditions; at one look (reply), and at every look."""
     whole, rng = open_study(unpacked(name, tmp_path)), np.random.default_rng(3)

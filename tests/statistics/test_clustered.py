@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import norm
-from solved import people
 
 from lockprobe.statistics.clustered import (
     FEWEST_BOXES,
@@ -14,7 +13,6 @@ from lockprobe.statistics.clustered import (
     crossed_proportion,
     share_of,
     share_over_boxes,
-    two_way_variance,
 )
 from lockprobe.statistics.proportions import proportion
 
@@ -25,7 +23,7 @@ def clusters(rng, k, share, correlation, size=10):
     return rng.binomial(size, rng.beta(share * spread, (1 - share) * spread, k))
 
 
-@pytest.mark.parametrize("k", [3, 10, 30])
+@pytest.mark.parametrize("k", [3, 30])
 def test_the_clustered_interval_covers_where_wilsons_does_not(k):
     rng, held = np.random.default_rng(k), []
     for _ in range(600):
@@ -55,13 +53,6 @@ def test_clusters_at_the_edge():
     assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
     assert none.high > proportion(0, 5).high
     assert math.isnan(clustered_proportion([], []).value)
-
-
-def test_two_kinds_add_up_less_what_both_hold():
-    residuals = np.array([1.0, 1.0, -1.0, -1.0])
-    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 2, 3]) == pytest.approx(2 / 1 * 8)
-    first, second, trial = 2 / 1 * 8, 2 / 1 * 0, 4 / 3 * 4
-    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 0, 1]) == pytest.approx(max(first, first + second - trial))
 
 
 def test_it_is_never_narrower_than_with_either_kind():
@@ -106,13 +97,11 @@ def test_the_half_cluster_is_forgotten_as_failures_show_how_they_come():
     assert wholly.design_effect == pytest.approx(4 * 100 / 99)
 
 
-@pytest.mark.parametrize("alike", ["identical", "half", "independent"])
-@pytest.mark.parametrize("truth", [0.9, 0.98])
-def test_intervals_near_the_ceiling_hold_the_truth(alike, truth):
+@pytest.mark.parametrize(("copied", "truth"), [(1.0, 0.9), (0.5, 0.98), (0.0, 0.98)])
+def test_intervals_near_the_ceiling_hold_the_truth(copied, truth):
     rng, held = np.random.default_rng(8), 0
     for _ in range(400):
         same, own = np.repeat(rng.random((30, 1)) < truth, 7, axis=1), rng.random((30, 7)) < truth
-        copied = {"identical": 1.0, "half": 0.5, "independent": 0.0}[alike]
         low, high = ends(np.where(rng.random((30, 1)) < copied, same, own).sum(axis=1), np.full(30, 7))
         held += low <= truth <= high
     assert held >= 0.91 * 400
@@ -125,19 +114,6 @@ def test_a_share_of_one_condition_is_wilsons_for_agents_and_knows_people():
     found, crossed = share_of(solved, person, luck), crossed_proportion(solved, np.ones(20), person, luck)
     assert (found.count, found.n, found.low, found.high) == (10, 20, crossed.low, crossed.high)
     assert found.low < proportion(10, 20).low
-
-
-@pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
-def test_the_interval_of_people_at_a_single_p_holds_the_truth(per_p, boxes, likeness):
-    """As independent trials it holds it in as few as six of ten studies."""
-    together, alone = [], []
-    for seed in range(200):
-        columns = people(np.random.default_rng(seed), per_p, boxes, likeness, p=1)
-        for kept, names in ((together, columns.player), (alone, [])):
-            found = share_of(columns.solved, names, columns.luck)
-            kept.append(found.low <= 0.5 <= found.high)
-    assert np.mean(together) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 200)
-    assert np.mean(alone) < np.mean(together)
 
 
 def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
@@ -153,7 +129,7 @@ def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
     return np.array(played).T
 
 
-@pytest.mark.parametrize(("people", "boxes", "leaves"), [(60, 6, 0.5), (30, 4, 1.0), (40, 8, 0.5), (30, 4, 0.0)])
+@pytest.mark.parametrize(("people", "boxes", "leaves"), [(60, 6, 0.5), (30, 4, 1.0), (30, 4, 0.0)])
 def test_the_interval_holds_the_truth_though_those_who_fail_leave(people, boxes, leaves):
     """By box alone it holds one half in 53 to 97 % of studies, with every person counted alike in 62 to 97 %."""
     held = []

@@ -4,32 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study
+from builders import SOLUTION, make_trial
 
-from lockprobe.statistics.loops import any_loop
-from lockprobe.statistics.outcomes import heeded_at_most, onset, outcomes, solved_in_pairs
-
-
-def test_columns_are_the_records():
-    trials = play_study(small_study())
-    found = outcomes(trials)
-    assert found.length.tolist() == [len(trial.steps) for trial in trials]
-    assert found.solved.tolist() == [trial.solved for trial in trials]
-    assert found.looped.tolist() == [any_loop(trial.actions) for trial in trials]
-    assert list(zip(found.dose, found.repetition, found.trial, strict=True)) == [
-        (trial.p, trial.repetition, trial.trial) for trial in trials
-    ]
-
-
-def test_onset_is_the_step_that_completes_the_first_loop():
-    assert onset(make_trial([0, 1, 2, 0, 1, 2])) == 6
-    assert onset(make_trial([3, 3, 0, 1, 2, 0, 3, 1])) == 0
-    assert onset(make_trial([3, 0, 1, 2, 3, 0, 1, 2])) == 7
-
-
-def test_broken_trials_are_in_no_column():
-    assert len(outcomes([make_trial([0], broken="model"), make_trial(SOLUTION)])) == 1
-    assert len(outcomes([])) == 0
+from lockprobe.statistics.outcomes import heeded_at_most, outcomes, solved_in_pairs
 
 
 def test_pairs_are_trials_that_both_have():

@@ -1,7 +1,7 @@
 """Few differing pairs: the score statistic by brute force, coverage and size by exact enumeration."""
 
 import math
-from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def made(only_first, only_second, pairs):
 
 
 @pytest.mark.parametrize("table", [(0, 0, 18), (2, 0, 20), (0, 5, 12), (7, 3, 40), (20, 20, 41)])
-@pytest.mark.parametrize("change", [-0.3, -0.1, 0.05, 0.1, 0.4])
+@pytest.mark.parametrize("change", [-0.3, 0.0, 0.05, 0.1, 0.4])
 def test_the_variance_is_that_under_the_change_that_is_tested(table, change):
     """The share of differing pairs of greatest likelihood, found by a search."""
     first, second, pairs = table
@@ -48,10 +48,6 @@ def test_the_variance_is_that_under_the_change_that_is_tested(table, change):
     assert float(score(first, second, pairs, change)) == pytest.approx(expected, abs=2e-3)
 
 
-def test_at_no_change_it_is_mcnemars_statistic():
-    assert float(score(3, 12, 40, 0.0)) == pytest.approx(9 / math.sqrt(15))
-
-
 def test_the_interval_ends_where_the_score_is_the_normal_quantile():
     z = norm.isf(0.025)
     low, high = score_interval(2, 5, 30, 0.95)
@@ -61,7 +57,7 @@ def test_the_interval_ends_where_the_score_is_the_normal_quantile():
     assert score_interval(0, 1, 1, 0.95)[1] == score_interval(0, 9, 9, 0.95)[1] == 1.0
 
 
-@pytest.mark.parametrize("pairs", [5, 10, 18, 20, 29, 30, 40])
+@pytest.mark.parametrize("pairs", [5, 18, 29, 30])
 @pytest.mark.parametrize("margin", [0.05, 0.1, 0.2])
 def test_equivalence_is_wrong_in_at_most_five_percent(pairs, margin):
     """Over all tables, where the change is exactly the margin; t-tests err in .150 of 18 pairs."""
@@ -71,32 +67,22 @@ def test_equivalence_is_wrong_in_at_most_five_percent(pairs, margin):
         assert chances(found, pairs, share + margin, share).sum() <= 0.05
 
 
-def test_equivalence_is_shown_where_enough_pairs_agree():
+def test_equivalence_is_shown_where_enough_pairs_agree_and_many_pairs_have_nearly_the_exact_p_value():
     assert equivalence(0, 0, 29, 0.1) < 0.05 < equivalence(0, 0, 28, 0.1)
     assert equivalence(6, 6, 150, 0.1) < 0.05
     assert equivalence(0, 30, 150, 0.1) == pytest.approx(1.0, abs=0.01)
-
-
-def test_many_pairs_have_nearly_the_exact_p_value():
     below, above = (equivalence(8, 12, pairs, 0.1) for pairs in (MOST_EXACT, MOST_EXACT + 1))
     assert below == pytest.approx(above, rel=0.3)
 
 
-@cache
-def intervals(pairs):
-    """All counts of so many pairs, and the interval of each."""
-    every = tables(pairs)
-    return every, [paired(*made(*table, pairs)) for table in every]
-
-
 @pytest.mark.parametrize("pairs", [10, 18, 30])
-@pytest.mark.parametrize("change", [0.0, 0.05, 0.1, 0.13, 0.18])
-@pytest.mark.parametrize("share", [0.0, 0.02, 0.1])
-def test_intervals_of_pairs_hold_the_truth(pairs, change, share):
+def test_intervals_of_pairs_hold_the_truth(pairs):
     """Agresti and Min's alone hold a change of 10 points in .849 of studies of 18 pairs."""
-    every, ends = intervals(pairs)
-    held = [one.low <= change <= one.high for one in ends]
-    assert chances(every, pairs, share, share + change)[held].sum() > 0.93
+    every = tables(pairs)
+    ends = [paired(*made(*table, pairs)) for table in every]
+    for change, share in product([0.0, 0.05, 0.1, 0.13, 0.18], [0.0, 0.02, 0.1]):
+        held = [one.low <= change <= one.high for one in ends]
+        assert chances(every, pairs, share, share + change)[held].sum() > 0.93
 
 
 def test_few_differing_pairs_have_no_finding_by_the_interval_alone():

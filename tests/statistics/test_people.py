@@ -3,7 +3,6 @@
 import random
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 from solved import smallest
@@ -12,8 +11,6 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.course import courses
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.log_rank import pace
-from lockprobe.statistics.inference.trend import resample
-from lockprobe.statistics.outcomes import joined, outcomes
 from lockprobe.statistics.people import steps_of_people, success_of_people
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
@@ -59,31 +56,6 @@ def test_people_are_one_agent_and_order_does_not_matter(played):
     ]
     (alone,) = courses([trial for trial in played if trial.group == "random"])
     assert (alone.trials, alone.doses, alone.family) == (agent.trials, agent.doses, agent.family)
-
-
-def test_a_cluster_is_one_person_and_of_an_agent_one_luck(played):
-    own, agent = (
-        outcomes([t for t in played if t.group == name]) for name in ("participant", "random")
-    )  # fmt: skip
-    assert len(set(own.cluster)) == len({trial.agent for trial in played if trial.group == "participant"}) == 8
-    assert all(len(set(own.player[own.cluster == number])) == 1 for number in own.cluster)
-    assert {trial.player for trial in played} == {*own.player.tolist(), ""}
-    assert (agent.cluster == agent.luck).all()
-    assert not agent.crossed
-    both = joined([own, agent])
-    assert len(set(both.cluster)) == 8 + 8
-
-
-def test_people_are_drawn_whole_whatever_the_repetition(played):
-    own = outcomes([trial for trial in played if trial.group == "participant"])
-    sizes = np.bincount(own.cluster)
-    assert len(set(sizes)) == 1  # so that a share of the trials drawn is a share of the people
-    alike = replace(own, dose=np.zeros(len(own)), repetition=np.ones_like(own.repetition), solved=own.cluster == 0)
-    share = resample(alike, generator(1, "test"), 50).success
-    assert share.shape == (50, 1)
-    times = share * len(sizes)
-    assert times == pytest.approx(np.round(times))
-    assert len(set(np.round(times.ravel()))) > 2
 
 
 def test_beside_people_an_agents_trials_count_to_who_played_their_luck():

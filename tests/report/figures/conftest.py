@@ -68,12 +68,6 @@ HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden\n<script>", "llm:\u4e
 LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
 STUDIES = {
     "typical": lambda had: one_model() + had(references),
-    "three": lambda had: (
-        one_model()
-        + simulated("loop-trapped", "llm:anthropic/claude-x", 2)
-        + simulated("saturating", "llm:local", 3)
-        + had(references)
-    ),
     "strategies": lambda had: play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), PEOPLE.p, 2, 5)),
     "thirty p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
     "one p": lambda had: [trial for trial in one_model() + had(references) if trial.p == 0.0],

@@ -2,21 +2,21 @@
 
 import re
 from dataclasses import replace
-from functools import cache
 from itertools import combinations
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, small_study, write_study
+from builders import SOLUTION, make_trial, small_study
 from drawn import bars, course, dots, lines, pictures, published, shades, touching, written
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
+from net import unpacked
 from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.report.figures import render
+from lockprobe.report.figures import render, sheet
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.frame import agent_label, settable, whole_axis
 from lockprobe.report.figures.interlock import short_name
@@ -26,10 +26,7 @@ from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.until import Until
 
 CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "people", "few people")
@@ -58,57 +55,45 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
             legible(name, figure)
 
 
-def controls(directory):
-    """Controls of false reports, with forks of one agent."""
-    planned = study("why", agent=["cognitive:perseverant", "random"], trials=8)
-    path = write_study(directory / "study", planned)
-    wanted = branching(planned, load(path), keys=["why/cognitive:perseverant/truth"], at=["4", "8"], told=["lie"])
-    with Journal.open(path / FORKS, planned) as journal:
-        play_forks(wanted, journal)
-    return results(path)
+def forks(directory):
+    return results(unpacked("forks", directory))
 
 
-def decided(directory):
+def misreading(directory):
+    return results(unpacked("sticky", directory))
+
+
+def stopping(directory):
     """A study that stopped: all truths are solved, and every fourth trial told lies."""
     planned = replace(small_study(["human-inspired"], (0.0, 0.4), 1, 40), until=Until(rule="decided"))
-    solved = {(p, n): not p or n % 4 == 0 for n in range(1, 21) for p in (0.0, 0.4)}
-    trials = [
-        make_trial(SOLUTION if done else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
-        for (p, n), done in solved.items()
-    ]
-    return found_in(directory, planned, trials)
+    return found_in(
+        directory,
+        planned,
+        [
+            make_trial(SOLUTION if not p or n % 4 == 0 else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
+            for n in range(1, 21)
+            for p in (0.0, 0.4)
+        ],
+    )
 
 
 def readings(directory):
     asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4, 0.6], "readings": "fresh,kept"}
-    return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=10, repetitions=1, seed=3))
+    return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=6, repetitions=1, seed=3))
 
 
-@pytest.mark.parametrize(
-    ("made", "names"),
-    [
-        (controls, ("forks",)),
-        (decided, ("stopping",)),
-        (readings, ("readings",)),
-    ],
-)
-def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made, names):
+@pytest.mark.parametrize("made", [forks, misreading, stopping, readings])
+def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made):
     found = made(tmp_path)
-    drawn = pictures(found)
-    for name in names:
-        legible(name, drawn[name])
-    if made is decided:
-        (block,) = found.where("decided_at_block")
-        (axes,) = drawn["stopping"].axes
-        assert f"an effect,\nblock {block.value:g}" in [text.get_text() for text in axes.texts]
+    drawn = pictures(found)[made.__name__]
+    legible(made.__name__, drawn)
+    for block in found.where("decided_at_block"):
+        assert f"an effect,\nblock {block.value:g}" in [text.get_text() for text in drawn.axes[0].texts]
 
 
-def test_a_single_flip_rate_is_no_axis(studies):
+def test_a_single_flip_rate_is_no_axis_and_where_every_trial_broke_there_is_the_box_alone(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
     assert not {"fig4", "fig5a", "fig5b"} & pictures(studies["one p"]).keys()
-
-
-def test_where_every_trial_broke_there_is_no_figure_but_that_of_the_box(studies):
     assert set(pictures(studies["errors"])) == {"box"}
 
 
@@ -117,10 +102,6 @@ def test_equal_figures_are_equal_bytes(typical):
         first, second = (render(fig3(typical), form) for _ in range(2))
         assert first == second
         assert first.startswith(begins)
-
-
-def test_names_are_text_in_the_file(studies):
-    assert b"<script>" not in render(fig3(studies["hostile names"]), "svg")
 
 
 @pytest.mark.parametrize(
@@ -137,11 +118,12 @@ def test_names_are_text_in_the_file(studies):
 )
 def test_names_are_safe_to_set(name, label):
     assert agent_label(course(name)) == label
+    assert b"<script>" not in render(sheet([label], lambda axes, shown: axes.set_title(shown)), "svg")
 
 
 def test_numbers_of_steps_are_apart_whatever_the_budget():
     """On the narrowest axes that a figure has: two panels in a row, with names at the right edge."""
-    for budget in (*range(1, 31), 40, 60, 99, 100):
+    for budget in (1, 2, 5, 9, 10, 13, 20, 30, 60, 100):
         figure = Figure(figsize=(2.4, 2.0))
         axes = figure.add_axes((0.3, 0.2, 0.65, 0.7))
         axes.set_axis_off()
@@ -193,21 +175,16 @@ def test_dots_line_and_r_of_figure_5a(typical, model):
     assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in "".join(text.get_text() for text in axes.texts)
 
 
-def test_people_stand_above_agents_under_each_condition(tmp_path):
-    solved = {("participant", 0.0): 1, ("participant", 0.4): 0, ("llm:a", 0.0): 1, ("llm:a", 0.4): 1}
-    trials = [
-        make_trial(SOLUTION if done else UNSOLVED, agent=f"{agent}:{i:04d}" if "part" in agent else agent, p=p, trial=i)
-        for (agent, p), done in solved.items()
-        for i in range(1, 11)
-    ]
-    found = found_in(tmp_path, small_study(("participant", "llm:a"), (0.0, 0.4), 1, 10), trials)
+def test_people_stand_above_agents_with_intervals_by_person(studies):
+    found = studies["people"]
     (axes,) = pictures(found)["people"].axes
-    drawn = bars(axes, across=True)
-    assert [share for _, share, *_ in sorted(drawn)] == [1.0, 1.0, 0.0, 1.0]
-    assert [text.get_text() for text in axes.texts[:2]] == ["flip rate 0", "flip rate 0.4"]
-    assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
-    clustered = found.one("success", agent="participant", condition="truth", of="by person")
-    assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
+    shares = {}
+    for cell in found.cells:
+        row = cell.get("success", "by person" if cell.agent == "participant" else "")
+        shares.setdefault(cell.condition, []).append((row.value, row.low, row.high))
+    drawn = [tuple(one[1:]) for one in sorted(bars(axes, across=True))]
+    assert np.allclose(drawn, [one for of in shares.values() for one in of])
+    assert axes.get_legend_handles_labels()[1][0] == "people"
 
 
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
@@ -241,35 +218,31 @@ def test_what_stands_in_a_cell_of_a_grid_fits_into_it(columns):
 # An agent has one colour and one mark in every report.
 
 
-def drawn(names, **more):
+def looks(names, **more):
+    """How agents look beside each other."""
     return [style for _, style in styles([course(name, **more) for name in names])]
 
 
 def test_an_agent_looks_the_same_whoever_is_beside_it():
     """In another place, among others, and whether the study is about it or not."""
-
-    def looks(names, **more):
-        return dict(zip(names, ((style.colour, style.marker) for style in drawn(names, **more)), strict=True))
-
-    first = looks(["llm:a/x", "llm:local", "human-inspired", "random", "round-robin"])
-    assert looks(["random", "human-inspired", "llm:a/x"], subject=False).items() <= first.items()
-    assert looks(["llm:a/x"]).items() <= first.items()
+    names = ["llm:a/x", "llm:local", "human-inspired", "random", "round-robin"]
+    first = {name: (style.colour, style.marker) for name, style in zip(names, looks(names), strict=True)}
+    for some in (names[:1], names[::-2]):
+        assert [(one.colour, one.marker) for one in looks(some, subject=some == names[:1])] == [*map(first.get, some)]
 
 
 def test_agents_of_one_colour_share_neither_marker_nor_dash():
-    """Of so many specs more than one has to get a colour again."""
+    """Of so many specs more than one has to get a colour again; marks and dashes differ in grey as well."""
     for i in range(40):
         names = [f"llm:a/{i}", f"llm:b/{i}", f"cognitive:random-map?window={i}"]
-        for one, other in combinations(drawn(names), 2):
+        for one, other in combinations(looks(names), 2):
+            assert (one.marker, one.dash) != (other.marker, other.dash), names
             assert one.colour != other.colour or (one.marker != other.marker and one.dash != other.dash), names
 
 
-@pytest.mark.parametrize("case", ["strategies", "hostile names", "people"])
-def test_agents_differ_in_grey_as_well(studies, case):
-    courses = studies[case].courses()
-    found = [style for _, style in styles(courses)]
-    assert len({(style.marker, style.dash) for style in found}) == len(found) == len(courses)
-    assert {one.agent for one, style in styles(courses) if style.lead} == set(studies[case].subjects)
+def test_only_agents_that_a_study_is_about_are_drawn_as_such(studies):
+    found = studies["people"]
+    assert {one.agent for one, style in styles(found.courses()) if style.lead} == set(found.subjects)
 
 
 @pytest.mark.parametrize("colour", [*SUBJECTS, "#ffffff", "#95d840", "#e69f57", "#000000"])
@@ -288,18 +261,13 @@ def test_text_in_a_colour_is_dark_enough_on_white_and_not_darker_than_it_has_to_
 SHOWN = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-4", "branched", "random-8-3")
 
 
-@cache
-def picture(name):
-    return box_figure(box(name))
-
-
 @pytest.mark.parametrize("name", SHOWN)
 def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
-    legible(name, picture(name))
+    legible(name, box_figure(box(name)))
 
 
 def test_the_target_differs_in_more_than_colour():
-    panel, interlock = picture("chain-4").axes
+    panel, interlock = box_figure(box("chain-4")).axes
     for axes in (panel, interlock):
         bold = [text.get_text() for text in axes.texts if text.get_fontweight() == "bold"]
         assert bold == [short_name("revolute-left")]
@@ -307,20 +275,19 @@ def test_the_target_differs_in_more_than_colour():
     assert widths[-1] > 2 * widths[-2]
 
 
-def test_the_legend_names_what_there_is_and_nothing_else():
-    def legend(figure):
-        return [text.get_text() for found in figure.legends for text in found.get_texts()]
+LEGENDS = [
+    (box("chain-4"), []),
+    (box("reset"), ["the joint before it must be closed", "on one line: all are required"]),
+    (box("fork"), ["on one line: all are required"]),
+    (box("common-cause-3"), ["several arrows: any one suffices"]),
+    (replace(box("chain-3"), initial=(False, True, False)), ["open at the start"]),
+]
 
-    assert legend(picture("chain-4")) == ["target", "the joint before it must be open"]
-    assert legend(picture("fork")) == ["target", "the joint before it must be open", "on one line: all are required"]
-    assert "the joint before it must be closed" in legend(picture("reset"))
-    assert legend(picture("common-cause-3")) == [
-        "target",
-        "the joint before it must be open",
-        "several arrows: any one suffices",
-    ]
-    opened = replace(box("chain-3"), initial=(False, True, False))
-    assert legend(box_figure(opened))[-1] == "open at the start"
+
+@pytest.mark.parametrize(("drawn", "more"), LEGENDS)
+def test_the_legend_names_what_there_is_and_nothing_else(drawn, more):
+    said = [text.get_text() for found in box_figure(drawn).legends for text in found.get_texts()]
+    assert said == ["target", "the joint before it must be open", *more]
 
 
 def test_odd_names_are_set():

@@ -45,32 +45,46 @@ for folder, environment in json.loads(sys.argv[1]):
     os.environ.update(environment)
     from lockprobe.report.figures import pages_as_pdf, render
     from lockprobe.report.figures.boxes import box_figure
+    import matplotlib as mpl
+    left = mpl.rcParams["font.size"], mpl.rcParams["backend"], os.environ["MPLBACKEND"], "open" in vars(mpl)
     figure = box_figure(box("chain-4"))
     drawn = render(figure, "png"), render(figure, "svg"), pages_as_pdf([figure])
-    print(*(hashlib.sha256(one).hexdigest() for one in drawn), flush=True)
+    print(json.dumps([[hashlib.sha256(one).hexdigest() for one in drawn], left]), flush=True)
     os._exit(0)
 """
 """Matplotlib reads the environment and the folder when it is imported: each fork imports it anew."""
 
-BACKENDS = ("module://matplotlib_inline.backend_inline", "module://no.such", "nonsense", "TkAgg", "")
+FILES = {"a file": "utf-8", "UTF-16": "utf-16", "UTF-16 without a mark": "utf-16-le"}
+BACKENDS = {
+    "a file": "module://no.such",
+    "UTF-16": "nonsense",
+    "UTF-16 without a mark": "module://matplotlib_inline.backend_inline",
+    "a pipe": "svg",
+    "a pipe by name": "TkAgg",
+}
 
 
 @pytest.fixture(scope="module")
-def drawn_elsewhere(tmp_path_factory):
-    """Checksums of a figure that new processes draw, with each backend and with files of settings."""
-    plain, settings = tmp_path_factory.mktemp("plain"), "font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n"
-    asked = {name: (str(plain), {"MPLBACKEND": name}) for name in BACKENDS}
-    for name, coding in (("a file", "utf-8"), ("UTF-16", "utf-16"), ("UTF-16 without a mark", "utf-16-le")):
-        folder = tmp_path_factory.mktemp(coding)
-        (folder / "matplotlibrc").write_text(settings, coding)
-        asked[name] = (str(folder), {})
-    pipe = tmp_path_factory.mktemp("pipe")
+def drawn_elsewhere(once, tmp_path_factory):
+    """Checksums of a figure that new processes draw with files of settings and backends, and what the user then has."""
+    return once("drawn elsewhere", lambda: draw_elsewhere(tmp_path_factory))
+
+
+def draw_elsewhere(tmp_path_factory):
+    pipe, plain = (tmp_path_factory.mktemp(name) for name in ("pipe", "plain"))
     os.mkfifo(pipe / "matplotlibrc")
-    asked |= {"a pipe": (str(pipe), {}), "a pipe by name": (str(plain), {"MATPLOTLIBRC": str(pipe / "matplotlibrc")})}
-    command = [sys.executable, "-c", DRAW, json.dumps([*asked.values()])]
+    folders, asked = {"a pipe": pipe}, []
+    for name, coding in FILES.items():
+        folders[name] = tmp_path_factory.mktemp(coding)
+        settings = "font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n"
+        (folders[name] / "matplotlibrc").write_text(settings, coding)
+    for name, backend in BACKENDS.items():
+        rc = {"MATPLOTLIBRC": str(pipe / "matplotlibrc")} if name == "a pipe by name" else {}
+        asked.append((str(folders.get(name, plain)), {"MPLBACKEND": backend} | rc))
+    command = [sys.executable, "-c", DRAW, json.dumps(asked)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert (done.returncode, done.stderr) == (0, "")
-    return dict(zip(asked, map(str.split, done.stdout.splitlines()), strict=True))
+    return dict(zip(BACKENDS, map(json.loads, done.stdout.splitlines()), strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -97,25 +111,14 @@ def test_every_function_that_makes_a_figure_or_a_file_has_our_settings():
                 assert hasattr(made, "__wrapped__"), f"{module.__name__}.{name}"
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_notebook_s_backend_changes_nothing(drawn_elsewhere, drawn_here, backend):
-    assert drawn_elsewhere[backend] == drawn_here
-
-
-@pytest.mark.parametrize("hostile", ["a file", "a pipe", "a pipe by name", "UTF-16", "UTF-16 without a mark"])
-def test_no_file_of_settings_changes_or_prevents_a_figure(drawn_elsewhere, drawn_here, hostile):
-    assert drawn_elsewhere[hostile] == drawn_here
-
-
-def test_the_user_s_backend_and_settings_are_kept_for_the_user(tmp_path):
-    (tmp_path / "matplotlibrc").write_text("font.size: 23\n", "utf-8")
-    code = (
-        "import lockprobe.report.figures, matplotlib as mpl, os\n"
-        "print(mpl.rcParams['backend'], os.environ['MPLBACKEND'], mpl.rcParams['font.size'], 'open' in vars(mpl))"
-    )
-    settings = {"env": {**os.environ, "MPLBACKEND": "svg"}, "cwd": tmp_path}
-    done = subprocess.run([sys.executable, "-c", code], **settings, capture_output=True, text=True)
-    assert done.stdout.split() == ["svg", "svg", "23.0", "False"]
+@pytest.mark.parametrize("hostile", BACKENDS)
+def test_no_settings_of_a_user_change_or_prevent_a_figure_and_they_are_kept_for_the_user(
+    drawn_elsewhere, drawn_here, hostile
+):
+    drawn, (size, backend, asked_for, opens_pipes) = drawn_elsewhere[hostile]
+    assert drawn == drawn_here
+    assert (size, asked_for, opens_pipes) == (23.0 if hostile == "a file" else 10.0, BACKENDS[hostile], False)
+    assert backend == BACKENDS[hostile] or hostile in ("UTF-16", "a file")
 
 
 def test_settings_return_after_an_error():

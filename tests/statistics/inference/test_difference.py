@@ -36,30 +36,13 @@ def test_the_permutation_test_is_what_all_permutations_give(seed):
     assert all(one.p_value >= one.exchange for one in found)
 
 
-@pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("shared", [0.0, 0.5])
 def test_the_level_holds_whatever_luck_is_shared(shared):
     rejected = []
     for seed in range(100):
         found = any_difference(study(drawn(rng(seed), shared=shared)), rng(seed), permutations=99)
         rejected.append(smallest(found) <= 0.05)
     assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 100)
-
-
-def test_one_luck_for_all_p_leaves_nothing_to_find():
-    found = any_difference(study(drawn(rng(), shared=1.0)), rng())
-    assert smallest(found) == 1.0
-    assert {difference.value for difference in found} == {0.0}
-
-
-def test_shared_luck_makes_a_difference_surer():
-    """Six clusters rescued, none harmed: found among clusters that are else alike, not among unlike ones."""
-    alike = np.zeros((2, 1, 30), dtype=bool)
-    alike[:, 0, :15] = True
-    alike[1, 0, 15:21] = True
-    unlike = alike.copy()
-    unlike[1] = np.roll(alike[1], 12)
-    assert smallest(any_difference(study(alike), rng())) < 0.05
-    assert smallest(any_difference(study(unlike), rng())) > 0.1
 
 
 def test_nothing_to_compare():
@@ -69,15 +52,9 @@ def test_nothing_to_compare():
         assert any_difference(none, rng()) == ()
 
 
-def test_same_seed_same_numbers():
-    data = study(drawn(rng(), TRUTH))
-    assert any_difference(data, rng(5)) == any_difference(data, rng(5)) != any_difference(data, rng(6))
-
-
-@pytest.mark.parametrize("p", [7, 21])
-def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding(p):
-    """The permutation alone rejects in a seventh and in a quarter of such studies; with the interval hardly ever."""
-    found = [any_difference(study(unequal_luck(rng(seed), p)), rng(seed), permutations=99) for seed in range(80)]
+def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding():
+    """The permutation alone rejects in a seventh of such studies; with the interval hardly ever."""
+    found = [any_difference(study(unequal_luck(rng(seed))), rng(seed), permutations=99) for seed in range(80)]
     assert np.mean([min(at.exchange for at in one) < 0.05 for one in found]) > 0.06
     assert np.mean([smallest(one) < 0.05 for one in found]) < 0.05
 
@@ -92,6 +69,8 @@ def test_a_difference_is_shown_only_if_its_interval_leaves_out_none():
 
 def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
     """Thirty trials at the lowest p and five at the other: seven of those thirty have nothing to do with the five."""
+    none = study(drawn(rng(), TRUTH[:3], shape=(3, 1, 20)))
+    assert [at.dose for at in any_difference(none.at((none.dose != 0.1) | (none.trial > 20)), rng())] == [0.2]
     whole = study(np.stack([np.r_[np.zeros(22), np.ones(8)], np.ones(30)])[:, None])
     some = whole.at((whole.dose == 0) | (whole.trial <= 5))
     (at,) = any_difference(some, rng())
@@ -100,13 +79,7 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
     assert (at.value, at.low, at.high) == (both.value, both.low, both.high) == (1.0, both.low, 1.0)
 
 
-def test_values_of_p_without_a_common_trial_are_not_compared():
-    whole = study(drawn(rng(), TRUTH[:3], shape=(3, 1, 20)))
-    found = any_difference(whole.at((whole.dose != 0.1) | (whole.trial > 20)), rng())
-    assert [at.dose for at in found] == [0.2]
-
-
-@pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
+@pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 10, 0.5)])
 def test_intervals_of_differences_between_people_hold_the_truth(per_p, boxes, likeness):
     held = []
     for seed in range(150):
@@ -121,8 +94,7 @@ def thinned(columns, p, trials):
     return columns.at(~np.isclose(columns.dose, p) | (columns.trial <= trials))
 
 
-@pytest.mark.parametrize("few", [1, 3, 5])
-@pytest.mark.parametrize("values", [3, 7])
+@pytest.mark.parametrize(("few", "values"), [(1, 3), (3, 7)])
 def test_a_p_with_few_trials_hides_no_effect_beside_it(few, values):
     """A rise from 0.3 to 0.75 at 0.1; unstudentised, 1 to 18 % of these studies find it, and 80 to 90 % without the few."""
     found = []
@@ -135,7 +107,7 @@ def test_a_p_with_few_trials_hides_no_effect_beside_it(few, values):
     assert np.mean(found) > 0.65
 
 
-@pytest.mark.parametrize("few", [1, 3, 5])
+@pytest.mark.parametrize("few", [1, 5])
 def test_a_p_with_few_trials_is_no_finding_itself(few):
     rejected = []
     for seed in range(100):

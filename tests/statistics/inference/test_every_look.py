@@ -81,9 +81,3 @@ def test_people_come_as_they_please_and_are_compared_at_one_look():
     found = people(rng(), 6, 5, 0.5)
     ordered = replace(found, order=BlockOrder(plans=((1, 30),)))
     assert any_difference(ordered, rng()) == any_difference(found, rng())
-
-
-def test_without_a_common_block_nothing_is_compared():
-    found, _ = watched()
-    apart = found.at((found.dose == 0) == (found.repetition == 1))
-    assert any_difference(apart, rng()) == ()

@@ -71,20 +71,10 @@ def test_its_variance_is_that_of_independent_trials_where_trials_are_independent
     assert np.mean(ratios) == pytest.approx(1.0, abs=4 * np.std(ratios) / np.sqrt(60))
 
 
-def test_noise_that_frees_from_loops_is_found_with_its_direction():
-    found = looping(world(np.random.default_rng(1), trap=TRAP))
-    assert (found.p_value < 0.005, found.ratio < 0.7, found.direction) == (True, True, -1)
-
-
 def test_onset_is_censored_where_the_trial_ends():
     short = of_rows([(0.0, i, 6, 0) for i in range(1, 9)] + [(0.4, i, 20, 8) for i in range(1, 9)])
     found = looping(short)  # nobody at p = 0 ran on to step 8
     assert (found.p_value, found.ratio) == (1.0, None)
-
-
-def test_an_agent_that_plays_alike_at_every_p_shows_no_difference():
-    found = looping(world(np.random.default_rng(4), success=(0.5,) * 7, shared=1.0))
-    assert (found.p_value, found.ratio) == (1.0, pytest.approx(1.0))
 
 
 def test_with_little_to_go_on_nothing_is_claimed():
@@ -95,7 +85,7 @@ def test_with_little_to_go_on_nothing_is_claimed():
     assert (nothing.p_value, nothing.direction) == (1.0, 0)
 
 
-@pytest.mark.parametrize("clusters", range(2, 20))
+@pytest.mark.parametrize("clusters", [2, 6, 7, 19])
 def test_a_test_that_could_never_reject_is_none(clusters):
     """However clear: all loop at once under noise, none ever without. The statistic never exceeds the clusters."""
     clear = [row for i in range(clusters) for row in ((0.0, i, 20, 0), *((p, i, 6, 6) for p in P[1:].tolist()))]
@@ -112,20 +102,13 @@ def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
     assert two.p_value == pytest.approx(looping(once).p_value, rel=0.25)
 
 
-def rejections(studies, seed, **settings):
-    rng = np.random.default_rng(seed)
-    p_values = [looping(world(rng, **settings)).p_value for _ in range(studies)]
-    return sum(p is not None and p < 0.05 for p in p_values)
-
-
-@pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
-def test_nothing_is_found_where_nothing_is(shared):
-    """Loops and success have nothing to do with each other, and success differs over p."""
-    assert rejections(120, 21, shared=shared) <= stats.binom.ppf(0.999, 120, 0.06)
-
-
-def test_what_there_is_is_found():
-    assert rejections(60, 1, trap=TRAP) >= 54
+@pytest.mark.parametrize("shared", [0.0, 0.5])
+def test_nothing_is_found_where_nothing_is_and_what_there_is_is_found(shared):
+    """Loops and success have nothing to do with each other, and success differs over p; then loops trap."""
+    rng = np.random.default_rng(21)
+    alone, trapped = ([looping(world(rng, shared=shared, trap=trap)) for _ in range(80)] for trap in ((0.0,) * 7, TRAP))
+    assert sum(one.p_value is not None and one.p_value < 0.05 for one in alone) <= stats.binom.ppf(0.999, 80, 0.06)
+    assert sum(one.p_value < 0.05 and one.direction == -1 for one in trapped) >= 72
 
 
 def of(members):

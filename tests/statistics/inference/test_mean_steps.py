@@ -5,8 +5,6 @@ from functools import partial
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy import stats
 from solved import columns
 
@@ -25,9 +23,10 @@ def paired(*by_p):
     return columns(p, np.tile(np.arange(1, n + 1), len(by_p)), length=np.concatenate(by_p))
 
 
-def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
-    rng = np.random.default_rng(1)
-    first, second, third = rng.integers(4, BUDGET + 1, size=(3, 40))
+@pytest.mark.parametrize("seed", range(8))
+def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance(seed):
+    rng = np.random.default_rng(seed)
+    first, second, third = rng.integers([[4 + seed % 4], [4], [4]], BUDGET + 1, size=(3, 40))
     found, changes = mean_steps(paired(first, second, third), BUDGET), (second + third) / 2 - first
     lowest, higher = first.mean(), (second + third).mean() / 2
     below, above = (
@@ -40,6 +39,7 @@ def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
     reach = stats.t.ppf(0.975, 39)
     ends = changes.mean() - reach * below, changes.mean() + reach * above
     assert (found.low, found.high) == pytest.approx(ends)
+    assert (found.p_value < 0.05) == (found.low > 0 or found.high < 0)
 
 
 def mostly_faster(blocks, rng, *, mean, slow, values, budget):
@@ -59,7 +59,7 @@ def false_changes(draw, *, budget, studies=400):
 
 @pytest.mark.parametrize(
     ("budget", "blocks", "values", "mean", "slow"),
-    [(20, 10, 1, 6, 0.05), (20, 18, 1, 5, 0.17), (20, 30, 6, 6, 0.05), (40, 60, 1, 6, 0.04), (100, 100, 6, 6, 0.025)],
+    [(20, 18, 1, 5, 0.17), (20, 30, 6, 6, 0.05), (100, 100, 6, 6, 0.025)],
 )
 def test_rare_long_trials_are_no_decrease_at_any_budget(budget, blocks, values, mean, slow):
     """Most samples have too few long trials. With a single block in the variance, 0.10 find a decrease at 100 steps."""
@@ -125,27 +125,6 @@ def test_a_rare_block_takes_the_whole_budget_or_as_few_steps_as_the_shortest_tri
     assert (unseen.below, unseen.above) == (15, 16)
     only = rare_block(1, 1, 1, 1)
     assert min(only.below, only.above) > 0
-
-
-@given(
-    value=st.floats(-19, 19),
-    se=st.floats(0, 5),
-    first=st.floats(1, 20),
-    second=st.floats(1, 20),
-    clusters=st.integers(2, 300),
-    share=st.none() | st.floats(0.01, 1),
-)
-def test_interval_and_test_are_students_with_three_such_blocks(value, se, first, second, clusters, share):
-    found = rare_block(first, second, 20, 1)
-    low, high = found.interval(value, se, clusters, share=share)
-    size = 1 / clusters if share is None else share
-    below, above = (np.sqrt(se**2 + 3 * (size * one) ** 2) for one in (found.below, found.above))
-    assert (low, high) == pytest.approx(
-        (value - stats.t.ppf(0.975, clusters - 1) * below, value + stats.t.ppf(0.975, clusters - 1) * above)
-    )
-    p_value = found.p_value(value, se, clusters, share=share)
-    if abs(p_value - 0.05) > 1e-9:
-        assert (p_value < 0.05) == (low > 0 or high < 0)
 
 
 def over_doses(played):

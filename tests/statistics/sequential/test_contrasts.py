@@ -78,25 +78,6 @@ def test_what_was_said_after_some_blocks_is_said_after_more(changes, more):
         before = now
 
 
-def test_a_statement_has_the_block_at_which_it_was_first_made():
-    members = family((0.5, 0.0), 2, blocks=400)
-    found = at_every_look(members, margin=0.2)
-    assert found[0].effect_at
-    assert found[1].small_at
-    for one, at, of in ((0, found[0].effect_at, "effect_at"), (1, found[1].small_at, "small_at")):
-        assert getattr(at_every_look(first_blocks(members, at), margin=0.2)[one], of) == at
-        assert getattr(at_every_look(first_blocks(members, at - 1), margin=0.2)[one], of) is None
-
-
-def test_a_further_member_that_shows_nothing_costs_and_one_that_shows_an_effect_hardly_does():
-    members = family((0.3, 0.0, 0.8), 3)
-    alone, beside_none, beside_effect = (
-        at_every_look(own)[0] for own in (members[:1], members[:2], [members[0], members[2]])
-    )
-    assert alone.p_value <= beside_effect.p_value < beside_none.p_value
-    assert beside_none.low < alone.low
-
-
 def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
     same = Numbers(values=np.zeros(100), block=np.arange(100))
     without, alone = at_every_look([same])[0], at_every_look([same], margin=0.1)[0]
@@ -109,14 +90,6 @@ def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
     assert at_every_look([same, same], margin=0.1, agents=3)[1].small_p_value == pytest.approx(3 * beside)
 
 
-def test_an_interval_is_narrow_from_its_first_narrow_look():
-    (one,) = at_every_look(family((0.0,), blocks=300))
-    at = one.narrow_at(0.2)
-    narrow = one.highs - one.lows <= 0.4 + 1e-9
-    assert at == one.blocks[narrow.argmax()] < 300
-    assert one.narrow_at(0.001) is None
-
-
 def test_without_numbers_nothing_is_known():
     empty = Numbers(values=np.empty(0), block=np.empty(0, dtype=np.int64))
     nothing, something = at_every_look([empty, *family((0.8,))], margin=0.1)
@@ -124,6 +97,13 @@ def test_without_numbers_nothing_is_known():
     assert math.isnan(nothing.value)
     assert something.effect_at is not None
     assert at_every_look([empty])[0].blocks.size == 0
+
+
+def test_an_interval_is_narrow_from_its_first_narrow_look():
+    (one,) = at_every_look(family((0.0,), blocks=300))
+    narrow = one.highs - one.lows <= 0.4 + 1e-9
+    assert one.narrow_at(0.2) == one.blocks[narrow.argmax()] < 300
+    assert one.narrow_at(0.001) is None
 
 
 def sets_with(i, many):
@@ -147,9 +127,8 @@ def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(ma
             assert limits[i] == pytest.approx(max(20 * (1 + len(part)) - part.sum() for part in sets))
 
 
-@pytest.mark.parametrize("level", [0.05, 0.01])
-def test_a_threshold_is_reached_exactly_where_closed_testing_rejects(level):
-    log_e = evidence(4, looks=400)
+def test_a_threshold_is_reached_exactly_where_closed_testing_rejects():
+    log_e, level = evidence(4, looks=400), 0.01
     rejected = adjusted(log_e) >= np.log(1 / level)
     assert (rejected == (log_e >= log_thresholds(log_e, level))).all()
     assert 0.02 < rejected.mean() < 0.98
@@ -166,12 +145,3 @@ def test_the_interval_is_the_last_of_the_sequence_in_the_order_of_trials():
     lows, highs = confidence_sequence(solved * 1.0, math.log(20), bets=SHARES)
     assert (found.low, found.high) == pytest.approx((lows[-1], highs[-1]))
     assert (found.count, found.n, found.value) == (solved.sum(), 60, solved.mean())
-
-
-def test_all_or_none_solved_and_no_trial():
-    assert share_at_every_look([True] * 20).high == 1
-    assert 0.75 < share_at_every_look([True] * 20).low < 0.85
-    assert share_at_every_look([False] * 20).low == 0
-    nothing = share_at_every_look([])
-    assert (nothing.n, nothing.low, nothing.high) == (0, 0, 1)
-    assert math.isnan(nothing.value)
