@@ -47,9 +47,10 @@ def until(path):
 
 
 def killed(parent):
-    """A job that kills the process that has taken it, but for the first one."""
+    """A job that kills the process that has taken it, but for the first one, which leaves the other time to take one."""
     if os.getpid() != parent:
         os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.05)
     return os.getpid()
 
 

@@ -18,6 +18,7 @@ from lockprobe.report.rows import (
     Condition,
     Curve,
     Design,
+    DoseAxis,
     Estimate,
     Finding,
     NoSuchRow,
@@ -103,6 +104,11 @@ def test_a_miss_says_what_there_is(asked, said):
     with pytest.raises(NoSuchRow) as raised:
         played().one(**asked)
     assert said in str(raised.value)
+
+
+def test_the_name_of_an_axis_says_what_else_acts_on_it():
+    of = {"name": "tremble p", "intervention": "tremble", "dose": "p", "modality": "symbolic", "doses": {"truth": 0.0}}
+    assert [DoseAxis(**of, rest=rest).key for rest in ("", "nudge")] == ["tremble p", "tremble p, with nudge"]
 
 
 def test_a_frame_has_a_column_for_each_dose_and_without_pandas_says_in_one_line_how_to_get_it(monkeypatch):

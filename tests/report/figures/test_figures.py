@@ -175,16 +175,21 @@ def test_dots_line_and_r_of_figure_5a(typical, model):
     assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in "".join(text.get_text() for text in axes.texts)
 
 
-def test_people_stand_above_agents_with_intervals_by_person(studies):
-    found = studies["people"]
+def test_people_stand_above_agents_under_each_condition(tmp_path):
+    solved = {("participant", 0.0): 1, ("participant", 0.4): 0, ("llm:a", 0.0): 1, ("llm:a", 0.4): 1}
+    trials = [
+        make_trial(SOLUTION if done else UNSOLVED, agent=f"{agent}:{i:04d}" if "part" in agent else agent, p=p, trial=i)
+        for (agent, p), done in solved.items()
+        for i in range(1, 11)
+    ]
+    found = found_in(tmp_path, small_study(("participant", "llm:a"), (0.0, 0.4), 1, 10), trials)
     (axes,) = pictures(found)["people"].axes
-    shares = {}
-    for cell in found.cells:
-        row = cell.get("success", "by person" if cell.agent == "participant" else "")
-        shares.setdefault(cell.condition, []).append((row.value, row.low, row.high))
-    drawn = [tuple(one[1:]) for one in sorted(bars(axes, across=True))]
-    assert np.allclose(drawn, [one for of in shares.values() for one in of])
-    assert axes.get_legend_handles_labels()[1][0] == "people"
+    drawn = bars(axes, across=True)
+    assert [share for _, share, *_ in sorted(drawn)] == [1.0, 1.0, 0.0, 1.0]
+    assert [text.get_text() for text in axes.texts[:2]] == ["flip rate 0", "flip rate 0.4"]
+    assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
+    clustered = found.one("success", agent="participant", condition="truth", of="by person")
+    assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
 
 
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
