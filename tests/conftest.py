@@ -76,6 +76,12 @@ SLOW = {
     "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
     "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
     "test_several_processes_change_no_byte": (),
+    "test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none": (
+        "failures break-2000",
+        "successes break-2000",
+        "opposed-2000",
+        "failures break everywhere-2000",
+    ),
     "test_the_same_seed_gives_the_same_record_whatever_was_played_before": (),
     "test_the_user_s_settings_change_no_byte_of_any_figure": (),
     "test_trials_of_the_loop_come_to_the_same": (),

@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 71_280,
-    "lines of code": 44_170,
-    "lines of tests": 59_310,
+    "lines of source": 70_020,
+    "lines of code": 43_530,
+    "lines of tests": 58_100,
     "words of docs": 38_370,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.

@@ -191,6 +191,34 @@ def test_a_claim_of_the_paper_is_not_held_against_the_trials_that_remain(tmp_pat
     assert [(one.verdict, one.p_value) for one in judged(found, claim)] == [("compatible", 1.0)]
 
 
+WORLDS = {
+    "failures break": lambda solved: ~solved & [False, True],
+    "successes break": lambda solved: solved & [False, True],
+    "opposed": lambda solved: np.where([True, False], ~solved, solved),
+    "failures break everywhere": lambda solved: ~solved,
+}
+"""Which trials can break, by whether they would be solved under each of two conditions; a fifth of these does."""
+
+TRUTH = 0.5
+
+
+@pytest.mark.parametrize("studies", [150, 2000])
+@pytest.mark.parametrize("world", WORLDS)
+def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies):
+    n, rng, covered, effects = 30, np.random.default_rng(7), [], []
+    for _ in range(studies):
+        own, alike = rng.random((n, 2)), rng.random(n) < 0.5
+        solved = np.where(alike[:, None], own[:, :1], own) < TRUTH
+        broke = WORLDS[world](solved) & (rng.random((n, 2)) < 0.2)
+        for side in (0, 1):
+            share = share_of(np.where(broke[:, side], np.nan, solved[:, side]), (), ())
+            covered.append(share.low <= TRUTH <= share.high)
+        effects.append(compared([played(solved[:, side], broke[:, side]) for side in (0, 1)]).p_value < 0.05)
+    error = 3 / math.sqrt(studies)
+    assert np.mean(covered) >= 0.94 - error * math.sqrt(0.94 * 0.06)
+    assert np.mean(effects) <= 0.05 + error * math.sqrt(0.05 * 0.95)
+
+
 @pytest.mark.parametrize(
     ("broke_in", "n", "step"),
     [([], 20, 20), ([9], 20, 20), ([9, 12], 20, 11), ([3, 4, 4, 12], 60, 11), ([1, 1], 20, 0), ([5], 10, 4)],
