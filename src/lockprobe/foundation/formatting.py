@@ -132,6 +132,10 @@ def range_of(low: float, high: float, digits: int = 0) -> str:
     return f"{100 * low:.{digits}f} to {percent(high, digits)}"
 
 
+MOST_NAMED = 3
+"""Agents whose numbers stand in a sentence; of more it has the range over all of them."""
+
+
 def first_three(parts: Iterable[str], between: str = ", ") -> str:
     """The first three of a list, and how many more there are.
 

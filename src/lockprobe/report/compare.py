@@ -8,9 +8,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+from pydantic_core import to_jsonable_python
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import NONE, bracketed, change, p_cell, p_value, percent
@@ -18,7 +21,6 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.opened import open_study
-from lockprobe.report.plain_json import plain_json
 from lockprobe.report.prose import Subject, broken_said
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
@@ -27,6 +29,8 @@ from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial
+
+_plain = partial(to_jsonable_python, inf_nan_mode="null")
 
 _VERSION = 1
 """Version of the layout of :meth:`Comparison.plain`."""
@@ -67,7 +71,7 @@ class Comparison:
         """The comparison as JSON holds it."""
 
         def named(role: str, side: Side, found: Proportion) -> dict[str, Any]:
-            share = {"solved": found.count, "trials": found.n, "success": plain_json(found.value)}
+            share = {"solved": found.count, "trials": found.n, "success": _plain(found.value)}
             share |= {"success_low": found.low, "success_high": found.high}
             return {f"{role}{name}": value for name, value in (side._asdict() | share).items()}
 
@@ -86,7 +90,7 @@ class Comparison:
             "differences": [
                 named("first_", one.first, one.first_success)
                 | named("second_", one.second, one.second_success)
-                | {name: value for name, value in plain_json(one).items() if name not in apart}
+                | {name: value for name, value in _plain(one).items() if name not in apart}
                 | {"verdict": one.detected * (1 if one.value > 0 else -1)}
                 for one in self.differences
             ],

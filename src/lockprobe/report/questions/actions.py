@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.foundation.formatting import first_three, percent
+from lockprobe.foundation.formatting import MOST_NAMED, percent, range_of
 from lockprobe.report.format import TextTable
 from lockprobe.report.rows import Cell, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
@@ -64,7 +64,9 @@ def _show(found: Results) -> Iterator[Part]:
         "attempt that broke the rules of the box the actions before it. A condition is not judged where an action was "
         "not the choice, or a report was missing. Intervals are clustered by trial.",
     )
-    answer = f"Optimal under the first condition: {first_three(said, '; ')}." if said else ""
+    over = [cell.value("optimal_actions", _NAIVE) or 0.0 for cell in first.values()]
+    shown = "; ".join(said) if len(said) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
+    answer = f"Optimal under the first condition: {shown}." if said else ""
     yield Part("Optimal actions", answer, [_TABLE, note])
 
 

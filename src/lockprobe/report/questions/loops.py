@@ -9,7 +9,7 @@ from typing import Any, get_args
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import bracketed, first_three, p_value, percent
+from lockprobe.foundation.formatting import MOST_NAMED, bracketed, first_three, p_value, percent, range_of
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import at_dose, paper_rates, share_intervals_said
@@ -105,7 +105,9 @@ def _said(found: Results) -> Iterator[str]:
         for course, cell in lowest
         for than in [_THAN.get(_compared(cell), "")]
     ]
-    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {first_three(rates)}." if rates else ""
+    over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
+    said = ", ".join(rates) if len(rates) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
+    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {said}." if rates else ""
     changes = [
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "
         f"{row.value:.2f}, {p_value(row.p_value)})"

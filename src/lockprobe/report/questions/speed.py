@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lockprobe.boxes.solve import optimum, random_curve
-from lockprobe.foundation.formatting import NONE, first_three, p_cell, p_value
+from lockprobe.foundation.formatting import MOST_NAMED, NONE, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
@@ -96,14 +96,18 @@ def _over_doses(course: Doses) -> list[Estimate]:
 
 def _said(found: Results) -> str:
     """Mean steps beside those of the shortest plan, and what higher flip rates change."""
-    means = []
-    for course in played_subjects(found):
+    means, shown = [], played_subjects(found)
+    for course in shown:
         said = f"{course.played[0].value('mean_steps_all'):.1f} for {Subject.of(course.agent, course.shown).name}"
         change = course.get("steps_difference", _HIGHER)
         means.append(f"{said}, {steps_cell(change)} at higher ones ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
     least = f" (the shortest plan: {plan.value:g})" if plan else ""
-    return f"Mean steps {at_lowest(found)}{least}: {first_three(means, '; ')}." if means else "No trial has ended."
+    said = "; ".join(means)
+    if len(means) > MOST_NAMED:
+        over = sorted(course.played[0].value("mean_steps_all") or 0.0 for course in shown)
+        said = f"{over[0]:.1f} to {over[-1]:.1f} for {len(over)} agents"
+    return f"Mean steps {at_lowest(found)}{least}: {said}." if means else "No trial has ended."
 
 
 def _speed_table(found: Results) -> TextTable:
