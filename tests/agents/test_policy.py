@@ -25,16 +25,6 @@ POLICIES = (
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20, places=((0.1, 0.5), (0.5, 0.5), (0.9, 0.5)))
 
 
-class Fixed:
-    """A stream that gives one number again and again."""
-
-    def __init__(self, number):
-        self.number = number
-
-    def random(self):
-        return self.number
-
-
 def situation(reports, positions=True):
     """The situation after these reports: (label, moved, shifted joints)."""
     start = (True, False, False)
@@ -86,7 +76,7 @@ def test_what_is_open_is_as_told_else_as_the_outcomes_imply():
 )
 def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, number):
     probabilities = [weight / sum(weights) for weight in weights]
-    joint = draw(probabilities, Fixed(number))
+    joint = draw(probabilities, number)
     assert probabilities[joint] > 0
     assert sum(probabilities[:joint]) <= number + 1e-9
     assert number <= sum(probabilities[: joint + 1]) + 1e-9

@@ -77,16 +77,6 @@ def test_numbers_of_any_kind_pass_as_floats(value):
     assert {type(number) for number in found} == {float}
 
 
-@pytest.mark.parametrize("index", [4, -1, 1.0, None, "A"])
-def test_a_choice_that_is_no_joint_stops_the_trial_in_one_line(index):
-    class Chooser(Returning):
-        def choose(self, view, memory, rng):
-            return index
-
-    with pytest.raises(UserMistake, match=r"Chooser\.choose returned .*: the place of a joint in the listing, 0 to 3"):
-        run_trial(agent=Chooser(None))
-
-
 def test_every_class_is_checked_once_however_it_came_to_its_methods():
     class Later(Returning):
         """Overrides nothing."""
@@ -104,7 +94,6 @@ def test_every_class_is_checked_once_however_it_came_to_its_methods():
             return (1.0,)
 
     assert Later.probabilities is Returning.probabilities
-    assert Returning.choose is Policy.choose
     for policy in (WithMixed(None), Slotted()):
         with pytest.raises(UserMistake, match="4 numbers"):
             policy.probabilities(VIEW, None)
@@ -112,4 +101,3 @@ def test_every_class_is_checked_once_however_it_came_to_its_methods():
 
 def test_the_policies_of_lockprobe_are_called_as_they_are():
     assert not hasattr(HumanInspired.probabilities, "checked")
-    assert not hasattr(Policy.choose, "checked")

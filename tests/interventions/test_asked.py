@@ -23,7 +23,6 @@ from lockprobe.agents.prompt import (
     reply_schema,
 )
 from lockprobe.foundation.errors import BadFile, BadValue, ReplyFault, SettingsChanged, UserMistake
-from lockprobe.foundation.seeds import trial_stream
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.distract import ASIDES
 from lockprobe.interventions.history import History
@@ -329,7 +328,7 @@ def test_a_hand_that_slips_attempts_another_joint_and_is_truthfully_reported():
         assert label[step.chosen] == step.decision.joint
         assert step.told.startswith(label[step.joint])
         assert step.told_moved == step.moved
-    task, rng = Task(joints=("A", "B", "C", "D"), target="D", budget=20), trial_stream(1, 1, 1, "x")
+    task, rng = Task(joints=("A", "B", "C", "D"), target="D", budget=20), np.random.default_rng(1)
     found = Counter(Tremble(p=1).act("B", (), task, rng) for _ in range(3000))
     assert set(found) == {"A", "C", "D"}
     assert all(binomtest(n, 3000, 1 / 3).pvalue > 0.001 for n in found.values())

@@ -65,16 +65,6 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
         before = after
 
 
-def test_it_draws_equally_often_whatever_its_parameters():
-    after = set()
-    for channel in [like.at_rate(p) for like in [*LIKE, NOISY, *PARTS] for p in (0.0, 0.3, 1.0)]:
-        rng, past = np.random.default_rng(1), ()
-        for _ in range(7):
-            past = (*past, Moment(was=TRUTH, told=channel.perceive(TRUTH, past, TASK, rng)))
-        after.add(rng.random())
-    assert len(after) == 1
-
-
 @pytest.mark.parametrize("modality", [STATES, "symbolic?tell=outcome"])
 @pytest.mark.parametrize("part", ["outcome", "position"])
 def test_one_part_alone_needs_reports_of_two(part, modality):

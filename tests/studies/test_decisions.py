@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.power.blocks import Played, played_blocks
 from lockprobe.studies.decisions import Family, Question, decisions, played_out, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 import pytest
 
 from lockprobe.foundation.errors import BadValue
@@ -10,6 +9,7 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import make_trial
 from lockprobe.trial.changes import Acting, pass_through
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Percept
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
@@ -115,8 +115,9 @@ def test_one_that_needs_what_another_does_breaks_no_trial():
         def perceive(self, percept, past, task, rng):
             return replace(percept, text="!")
 
-    acting = [Acting(number, one, np.random.default_rng(1)) for number, one in enumerate((Gives(), Needs()))]
-    passed = pass_through(acting, Percept(), lambda one, percept: one.one.perceive(percept, (), None, one.rng))
+    luck = Luck(seed=1, box="chain-4", repetition=1, trial=1)
+    acting = [Acting(number, one, luck.stream(f"{number}")) for number, one in enumerate((Gives(), Needs()))]
+    passed = pass_through(acting, Percept(), lambda one, percept: one.one.perceive(percept, (), None, one.luck.at(1)))
     assert passed.changed == (0, 1)
 
 

@@ -16,7 +16,7 @@ from lockprobe.interventions.yoked import Yoked
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.protocols import AgentTraits, InterventionTraits, PlantTraits
+from lockprobe.trial.protocols import InterventionTraits, PlantTraits
 from lockprobe.trial.record import TrialError
 from lockprobe.trial.trial_name import ForkName
 
@@ -97,7 +97,7 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
         "actuators": ["Tremble"],
     }
     streams = dict(zip(names, found.streams, strict=True))
-    assert (streams["Tremble"], streams["TextChannel"]) == (("Tremble-0", 0), None)
+    assert (streams["Tremble"], streams["TextChannel"]) == (("Tremble-0", 0), ("TextChannel-0", 0))
     channels = [found.streams[number] for number in found.channels]
     assert channels == [("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
     assert list(found.specs.values())[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
@@ -118,18 +118,17 @@ class Everything:
     """Declares by class attributes, and by a property."""
 
     doses = ("p",)
-    after_words = always_tells = unseeded = attended = True
+    after_words = always_tells = attended = True
     ahead = property(lambda self: 3)
 
 
 def test_what_is_declared_is_read_from_class_and_object_and_else_are_the_defaults():
     for one in (object, object(), None):
         assert InterventionTraits.of(one) == InterventionTraits()
-        assert (AgentTraits.of(one), PlantTraits.of(one)) == (AgentTraits(), PlantTraits())
+        assert PlantTraits.of(one) == PlantTraits()
     traits = InterventionTraits(doses=("p",), after_words=True, always_tells=True, ahead=3)
     assert InterventionTraits.of(Everything()) == traits
     assert InterventionTraits.of(Everything).doses == ("p",)
-    assert AgentTraits.of(Everything).unseeded
     assert PlantTraits.of(Everything).attended
     flip, yoked, words = (InterventionTraits.of(one) for one in (OutcomeFlip(), Yoked(), TextChannel(tell="state")))
     assert (flip.name, flip.doses, flip.stream, flip.ahead) == ("flip", ("p", "keep"), "channel", 0)

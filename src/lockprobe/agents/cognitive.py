@@ -60,6 +60,7 @@ class SoftmaxMemory(Policy[Traces]):
     """
 
     exact: ClassVar[bool] = True
+    heeds_panel = False
 
     target: float = 0.0
     closed: float = 0.0
@@ -154,6 +155,7 @@ class RandomMap(Policy[Habits]):
     """
 
     exact: ClassVar[bool] = True
+    heeds_panel = False
 
     window: int = 1
     avoid: Literal["none", "last", "failed"] = "none"
@@ -238,6 +240,7 @@ class LoopBreaker(Policy[Round]):
     """
 
     heeds_remarks = True
+    heeds_panel = False
 
     def begin(self, view: View) -> Round:
         """No joint of the cycle is drawn.

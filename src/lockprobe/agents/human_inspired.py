@@ -20,14 +20,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after, pick
+from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
-
-if TYPE_CHECKING:
-    import numpy as np
 
 PRESETS: Mapping[str, Mapping[str, object]] = {
     "target-first": {},
@@ -88,6 +85,11 @@ class HumanInspired(Policy[Tried]):
         check_probability("lapse", self.lapse)
 
     @property
+    def heeds_panel(self) -> bool:  # type: ignore[override]  # a flag of each one, not of the class
+        """Whether distances matter."""
+        return self.nearest
+
+    @property
     def facts(self) -> Mapping[str, Fact]:
         """Its parameters; the default preset has none to state."""
         return {} if self == HumanInspired() else asdict(self)
@@ -112,19 +114,13 @@ class HumanInspired(Policy[Tried]):
         """Equal for all joints that the rules allow; lapses are equal for all joints."""
         return evenly(self.choices(view, memory), view, self.lapse)
 
-    def choose(self, view: View, memory: Tried, rng: np.random.Generator) -> int:
-        """The next joint. A lapse costs one draw whether it comes or not; the target by rule 1 costs none."""
-        if self.lapse and rng.random() < self.lapse:
-            return pick(range(view.joints), rng)
-        if self._target_is_due(view, memory):
-            return view.target
-        return pick(self.choices(view, memory), rng)
-
     def choices(self, view: View, memory: Tried) -> Sequence[int]:
         """The joints that the rules allow now, in the order of the listing."""
-        if self._target_is_due(view, memory):
+        ruled_out = memory.failed if self.memory == "since-move" else 0
+        if self.memory == "configuration":
+            ruled_out = memory.seen >> (memory.opened * view.joints) & ((1 << view.joints) - 1)
+        if self.target == "first" and not ruled_out >> view.target & 1:
             return [view.target]
-        ruled_out = self._ruled_out(view, memory)
         untried = [joint for joint in range(view.joints) if not ruled_out >> joint & 1]
         spared = memory.opened if self.spare == "opened" else 0
         if self.spare == "moved" and memory.moved >= 0:
@@ -137,11 +133,3 @@ class HumanInspired(Policy[Tried]):
             far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in fresh}
             fresh = [joint for joint in fresh if far[joint] == min(far.values())]
         return fresh or untried or range(view.joints)
-
-    def _target_is_due(self, view: View, memory: Tried) -> bool:
-        return self.target == "first" and not self._ruled_out(view, memory) >> view.target & 1
-
-    def _ruled_out(self, view: View, memory: Tried) -> int:
-        if self.memory == "configuration":
-            return memory.seen >> (memory.opened * view.joints) & ((1 << view.joints) - 1)
-        return memory.failed if self.memory == "since-move" else 0

@@ -98,7 +98,7 @@ class IdealObserver(Policy[Belief]):
         claimed = told_outcome(situation)
         if belief.moved is not None and abs(belief.moved - 0.5) >= _EVEN:
             claimed = "moved" if belief.moved > 0.5 else "blocked"
-        joint = situation.task.joints[draw(probabilities, rng)]
+        joint = situation.task.joints[draw(probabilities, rng.random())]
         return Decision(joint=joint, claimed=claimed, probabilities=probabilities)
 
 

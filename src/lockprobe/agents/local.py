@@ -211,7 +211,7 @@ def _drawn(
     situation: Situation, said: str, probability: float | None, chances: Sequence[float], rng: np.random.Generator
 ) -> Decision:
     """The decision of a model that has said this about its last action, with its next joint drawn."""
-    joint, last = situation.task.joints[draw(chances, rng)], situation.percept.joint
+    joint, last = situation.task.joints[draw(chances, rng.random())], situation.percept.joint
     reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
     return Decision(
         joint=joint,

@@ -2,14 +2,17 @@
 
 A policy begins with a memory, updates it with every report, and derives a probability for each joint. The memory is a
 hashable value, so the same policy can be played here step by step, propagated exactly or sampled by the thousand
-(:mod:`lockprobe.simulation.montecarlo`), and fitted (``examples/fit_policy.py``). Joints are indices into
+(:mod:`lockprobe.simulation.kernel`), and fitted (``examples/fit_policy.py``). Joints are indices into
 ``Task.joints``, the order in which they are listed.
 """
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
@@ -134,19 +137,15 @@ def evenly(joints: Collection[int], view: View, lapse: float = 0.0) -> tuple[flo
     return tuple(lapse / view.joints + (1 - lapse) * (joint in joints) / len(joints) for joint in range(view.joints))
 
 
-def pick(choices: Sequence[int], rng: np.random.Generator) -> int:
-    """One of several equally likely joints, by one draw."""
-    return choices[int(rng.random() * len(choices))]
+def running_sums(probabilities: Sequence[float]) -> list[float]:
+    """The sums of the probabilities up to each joint; infinite from the last possible one on, for rounding errors."""
+    last = max(j for j, probability in enumerate(probabilities) if probability > 0)
+    return [*list(accumulate(probabilities))[:last], *[math.inf] * (len(probabilities) - last)]
 
 
-def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
-    """A joint by its probability, by one draw: the first at which the running sum exceeds it."""
-    number, total = rng.random(), 0.0
-    for joint, probability in enumerate(probabilities):
-        total += probability
-        if number < total:
-            return joint
-    return max(j for j, probability in enumerate(probabilities) if probability > 0)
+def draw(probabilities: Sequence[float], number: float) -> int:
+    """The joint of a random number in [0, 1): the first at which the running sum exceeds it."""
+    return bisect_right(running_sums(probabilities), number)
 
 
 class Policy(Generic[Memory]):
@@ -156,7 +155,8 @@ class Policy(Generic[Memory]):
     situation continues the cached one, so it never changes a decision.
 
     ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
-    ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it.
+    ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it, and
+    ``heeds_panel`` whether it matters where the joints lie on the panel.
 
     What classes of others return is checked at every call (:mod:`lockprobe.agents.policy_check`).
     """
@@ -164,6 +164,7 @@ class Policy(Generic[Memory]):
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     heeds_remarks: ClassVar[bool] = False
+    heeds_panel: bool = True
     _last_recall: _Recall[Memory] | None = None
 
     def __init_subclass__(cls, **given: object) -> None:
@@ -191,23 +192,15 @@ class Policy(Generic[Memory]):
         """The probability of each joint, shape (joints,)."""
         raise NotImplementedError
 
-    def choose(self, view: View, memory: Memory, rng: np.random.Generator) -> int:
-        """The next joint, drawn from :meth:`probabilities`."""
-        return draw(self.probabilities(view, memory), rng)
-
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
         known = self._recalled(situation)
         view, memory = known.view, known.memory
-        chances = self.probabilities(view, memory) if self.exact else None
-        if chances is not None and type(self).choose is Policy.choose:
-            joint = draw(chances, rng)  # as choose does, which would compute them again
-        else:
-            joint = self.choose(view, memory, rng)
+        chances = self.probabilities(view, memory)
         return Decision(
-            joint=situation.task.joints[joint],
+            joint=situation.task.joints[draw(chances, rng.random())],
             claimed=_outcome(situation.percept, known.told) if self.looks else None,
-            probabilities=chances,
+            probabilities=chances if self.exact else None,
         )
 
     def recall(self, situation: Situation) -> tuple[View, Memory]:

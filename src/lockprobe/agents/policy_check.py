@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import wraps
-from numbers import Integral, Real
+from numbers import Real
 from reprlib import Repr
 from typing import Any
 
@@ -19,14 +19,12 @@ _short.maxother, _short.maxtuple, _short.maxlist = 80, 12, 12
 
 
 def check_returns(policy: type[Any]) -> None:
-    """Make a class of policies check its probabilities and choices at every call, unless Lockprobe wrote them."""
-    for name, checked in (("probabilities", _with_probabilities_checked), ("choose", _with_choice_checked)):
-        method = getattr(policy, name)
-        ours = str(getattr(method, "__module__", "")).partition(".")[0] == __name__.partition(".")[0]
-        if not ours and not hasattr(method, "checked"):
-            new: Any = checked(method)
-            new.checked = True
-            setattr(policy, name, new)
+    """Make a class of policies check its probabilities at every call, unless Lockprobe wrote them."""
+    method = policy.probabilities
+    ours = str(getattr(method, "__module__", "")).partition(".")[0] == __name__.partition(".")[0]
+    if not ours and not hasattr(method, "checked"):
+        policy.probabilities = _with_probabilities_checked(method)
+        policy.probabilities.checked = True
 
 
 def _with_probabilities_checked(method: Callable[..., Any]) -> Callable[..., tuple[float, ...]]:
@@ -40,19 +38,6 @@ def _with_probabilities_checked(method: Callable[..., Any]) -> Callable[..., tup
         raise UserMistake(f"{type(self).__name__}.probabilities returned {_short.repr(found)}: {wanted}")
 
     return probabilities
-
-
-def _with_choice_checked(method: Callable[..., Any]) -> Callable[..., int]:
-    @wraps(method)
-    def choose(self: Any, view: Any, memory: Any, rng: Any) -> int:
-        found = method(self, view, memory, rng)
-        place = int(found) if isinstance(found, Integral) else -1
-        if 0 <= place < view.joints:
-            return place
-        wanted = f"the place of a joint in the listing, 0 to {view.joints - 1}, is expected"
-        raise UserMistake(f"{type(self).__name__}.choose returned {_short.repr(found)}: {wanted}")
-
-    return choose
 
 
 def _numbers(found: Any) -> tuple[float, ...]:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from lockprobe.agents.policy import Policy, Told, View, evenly, pick
-
-if TYPE_CHECKING:
-    import numpy as np
+from lockprobe.agents.policy import Policy, Told, View, evenly
 
 
 class RandomAgent(Policy[None]):
     """A random choice among all joints at every step. Its success is the box's chance level."""
 
-    looks = False
+    looks = heeds_panel = False
 
     def begin(self, view: View) -> None:
         """Nothing."""
@@ -25,15 +20,11 @@ class RandomAgent(Policy[None]):
         """Equal for all joints."""
         return evenly(range(view.joints), view)
 
-    def choose(self, view: View, memory: None, rng: np.random.Generator) -> int:
-        """Any joint."""
-        return pick(range(view.joints), rng)
-
 
 class RandomNoRepeat(Policy[int]):
     """A random choice among all joints except the one attempted last."""
 
-    looks = False
+    looks = heeds_panel = False
 
     def begin(self, view: View) -> int:
         """No joint was attempted."""
@@ -45,21 +36,13 @@ class RandomNoRepeat(Policy[int]):
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
         """Equal for all others."""
-        return evenly(_others(view, memory), view)
-
-    def choose(self, view: View, memory: int, rng: np.random.Generator) -> int:
-        """Any joint but the last."""
-        return pick(_others(view, memory), rng)
-
-
-def _others(view: View, last: int) -> list[int]:
-    return [joint for joint in range(view.joints) if joint != last]
+        return evenly([joint for joint in range(view.joints) if joint != memory], view)
 
 
 class RoundRobin(Policy[int]):
     """The joints in listed order, again and again, whatever happens."""
 
-    looks = False
+    looks = heeds_panel = False
 
     def begin(self, view: View) -> int:
         """The first."""
@@ -72,7 +55,3 @@ class RoundRobin(Policy[int]):
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
         """One of them."""
         return evenly([memory], view)
-
-    def choose(self, view: View, memory: int, rng: np.random.Generator) -> int:
-        """That one, without a draw."""
-        return memory

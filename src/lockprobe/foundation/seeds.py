@@ -1,10 +1,6 @@
-"""One tree of random streams: study > repetition > trial > {layout, labels, plant, channel-0, channel-1, agent}.
+"""Random streams of what is drawn outside trials, by name: boxes, assignments, tests, simulations.
 
-What is drawn once for a whole study has streams of its own: study > {layout, labels}.
-
-Neither the condition nor the agent is on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
-channel and the same draws for its agent whatever the flip probability is and for every agent, so conditions and
-agents are compared on common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
+The luck of trials has addresses (:mod:`lockprobe.trial.luck`).
 """
 
 from __future__ import annotations
@@ -20,7 +16,7 @@ def _entropy(seed: int, path: tuple[str | int, ...]) -> bytes:
 
 
 def generator(seed: int, *path: str | int) -> np.random.Generator:
-    """The random stream at one place of the tree, for example ``generator(seed, "rep", 2, "trial", 7, "agent")``.
+    """The random stream of a path, for example ``generator(seed, "study", "layout")``.
 
     It depends on the seed, any integer, and on every part of the path, and on nothing else.
     """
@@ -29,19 +25,5 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
 
 
 def integer_seed(seed: int, *path: str | int) -> int:
-    """A seed in [0, 2**31) for a place of the tree, for runtimes that take a number."""
+    """A seed in [0, 2**31) for a path, for runtimes that take a number."""
     return int.from_bytes(_entropy(seed, path), "little") % 2**31
-
-
-def study_stream(seed: int, name: str) -> np.random.Generator:
-    """A stream of a whole study, by its name; the same for every trial, condition and agent."""
-    return generator(seed, "study", name)
-
-
-def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random.Generator:
-    """One of a trial's streams, by its name; the same for every condition and agent. Both numbers are from 1."""
-    return generator(seed, "rep", repetition, "trial", trial, name)
-
-
-UNDRAWN = generator(0, "undrawn")
-"""The stream of all that draws nothing, since to seed one takes as long as two steps of a trial."""

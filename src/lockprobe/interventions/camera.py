@@ -68,7 +68,7 @@ class CameraChannel:
         self._damage()
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept as pictures. Three numbers are drawn per percept, whatever the settings are.
+        """The percept as pictures.
 
         Raises:
             BadValue: If the plant has no camera, or cannot draw what is told.

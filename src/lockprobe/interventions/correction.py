@@ -25,7 +25,7 @@ class Correction:
     It hits the steps at which ``flip`` lies at the same p. The four combinations have one form and differ in what they
     say: a lie that the truth corrects (the default), a truth that is repeated, a truth that a lie "corrects", and a lie
     that is repeated. A lie is the false report that ``flip`` tells, and later reports agree with the last statement.
-    Corrections are made in words; pictures cannot be corrected. One number is drawn per attempt, whatever p is.
+    Corrections are made in words; pictures cannot be corrected.
 
     Attributes:
         p: Probability that a report is corrected, [0, 1].
@@ -65,7 +65,9 @@ class Correction:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as its last statement tells it, with the first one if it is corrected."""
-        hit = percept.joint is not None and rng.random() < self.p and hits(self.at, len(past))
+        if percept.joint is None:
+            return percept
+        hit = rng.random() < self.p and hits(self.at, len(past))
         first, last = (self._said(says, percept, past, task, hit=hit) for says in (self.first, self.last))
         return replace(last, corrects=first) if hit else last
 
@@ -73,4 +75,4 @@ class Correction:
         """What a statement tells; where the last one is true, nothing that was told stays false."""
         if self.last == says == "truth":
             return percept
-        return self.lies.told(percept, past, task, flipped=hit and says == "lie")
+        return self.lies.told(percept, past, task, flipped=hit and says == "lie", lasting=-int(self.lies.keep))

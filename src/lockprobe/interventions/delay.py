@@ -26,7 +26,6 @@ class Delay:
     """
 
     name: ClassVar[str] = "delay"
-    draws: ClassVar[bool] = False
     doses: ClassVar[tuple[str, ...]] = ("lag",)
     lag: int = 1
 

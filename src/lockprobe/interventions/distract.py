@@ -27,18 +27,14 @@ class Distract(AtRandomSteps):
     """With probability p an irrelevant sentence comes with the report, which stays unchanged.
 
     Its moments are random, unlike those of ``remark``; the first step has none. Agents that read no words ignore it.
-    Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said at a smaller p is said at a
-    larger one too.
+    What is said at a smaller p is said at a larger one too.
     """
 
     name: ClassVar[str] = "distract"
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with a sentence, or without."""
-        no_report = len(past) < 2
-        if no_report and self.luck == "flip":  # which draws nothing before the first attempt either
-            return briefing
-        said, which = self.drawn(rng)
-        if no_report or said >= self.p or not hits(self.at, len(past) - 1):
+        said, which = rng.random(2)
+        if len(past) < 2 or said >= self.p or not hits(self.at, len(past) - 1):
             return briefing
         return briefing.remarking(ASIDES[int(which * len(ASIDES))])

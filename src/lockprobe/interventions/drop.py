@@ -15,7 +15,7 @@ from lockprobe.trial.record import Moment, Percept, Task
 class Drop(AtRandomSteps):
     """With probability p the report of an attempt is missing; the box and all other reports stay unchanged.
 
-    One number is drawn per attempt whatever p is, so the reports lost at a smaller p are lost at a larger one too.
+    The reports lost at a smaller p are lost at a larger one too.
     """
 
     name: ClassVar[str] = "drop"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_probability
-from lockprobe.interventions.second_draw import survival
-from lockprobe.trial.record import Moment, Outcome, Percept, Task
+from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np
@@ -67,10 +66,9 @@ class OutcomeFlip:
     * ``part=outcome``: the outcome in the report is the opposite one, and all positions are true.
     * ``part=position``: the outcome in the report is true, and the reported position of the attempted joint is not.
 
-    One number is drawn per attempt whatever the options are, so the flips at a smaller ``p`` are a subset of those at a
-    larger one, the surviving positions at a smaller ``keep`` are a subset too, and further options only leave some
-    flips out. Above p = 0.5 the report is informative again, with its meaning inverted. A report that says nothing is
-    not inverted.
+    The flips at a smaller ``p`` are a subset of those at a larger one, the surviving positions at a smaller ``keep``
+    are a subset too, and further options only leave some flips out. Above p = 0.5 the report is informative again,
+    with its meaning inverted. A report that says nothing is not inverted.
 
     Attributes:
         p: Flip probability, [0, 1].
@@ -177,61 +175,101 @@ class OutcomeFlip:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
-        drawn = 1.0 if percept.joint is None else rng.random()
-        flipped = drawn < self.rate(percept) and self._may(percept, past)
-        return self.told(percept, past, task, flipped=flipped, drawn=drawn)
+        if percept.joint is None:
+            return percept
+        numbers = rng.random(self.numbers(len(task.joints))).tolist()
+        flipped = numbers[0] < self.rate(percept) and self._may(percept, past)
+        noisy = self.others != "noisy" or (percept.outcome is not None and self.falls_on(len(past)))
+        return self.told(percept, past, task, flipped=flipped, lasting=self.lasting(numbers) if noisy else 0)
 
     def rate(self, percept: Percept) -> float:
         """The rate at which the outcome of this attempt is inverted, [0, 1]."""
         return self.p
 
-    def told(
-        self, percept: Percept, past: tuple[Moment, ...], task: Task, *, flipped: bool, drawn: float = 1.0
-    ) -> Percept:
-        """The percept as this flip tells it, inverted or not.
+    def told(self, percept: Percept, past: tuple[Moment, ...], task: Task, *, flipped: bool, lasting: int) -> Percept:
+        """The percept of an attempt as this flip tells it, inverted or not.
 
         Args:
             percept: The percept before it.
             past: The moments so far, with what was told.
             task: The task.
             flipped: Whether the report is inverted.
-            drawn: The number that was drawn for the report, [0, 1]; it decides on positions of other joints.
+            lasting: As :meth:`lasting` gives it.
         """
-        outcome: Outcome | None = percept.outcome
+        outcome, positions = percept.outcome, percept.positions
+        if positions is not None and percept.joint is not None:
+            place = task.joints.index(percept.joint)
+            now, bit, moved = as_bits(positions), 1 << place, outcome == "moved"
+            last = None if not past or past[-1].reported.positions is None else as_bits(past[-1].reported.positions)
+            if last is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
+                last = ((now if last is None else last) & ~bit) | ((now ^ moved * bit) & bit)
+            told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)
+            if told != now:
+                positions = tuple(bool(told >> i & 1) for i in range(len(positions)))
         if flipped and outcome is not None and self.part != "position":
             outcome = "blocked" if outcome == "moved" else "moved"
-        positions = self._positions(percept, past, task, drawn, flipped)
         if (outcome, positions) == (percept.outcome, percept.positions):
             return percept
         return replace(percept, outcome=outcome, positions=positions)
+
+    def numbers(self, joints: int) -> int:
+        """How many random numbers of a report decide what it tells: one, or one more for each joint."""
+        return 1 + joints * (0 < self.keep < 1 or self.others == "noisy")
+
+    def lasting(self, numbers: Any) -> Any:
+        """The joints whose false positions survive a report, or which it inverts (``others=noisy``), one bit each.
+
+        Args:
+            numbers: The random numbers of the report, in [0, 1), those after the first in the order of the listing;
+                each is a number, or an array with one for each trial.
+        """
+        if len(numbers) == 1:
+            return -int(self.keep)
+        chance = self.p if self.others == "noisy" else self.keep
+        return sum((number < chance) * (1 << place) for place, number in enumerate(numbers[1:]))
+
+    def positions(self, now: Any, last: Any, bit: Any, *, moved: Any, flipped: Any, lasting: Any) -> Any:
+        """The positions that a report tells, one bit for each joint: the law of false reports, for one trial or many.
+
+        All arguments are whole numbers or truth values, or arrays with one for each trial.
+
+        Args:
+            now: The positions without this flip.
+            last: The positions told last.
+            bit: The attempted joint.
+            moved: Whether it moved.
+            flipped: Whether the report is inverted.
+            lasting: As :meth:`lasting` gives it.
+        """
+        if self.part == "outcome":
+            return now
+        own = last ^ bit * (moved ^ flipped) if self.inverts == "outcome" else now ^ bit * flipped
+        others = now ^ (lasting if self.others == "noisy" else (now ^ last) & lasting)
+        return others & ~bit | own & bit
 
     def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
         if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):
             return False
         return self.while_ == "always" or _continues_a_loop((*(was.attempted for was in past[1:]), percept.joint))
 
-    def _positions(
-        self, percept: Percept, past: tuple[Moment, ...], task: Task, drawn: float, flipped: bool
-    ) -> tuple[bool, ...] | None:
-        if percept.positions is None or self.part == "outcome":
-            return percept.positions
-        last = past[-1].reported.positions if past else None
-        before = percept.positions if last is None else last
-        told = list(percept.positions)
-        if self.others != "fresh":
-            noisy = percept.outcome is not None and self.falls_on(len(past))
-            for place, (truth, earlier) in enumerate(zip(percept.positions, before, strict=True)):
-                if self.others == "noisy":
-                    told[place] = truth ^ (noisy and survival(float(drawn), place) < self.p)
-                elif self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep):
-                    told[place] = earlier
-        if percept.joint is not None:
-            place = task.joints.index(percept.joint)
-            if self.inverts == "outcome" and last is not None and percept.outcome is not None:
-                told[place] = before[place] ^ (percept.outcome == "moved") ^ flipped
-            else:
-                told[place] = percept.positions[place] ^ flipped
-        return tuple(told)
+
+def as_bits(positions: Sequence[bool]) -> int:
+    """Positions as a number, bit i for the joint at place i."""
+    return sum([1 << place for place, position in enumerate(positions) if position])
+
+
+def told_by(flips: Sequence[OutcomeFlip], now: Any, last: Any, bit: Any, moved: Any, numbers: Sequence[Any]) -> Any:
+    """What a report tells after flips that act on all reports alike, one after the other: outcome and positions.
+
+    The arguments are those of :meth:`OutcomeFlip.positions`; ``numbers`` has those of each flip.
+    """
+    told, outcome = now, moved
+    for flip, drawn in zip(flips, numbers, strict=True):
+        flipped = drawn[0] < flip.p
+        lasting = flip.lasting(drawn)
+        told = flip.positions(told, last, bit, moved=outcome, flipped=flipped, lasting=lasting)
+        outcome = outcome ^ flipped if flip.part != "position" else outcome
+    return outcome, told
 
 
 _LIKE: Mapping[str, tuple[Inverts, Others]] = {

@@ -15,8 +15,6 @@ from lockprobe.trial.record import Moment, Task
 class Force:
     """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
 
-    One number is drawn per step.
-
     Attributes:
         at: The step, from 1; 0 for none.
         joint: Label of the joint; empty for one that is drawn, each equally likely.

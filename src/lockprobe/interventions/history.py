@@ -25,7 +25,6 @@ class History:
     """
 
     name: ClassVar[str] = "history"
-    draws: ClassVar[bool] = False
     last: int = 5
 
     def __post_init__(self) -> None:

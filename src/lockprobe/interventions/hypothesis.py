@@ -27,7 +27,6 @@ class Hypothesis:
     """
 
     name: ClassVar[str] = "hypothesis"
-    draws: ClassVar[bool] = False
     ask: Ask = "before"
 
     def __post_init__(self) -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
-import numpy as np
-
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
 
 Luck = Literal["own", "flip"]
-"""With ``flip`` one number per attempt comes from the stream of the flip: equal doses hit equal steps."""
+"""With ``flip`` the numbers come from the stream of the flip: equal doses hit equal steps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,22 +41,6 @@ class AtRandomSteps:
     def stream(self) -> str:
         """The name of its random stream."""
         return OutcomeFlip.stream if self.luck == "flip" else type(self).__name__
-
-    def drawn(self, rng: np.random.Generator) -> tuple[float, float]:
-        """Two numbers in [0, 1), by one draw with ``luck=flip``: a first one below p hits, the second chooses."""
-        if self.luck == "flip":
-            number = rng.random()
-            return number, within(number, self.p) if number < self.p else 0.0
-        return rng.random(), rng.random()
-
-
-def within(number: float, p: float) -> float:
-    """The relative position in [0, p) of a number that hit, [0, 1): a second draw from the same number.
-
-    >>> within(0.1, 0.4)
-    0.25
-    """
-    return number / p
 
 
 def check_steps(at: tuple[int, ...]) -> None:

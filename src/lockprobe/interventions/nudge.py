@@ -32,7 +32,6 @@ class Nudge:
     """
 
     name: ClassVar[str] = "nudge"
-    draws: ClassVar[bool] = False
     after: int = 2
 
     def __post_init__(self) -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.second_draw import survival
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:
@@ -23,8 +22,7 @@ class Phantom:
     correction, without the false outcome. It hits the steps at which ``flip`` lies at the same p. Where reports tell no
     outcomes, an agent that compares two reports is misled if it attempts the very joint next.
 
-    One number is drawn per attempt whatever p is; it also chooses the joint, so that the phantoms at a smaller p are a
-    subset of those at a larger one.
+    The phantoms at a smaller p are a subset of those at a larger one.
 
     Attributes:
         p: Probability that a report has a phantom, [0, 1].
@@ -46,10 +44,10 @@ class Phantom:
         """The percept with the position of another joint inverted, or not."""
         if percept.joint is None:
             return percept
-        drawn, positions = rng.random(), percept.positions
+        (drawn, which), positions = rng.random(2), percept.positions
         others = [place for place, label in enumerate(task.joints) if label != percept.joint]
         if drawn >= self.p or positions is None or not others:
             return percept
-        jumps = others[int(survival(float(drawn), len(task.joints)) * len(others))]
+        jumps = others[int(which * len(others))]
         told = tuple(position ^ (place == jumps) for place, position in enumerate(positions))
         return replace(percept, positions=told)

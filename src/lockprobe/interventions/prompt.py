@@ -40,7 +40,6 @@ class OwnPrompt:
     """
 
     name: ClassVar[str] = "prompt"
-    draws: ClassVar[bool] = False
     file: str = ""
     sha256: str = ""
     text: str = field(init=False, default="")

@@ -30,7 +30,6 @@ class Remark:
     """
 
     name: ClassVar[str] = "remark"
-    draws: ClassVar[bool] = False
     after: int = 2
 
     def __post_init__(self) -> None:

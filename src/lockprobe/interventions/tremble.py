@@ -15,14 +15,13 @@ from lockprobe.trial.record import Moment, Task
 class Tremble(AtRandomSteps):
     """With probability p a random other joint is attempted instead of the chosen one, and reported truthfully.
 
-    Two numbers are drawn per step whatever p is (one with ``luck=flip``), so the steps at which it slips at a
-    smaller p are among those at a larger one.
+    The steps at which it slips at a smaller p are among those at a larger one.
     """
 
     name: ClassVar[str] = "tremble"
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
         """The joint, or another one."""
-        slips, which = self.drawn(rng)
+        slips, which = rng.random(2)
         others = [label for label in task.joints if label != joint]
         return others[int(which * len(others))] if slips < self.p and hits(self.at, len(past)) else joint

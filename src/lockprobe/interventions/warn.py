@@ -26,7 +26,6 @@ class Warn:
     """
 
     name: ClassVar[str] = "warn"
-    draws: ClassVar[bool] = False
     rate: float | None = None
 
     def __post_init__(self) -> None:

@@ -46,7 +46,6 @@ class TextChannel:
     """
 
     shows: ClassVar[bool] = True
-    draws: ClassVar[bool] = False
     always_tells: ClassVar[bool] = True
     tell: Tell = "both"
     form: Form = "words"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.trial.luck import at_step
 from lockprobe.trial.record import Moment, Percept, Task
 
 How = Literal["next", "shuffle"]
@@ -53,8 +54,5 @@ class Yoked:
             return percept
         if self.how == "next":
             return OutcomeFlip(p=self.p).perceive(percept, past, task, rng)
-        seed: Any = rng.bit_generator.seed_seq
-        anew = np.random.Generator(type(rng.bit_generator)(seed))
-        lies = anew.random(task.budget) < self.p
-        false = lies[anew.permutation(task.budget)[len(past) - 1]]
-        return OutcomeFlip(p=float(false)).perceive(percept, past, task, rng)
+        step = 1 + int(at_step(rng, 0).permutation(task.budget)[len(past) - 1])
+        return OutcomeFlip(p=self.p).perceive(percept, past, task, at_step(rng, step))

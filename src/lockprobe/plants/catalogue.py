@@ -71,7 +71,6 @@ class PlantSource:
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
-        draws: Whether it draws from its random stream. If it never does, it need not have one of its own.
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
         doses: Those of them that are doses: numbers over which curves can be drawn.
@@ -89,7 +88,6 @@ class PlantSource:
     lays_out: bool | None = None
     is_attended: Callable[[], bool] = lambda: False
     ships: bool = True
-    draws: bool = True
     options: Mapping[str, str] | None = None
     doses: tuple[str, ...] = ()
 
@@ -99,9 +97,7 @@ class PlantSource:
         return self.picture_size is not None or self.photographs
 
 
-_SYMBOLIC = PlantSource(
-    spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, draws=False, options={}
-)
+_SYMBOLIC = PlantSource(spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
 
 
 def known_plants() -> dict[str, str]:

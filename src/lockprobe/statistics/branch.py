@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.seeds import trial_stream
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import ended
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 
@@ -106,7 +106,8 @@ def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
         found = next((n for n in range(1, last + 2) if continuation(actions[:n]) is not None), 0)
         if rule == "before-onset":  # up to the first loop, or to the end; nowhere if the loop comes too early
             end = min(found or last, last)
-            draw = trial_stream(trial.seed, trial.repetition, trial.trial, rule).random()
+            luck = Luck(seed=trial.seed, box=trial.box, repetition=trial.repetition, trial=trial.trial)
+            draw = luck.at(rule).random()
             found = _EARLIEST + int(draw * (end - _EARLIEST + 1)) if end >= _EARLIEST else 0
     else:
         found = int(rule)

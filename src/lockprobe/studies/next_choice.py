@@ -83,7 +83,7 @@ async def _of_agent(
 async def next_choice(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
     """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
     asked = _ChoiceProbe(policy, at)
-    plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+    plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.luck.physics())
     await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
     return asked.chances
 

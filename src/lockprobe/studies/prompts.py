@@ -121,7 +121,7 @@ def _told(plan: Plan, names: Names, snapshot: Snapshot, past: tuple[Moment, ...]
     """The percept of a snapshot in the modality of a plan, with empty pictures."""
     channel, percept = shown(plan.modality), names.percept(snapshot)
     if not isinstance(channel, CameraChannel):
-        return channel.perceive(percept, past, names.task(plan), plan.stream("prompt"))
+        return channel.perceive(percept, past, names.task(plan), plan.luck.at("prompt"))
     kinds: tuple[PictureKind, ...] = ("rgb",) if channel.depth == "none" else ("rgb", "depth")
     pictures = tuple(Picture(kind=kind, png=b"") for kind in kinds)
     return Percept(joint=percept.joint, text=channel.caption(percept.joint), pictures=pictures)

@@ -11,7 +11,7 @@ from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.seeds import study_stream, trial_stream
+from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import tells_positions
@@ -35,6 +35,7 @@ from lockprobe.studies.study_checks import (
 from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition, Contrast
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
@@ -375,9 +376,10 @@ class Study:
         """The box on the panel of a trial."""
         box = self.box_of(trial)
         if self.layout == "shuffled":
-            return redealt(box, trial_stream(seed, repetition, trial, "layout"))
+            luck = Luck(seed=seed, box=box.name, repetition=repetition, trial=trial)
+            return redealt(box, luck.at("layout"))
         if self.layout == "dealt":
-            return redealt(box, study_stream(seed, "layout"), neutral=True)
+            return redealt(box, generator(seed, "study", "layout"), neutral=True)
         return box
 
     def condition_of(self, trial: Trial) -> Condition | None:

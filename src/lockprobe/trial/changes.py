@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
+from lockprobe.trial.luck import Stream
 from lockprobe.trial.places import whole
-
-if TYPE_CHECKING:
-    import numpy as np
 
 _One = TypeVar("_One")
 _V = TypeVar("_V")
@@ -27,12 +25,12 @@ class Acting(Generic[_One]):
     Attributes:
         number: Its place in the condition, from 0.
         one: The intervention.
-        rng: Its random stream.
+        luck: Its random stream.
     """
 
     number: int
     one: _One
-    rng: np.random.Generator
+    luck: Stream
 
 
 class Passed(NamedTuple, Generic[_V]):
@@ -66,10 +64,9 @@ def pass_through(
     value = given
     changers: list[_Changer[_One, _V]] = []
     for one in acting:
-        state = one.rng.bit_generator.state if changers else None
         before, value = value, apply(one, value)
         if value is not before and whole(value) != whole(before):
-            changers.append(_Changer(one, before, state))
+            changers.append(_Changer(one, before))
     if not changers:
         return Passed(value, (), False)
     end = shown(value)
@@ -82,11 +79,10 @@ def pass_through(
 
 
 class _Changer(NamedTuple, Generic[_One, _V]):
-    """An intervention that changed a value: the value before, and the state of its stream before if it is needed."""
+    """An intervention that changed a value, and the value before."""
 
     acting: Acting[_One]
     before: _V
-    state: Any
 
 
 def _shown_without(
@@ -97,20 +93,14 @@ def _shown_without(
 ) -> object:
     """What the agent would have got without an intervention: ``later`` act again, on the value before it.
 
-    Their streams are drawn from as before, and are afterwards where they are now. One that breaks needs what was
-    changed before it.
+    One that breaks needs what was changed before it.
     """
-    now = [changer.acting.rng.bit_generator.state for changer in later]
     try:
         for changer in later:
-            changer.acting.rng.bit_generator.state = changer.state
             value = apply(changer.acting, value)
         return shown(value)
     except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
         return object()
-    finally:
-        for changer, state in zip(later, now, strict=True):
-            changer.acting.rng.bit_generator.state = state
 
 
 class Changes:

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import Configuration, bits
 from lockprobe.foundation.errors import ChannelFault, ModelFault, ReplyFault, TrialFault
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.foundation.seeds import UNDRAWN
 from lockprobe.trial.boundary import AGENT, INTERVENTIONS, PLANT
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.changes import Acting, Changes, pass_through
 from lockprobe.trial.decision_check import why_unusable
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
@@ -27,7 +27,6 @@ from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import (
     Actuator,
     Agent,
-    AgentTraits,
     Channel,
     Intervention,
     InterventionTraits,
@@ -51,9 +50,6 @@ from lockprobe.trial.record import (
 )
 from lockprobe.trial.source import ReportSource
 from lockprobe.trial.told_outcome import told_moved, told_positions
-
-if TYPE_CHECKING:
-    import numpy as np
 
 _T = TypeVar("_T")
 
@@ -197,20 +193,6 @@ def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
         return look(positions)
 
 
-def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
-    """The random stream of each intervention in a trial.
-
-    It is named after the kind of its intervention and the number among those of its kind. So an intervention has the
-    same luck whatever else is in its condition. Its ``stream`` and ``ahead``
-    (:class:`lockprobe.trial.protocols.InterventionTraits`) give it another.
-    """
-    return _streams(plan, Places.of(interventions))
-
-
-def _streams(plan: Plan, places: Places) -> list[np.random.Generator]:
-    return [UNDRAWN if stream is None else plan.stream(*stream) for stream in places.streams]
-
-
 class _Loop:
     """The state of one trial while it runs."""
 
@@ -235,8 +217,7 @@ class _Loop:
         self._plan, self._places = plan, places
         self.changes = Changes(places.specs)
         self._on_record = plan.fork is not None
-        self._rng = plan.stream("agent")
-        self._deal_streams(plan)
+        self._deal_luck(plan.luck)
         self._joints = plan.box.names
         self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
         self._turns: tuple[Turn, ...] = ()
@@ -244,11 +225,14 @@ class _Loop:
         self._configuration: Configuration = ()
         self._source = ReportSource(plan.modality)
 
-    def _deal_streams(self, plan: Plan) -> None:
-        """Give every intervention its random stream."""
+    def _deal_luck(self, luck: Luck) -> None:
+        """Give the agent and every intervention its random stream."""
         places = self._places
-        dealt = zip(places.all, _streams(plan, places), strict=True)
-        acting: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
+        self._luck = luck.stream("agent")
+        dealt = zip(places.all, places.streams, strict=True)
+        acting: list[Acting[Any]] = [
+            Acting(number, one, luck.stream(*stream)) for number, (one, stream) in enumerate(dealt)
+        ]
         self._channels = [acting[number] for number in places.channels]
         self._showing = [acting[number] for number in places.showing]
         self._after = [acting[number] for number in places.after]
@@ -300,7 +284,7 @@ class _Loop:
         return truth if said is snapshot else replace(self._names.percept(said), look=truth.look)
 
     def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
-        made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
+        made = acting.one.perceive(percept, self._moments, self._task, acting.luck.at(len(self._moments)))
         fork = self._plan.fork
         if fork is None or not fork.replaces(len(self._moments)) or any(acting.one is one for one in fork.acting):
             return made
@@ -326,13 +310,13 @@ class _Loop:
         return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
 
     def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
-        return acting.one.recall(turns, self._task, acting.rng)
+        return acting.one.recall(turns, self._task, acting.luck.at(len(self.steps)))
 
     def _briefed(self, acting: Acting[Prompt], briefing: Briefing) -> Briefing:
-        return acting.one.brief(briefing, self._moments, self._task, acting.rng)
+        return acting.one.brief(briefing, self._moments, self._task, acting.luck.at(len(self.steps)))
 
     def _acted(self, acting: Acting[Actuator], joint: str) -> str:
-        return acting.one.act(joint, self._moments, self._task, acting.rng)
+        return acting.one.act(joint, self._moments, self._task, acting.luck.at(len(self._moments)))
 
     def _attempted(self, chosen: str) -> str:
         """The label of the joint that is really attempted."""
@@ -366,16 +350,13 @@ class _Loop:
         return step
 
     def _decision(self, situation: Situation) -> Awaitable[Decision]:
-        """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
-
-        An agent with a random stream decides again, so that the stream is where it was. One that draws its own luck is
-        not asked for as long as everything is as on record, also after the fork.
-        """
+        """Ask the agent. On a fork nobody is asked for as long as everything is as on record and luck is the same."""
         fork, now = self._plan.fork, len(self.steps)
-        played = fork is not None and self._on_record and now < len(fork.recorded)
-        if fork is not None and played and AgentTraits.of(self._agent).unseeded:
-            return _known(fork.recorded[now].decision)
-        return self._agent.decide(situation, self._rng)
+        if fork is not None and self._on_record:
+            known = fork.recorded if fork.name.time == 1 else fork.recorded[: fork.name.at]
+            if now < len(known):
+                return _known(known[now].decision)
+        return self._agent.decide(situation, self._luck.at(now + 1))
 
     def _usable(self, decision: Decision) -> Decision:
         """The decision without API keys in its texts and without claims where nobody asked.
@@ -399,9 +380,7 @@ class _Loop:
         if step.step < fork.name.at and not self._on_record:
             raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
         if step.step == fork.name.at and fork.name.time > 1:
-            again = replace(self._plan, luck=fork.name.time)
-            self._rng = again.stream("agent")
-            self._deal_streams(again)
+            self._deal_luck(replace(self._plan.luck, time=fork.name.time))
 
     def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
         """The record of one step."""

@@ -22,7 +22,7 @@ class Places:
 
     Attributes:
         all: The interventions, in the order in which they act. The other attributes hold their numbers in it.
-        streams: The name of the random stream of each, and how many trials ahead it lies; None if it draws nothing.
+        streams: The name of the random stream of each, and how many trials ahead it lies.
         channels: Those that change reports before these become words or pictures.
         showing: The one that makes words or pictures; empty without one.
         after: Those that change words or pictures.
@@ -34,7 +34,7 @@ class Places:
     """
 
     all: tuple[Intervention, ...]
-    streams: tuple[tuple[str, int] | None, ...]
+    streams: tuple[tuple[str, int], ...]
     channels: tuple[int, ...]
     showing: tuple[int, ...]
     after: tuple[int, ...]
@@ -71,13 +71,17 @@ class Places:
         )
 
 
-def _streams(interventions: Sequence[Intervention]) -> tuple[tuple[str, int] | None, ...]:
-    """The random stream of each intervention, named after its kind and its number among those of its kind."""
+def _streams(interventions: Sequence[Intervention]) -> tuple[tuple[str, int], ...]:
+    """The random stream of each intervention, named after its kind and its number among those of its kind.
+
+    So an intervention has the same luck whatever else is in its condition. Its ``stream`` and ``ahead``
+    (:class:`lockprobe.trial.protocols.InterventionTraits`) give it another.
+    """
     seen: Counter[str] = Counter()
-    streams = list[tuple[str, int] | None]()
+    streams = list[tuple[str, int]]()
     for one in interventions:
         kind, traits = type(one).__name__, InterventionTraits.of(one)
-        streams.append((f"{traits.stream or kind}-{seen[kind]}", traits.ahead) if traits.draws else None)
+        streams.append((f"{traits.stream or kind}-{seen[kind]}", traits.ahead))
         seen[kind] += 1
     return tuple(streams)
 

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, Lockbox, Shuffle, bits
 from lockprobe.boxes.layouts import locking_pairs, neutral_order
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.seeds import study_stream, trial_stream
+from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import group_of
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept, Snapshot, Step, Task
@@ -66,7 +68,7 @@ class Plan:
         assessment: Whether the agent is asked what its last action did.
         hypothesis: When the agent is asked how the box works, unless an intervention says otherwise.
         fork: The fork of a recorded trial; None for an ordinary trial.
-        luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
+        time: Which continuation of a fork it is, from 1; each has luck of its own.
         called: The name that the experimenter gave the agent; empty without one.
     """
 
@@ -83,7 +85,7 @@ class Plan:
     assessment: bool = True
     hypothesis: Ask = "before"
     fork: Fork | None = None
-    luck: int = 1
+    time: int = 1
     called: str = ""
 
     @property
@@ -116,23 +118,23 @@ class Plan:
         """Flip probability, [0, 1], if only flips act; else None."""
         return self.condition.p
 
-    def stream(self, name: str, ahead: int = 0) -> np.random.Generator:
-        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition.
-
-        ``ahead`` takes the stream of the trial that many later.
-        """
-        name = name if self.luck == 1 else f"{name}/luck-{self.luck}"
-        return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
+    @property
+    def luck(self) -> Luck:
+        """The luck of the trial. It depends on seed, box, repetition and trial, not on the condition."""
+        return Luck(seed=self.seed, box=self.box.name, repetition=self.repetition, trial=self.trial, time=self.time)
 
 
-def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """The random assignment of labels to joints and the order in which joints are listed in one trial.
+def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The random assignments of labels to joints and orders in which joints are listed, both of shape (..., joints).
+
+    Args:
+        numbers: Two for each joint from the stream of labels, shape (..., 2 * joints).
 
     Returns:
         For each joint in panel order the number of its label; for each list position a joint in panel order.
     """
-    dealt, listed = rng.permutation(joints), rng.permutation(joints)
-    return tuple(dealt.tolist()), tuple(listed.tolist())
+    dealt, listed = np.split(numbers, 2, axis=-1)
+    return np.argsort(dealt), np.argsort(listed)
 
 
 def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -148,7 +150,7 @@ def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int
 def _orders_of_study(
     locking: frozenset[tuple[int, int]], joints: int, seed: int
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    rng, row = study_stream(seed, "labels"), [(i, i + 1) for i in range(joints - 1)]
+    rng, row = generator(seed, "study", "labels"), [(i, i + 1) for i in range(joints - 1)]
     labelled, listed = (neutral_order(locking, row, joints, rng) for _ in range(2))
     return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
 
@@ -167,7 +169,8 @@ class Names:
         if plan.shuffle == "study":
             dealt, self.order = orders_of_study(plan.box, plan.seed)
         elif plan.shuffle == "trial":
-            dealt, self.order = drawn_orders(count, plan.stream("labels"))
+            drawn = drawn_orders(plan.luck.at("labels").random(2 * count))
+            dealt, self.order = (tuple(order.tolist()) for order in drawn)
         else:
             dealt = self.order = tuple(range(count))
         self.labels = tuple([LABELS[i] for i in dealt])

@@ -64,7 +64,7 @@ class Channel(Protocol):
     """An intervention on what is *told*: it changes the report or picture of what happened, never the box.
 
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
-    calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck. It
+    calls. ``rng`` begins anew at every step (:mod:`lockprobe.trial.luck`), so that conditions share their luck. It
     changes outcome and positions, from which words are made; more is declared in :class:`InterventionTraits`.
     """
 
@@ -75,7 +75,7 @@ class Channel(Protocol):
             percept: The observation so far; the first channel gets the truth in the agent's terms.
             past: The moments before, oldest first, as they were and as they were told; empty at the first look.
             task: What the agent knows.
-            rng: This channel's own stream.
+            rng: This channel's own stream at this step.
         """
         ...
 
@@ -87,7 +87,8 @@ class Prompt(Protocol):
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """Turn a briefing into the briefing that is passed on, before every decision.
 
-        ``past`` holds all moments, oldest first; the last is what the agent has just been told.
+        ``past`` holds all moments, oldest first; the last is what the agent has just been told. ``rng`` is the stream at
+        the step of that report.
         """
         ...
 
@@ -129,7 +130,6 @@ class InterventionTraits(_Traits):
         implied: The names of its fields that its spec leaves out, because others say them.
         stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
         ahead: The luck is that of the trial so many later.
-        draws: Whether it draws from its random stream. If it never does, it need not have one of its own.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
         after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
         shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
@@ -144,7 +144,6 @@ class InterventionTraits(_Traits):
     implied: tuple[str, ...] = ()
     stream: str = ""
     ahead: int = 0
-    draws: bool = True
     always_tells: bool = False
     after_words: bool = False
     shows: bool = False
@@ -167,18 +166,6 @@ class Agent(Protocol):
             TrialFault: If there is no decision; the trial ends as ``error``.
         """
         ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgentTraits(_Traits):
-    """What a class of agents may declare.
-
-    Attributes:
-        unseeded: Whether it draws its own luck and not from its stream, as a provider does. Forks of its trials
-            (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
-    """
-
-    unseeded: bool = False
 
 
 @runtime_checkable

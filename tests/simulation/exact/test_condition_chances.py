@@ -3,6 +3,7 @@
 import itertools
 from math import prod
 
+import numpy as np
 import pytest
 from scipy.stats import binomtest
 
@@ -16,6 +17,7 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.force import Force
+from lockprobe.interventions.phantom import Phantom
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.simulation.exact.propagation import propagate
@@ -31,7 +33,7 @@ class Loaded:
         self.numbers = numbers
 
     def random(self, size=None):
-        return self.numbers[0] if size is None else self.numbers
+        return self.numbers[0] if size is None else np.array(self.numbers[:size])
 
 
 def luck_of(one, joints):
@@ -47,10 +49,14 @@ def luck_of(one, joints):
 
 
 def shared_luck(ones, joints):
-    """The same for interventions that have the luck of the flip: one number decides for all of them."""
-    edges = {0.0, 1.0} | {one.p for one in ones}
-    edges |= {one.p * k / (joints - 1) for one in ones if isinstance(one, Tremble) for k in range(joints)}
-    return [(Loaded((low + high) / 2), high - low) for low, high in itertools.pairwise(sorted(edges))]
+    """The same for interventions that have the luck of the flip: one number hits for all of them, one chooses."""
+    edges = sorted({0.0, 1.0} | {one.p for one in ones})
+    choices = joints - 1 if any(isinstance(one, Tremble | Phantom) for one in ones) else 1
+    return [
+        (Loaded((low + high) / 2, (k + 0.5) / choices), (high - low) / choices)
+        for low, high in itertools.pairwise(edges)
+        for k in range(choices)
+    ]
 
 
 def lucks(ones, joints):

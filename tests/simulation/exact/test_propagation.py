@@ -13,7 +13,7 @@ from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact.propagation import propagate
-from lockprobe.simulation.montecarlo.populations import population
+from lockprobe.simulation.population import population
 from lockprobe.trial.record import Decision
 
 

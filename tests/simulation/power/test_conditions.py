@@ -7,7 +7,7 @@ from reported import found_in
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.power.blocks import Played, played_blocks
 from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of
 from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.studies.options.studyfile import study

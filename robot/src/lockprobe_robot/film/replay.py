@@ -134,7 +134,7 @@ def _play_again(
 
 
 def _plant(plan: Plan, source: PlantSource, recorder: _FilmRecorder) -> Plant:
-    labels, rng = Names(plan).labels, plan.stream("plant")
+    labels, rng = Names(plan).labels, plan.luck.physics()
     if source.make_filmed is None:
         return source.make(plan.box, labels, rng)
     return source.make_filmed(plan.box, labels, rng, recorder)

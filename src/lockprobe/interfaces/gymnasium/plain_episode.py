@@ -1,17 +1,82 @@
-"""An episode of a plain box without the trial loop: the loop writes the record when it is asked for."""
+"""Plain boxes, on whose reports nothing but flips acts, and an episode of one without the trial loop.
+
+The loop plays every other condition, and writes the record when it is asked for.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lockprobe.foundation.seeds import trial_stream
+from lockprobe.boxes.state_space import space_of
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interfaces.gymnasium.held_episode import held
 from lockprobe.interfaces.gymnasium.observation import BLOCKED, Vector, laid_out
-from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, PlainState
 from lockprobe.interfaces.gymnasium.settings import EnvironmentSettings, EpisodeKey
+from lockprobe.interventions.flip import OutcomeFlip, told_by
+from lockprobe.interventions.words import TextChannel
+from lockprobe.trial.condition import spec_of
+from lockprobe.trial.luck import numbers
+from lockprobe.trial.plan import Names, drawn_orders
+from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Ending, Trial
+
+
+def is_plain(settings: EnvironmentSettings) -> bool:
+    """Whether the plant is symbolic, reports are told, and nothing but flips of all attempts alike acts on them."""
+    return (settings.observation, settings.plant) == ("symbolic", "symbolic") and all(map(_is_plain, settings.chain))
+
+
+def _is_plain(one: Intervention) -> bool:
+    """Whether it is such a flip, or writes the report."""
+    return type(one) is TextChannel or (type(one) is OutcomeFlip and one == one.at_rate(one.p))
+
+
+class PlainBox:
+    """The box of plain settings and the flips that act on its reports.
+
+    Attributes:
+        box: The box of the study.
+        space: Its configurations.
+        flips: The flips, in the order in which they act.
+        drawing: The same, each with the name of its random stream; empty if its numbers decide nothing.
+
+    Raises:
+        BadValue: If the settings are not plain.
+    """
+
+    def __init__(self, settings: EnvironmentSettings) -> None:
+        for what, asked in (("observation", settings.observation), ("plant", settings.plant)):
+            if asked != "symbolic":
+                raise BadValue(what, asked, 'symbolic; vectorization_mode="sync" or "async" plays all others')
+        for one in settings.chain:
+            if not _is_plain(one):
+                expected = "a flip of p, inverts, others, keep and part alone"
+                raise BadValue("condition", spec_of(one), f'{expected}; vectorization_mode="sync" plays any other')
+        self.box = settings.study.box
+        self.space = space_of(self.box)
+        self.flips = [one for one in settings.chain if isinstance(one, OutcomeFlip)]
+        self.drawing = [
+            (f"{flip.stream}-{k}" if 0 < flip.p < 1 or 0 < flip.keep < 1 else "", flip)
+            for k, flip in enumerate(self.flips)
+        ]
+        self._settings = settings
+
+    def listings(self, keys: Sequence[EpisodeKey]) -> NDArray[np.int64]:
+        """The joints of the study's box, by index, as trials list them, shape (trials, joints)."""
+        study, joints = self._settings.study, self.space.joints
+        if (study.shuffle, study.layout) == ("never", "fixed"):
+            return np.tile(np.arange(joints), (len(keys), 1))
+        if (study.shuffle, study.layout) == ("trial", "fixed"):
+            seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T
+            luck = partial(numbers, self.box.name, seed=seed, repetition=repetition, trial=trial)
+            return drawn_orders(luck("labels", places=2 * joints))[1]
+        plans = [self._settings.plan(*key) for key in keys]
+        return np.array([[self.box.names.index(plan.box.names[at]) for at in Names(plan).order] for plan in plans])
 
 
 class PlainEpisode:
@@ -21,39 +86,50 @@ class PlainEpisode:
         ending: How the trial ended; None before.
     """
 
-    def __init__(self, settings: EnvironmentSettings, rules: PlainRules, key: EpisodeKey) -> None:
+    def __init__(self, settings: EnvironmentSettings, box: PlainBox, key: EpisodeKey) -> None:
         self.ending: Ending | None = None
-        self._settings, self._rules, self._key = settings, rules, key
+        self._settings, self._box, self._key = settings, box, key
         self._actions: list[int] = []
         self._budget = settings.study.max_steps
-        self._luck = [trial_stream(*key, name).random(self._budget).tolist() for name in rules.streams]
-        self._listing = rules.listing(key)
-        self._target = self._listing.index(rules.box.target_index)
-        positions = rules.listed(self._listing)
-        self._state = PlainState(rules.start, positions, positions)
+        luck = settings.plan(*key).luck
+        self._luck = [(luck.stream(stream) if stream else None, flip) for stream, flip in box.drawing]
+        self._listing: list[int] = box.listings([key])[0].tolist()
+        self._target = self._listing.index(box.space.target)
+        self._configuration = box.space.start
+        self._positions = self._told = sum(
+            1 << place for place, joint in enumerate(self._listing) if box.box.initial[joint]
+        )
         self._moved = False
         self._outcome = 0
 
     def attempt(self, action: int) -> None:
         """Attempt the joint at this place of the listing."""
-        rules, state, taken, joint = self._rules, self._state, len(self._actions), self._listing[action]
-        self._moved = rules.may_move[state.configuration][joint]
-        drawn = [numbers[taken] for numbers in self._luck]
-        self._outcome = BLOCKED + rules.attempt(state, joint, action, moved=self._moved, drawn=drawn)
+        joint, joints = self._listing[action], len(self._listing)
+        self._moved = bool(self._box.space.may_move[self._configuration, joint])
         self._actions.append(action)
+        taken = len(self._actions)
+        drawn = [
+            [0.0] * flip.numbers(joints) if stream is None else stream.at(taken).random(flip.numbers(joints)).tolist()
+            for stream, flip in self._luck
+        ]
+        bit = 1 << action
+        self._configuration ^= self._moved << joint
+        self._positions ^= self._moved * bit
+        outcome, self._told = told_by(self._box.flips, self._positions, self._told, bit, self._moved, drawn)
+        self._outcome = BLOCKED + outcome
         if self._moved and action == self._target:
             self.ending = "solved"
-        elif taken + 1 == self._budget:
+        elif taken == self._budget:
             self.ending = "budget"
 
     def observation(self) -> Vector:
         """The report as a vector."""
-        settings, rules, taken = self._settings, self._rules, len(self._actions)
+        settings, taken = self._settings, len(self._actions)
         return laid_out(
             self._target,
             self._actions[-1] + 1 if taken else 0,
-            self._outcome if rules.tells_outcomes else 0,
-            rules.bits[self._state.told] if rules.tells_positions else (),
+            self._outcome if settings.tells_outcomes else 0,
+            self._bits(self._told) if settings.tells_positions else (),
             self._budget - taken if settings.steps_left else None,
         )
 
@@ -61,8 +137,10 @@ class PlainEpisode:
         """The truth if it was asked for."""
         if not self._settings.truth:
             return {}
-        positions = np.array(self._rules.bits[self._state.positions], dtype=np.int8)
-        return {"truth": {"positions": positions, "moved": self._moved}}
+        return {"truth": {"positions": np.array(self._bits(self._positions), dtype=np.int8), "moved": self._moved}}
+
+    def _bits(self, positions: int) -> list[int]:
+        return [positions >> place & 1 for place in range(len(self._listing))]
 
     def words(self) -> str:
         """The task and the last report."""
@@ -80,4 +158,4 @@ class PlainEpisode:
         return trial
 
     def close(self) -> None:
-        """Do nothing: the rules hold nothing open."""
+        """Do nothing: a plain box holds nothing open."""

@@ -18,7 +18,7 @@ from lockprobe.trial.record import Fact, Snapshot
 
 def make_plant(plan: Plan, names: Names) -> Plant:
     """A fresh plant for a trial, with the trial's stream, as in studies."""
-    return resolve_plant(plan.plant).make(plan.box, names.labels, plan.stream("plant"))
+    return resolve_plant(plan.plant).make(plan.box, names.labels, plan.luck.physics())
 
 
 _ABANDONED: list[Plant] = []

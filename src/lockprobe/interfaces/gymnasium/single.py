@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interfaces.gymnasium.held_episode import HeldEpisode
 from lockprobe.interfaces.gymnasium.observation import FARTHEST, Images, Vector
-from lockprobe.interfaces.gymnasium.plain_episode import PlainEpisode
-from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, is_plain
+from lockprobe.interfaces.gymnasium.plain_episode import PlainBox, PlainEpisode, is_plain
 from lockprobe.interfaces.gymnasium.settings import EnvironmentSettings, EpisodeKey, read_episode_key, read_settings
 from lockprobe.trial.record import Trial
 
@@ -33,7 +32,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         render_mode: ``"ansi"`` or None; with a camera also ``"rgb_array"`` and ``"depth_array"``, independent of the
             observation.
         settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`. Under plain ones
-            (:func:`lockprobe.interfaces.gymnasium.plain_rules.is_plain`) steps do without the trial loop.
+            (:func:`lockprobe.interfaces.gymnasium.plain_episode.is_plain`) steps do without the trial loop.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(_RENDER_MODES), "render_fps": 1}  # noqa: RUF012
@@ -45,7 +44,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         self.observation_space = _space(self.settings)
         shown = ("ansi",) if self.settings.picture_size is None else _RENDER_MODES
         self.metadata = self.metadata | {"render_modes": list(shown)}
-        self._rules = PlainRules(self.settings) if is_plain(self.settings) else None
+        self._plain = PlainBox(self.settings) if is_plain(self.settings) else None
         self._next: EpisodeKey | None = None
         self._episode: PlainEpisode | HeldEpisode | None = None
         self._finished: PlainEpisode | Trial | None = None
@@ -76,10 +75,10 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         key = read_episode_key(self._next, options)
         self.close()
         self._next = key.next
-        if self._rules is None:
+        if self._plain is None:
             self._episode = HeldEpisode(self.settings, key)
         else:
-            self._episode = PlainEpisode(self.settings, self._rules, key)
+            self._episode = PlainEpisode(self.settings, self._plain, key)
         return self._episode.observation(), self._episode.info()
 
     def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.many_streams import first_numbers
 from lockprobe.interfaces.gymnasium.observation import BLOCKED, Vector
-from lockprobe.interfaces.gymnasium.plain_rules import PlainRules, PlainState
+from lockprobe.interfaces.gymnasium.plain_episode import PlainBox
 from lockprobe.interfaces.gymnasium.settings import (
     EnvironmentSettings,
     EpisodeKey,
@@ -23,6 +23,8 @@ from lockprobe.interfaces.gymnasium.settings import (
     read_settings,
     whole,
 )
+from lockprobe.simulation.kernel import Boxes
+from lockprobe.trial.luck import numbers
 
 Flags = NDArray[np.bool_]
 
@@ -38,7 +40,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         num_envs: Number of environments.
         render_mode: None; many boxes have no picture.
         settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`, plain ones only
-            (:func:`lockprobe.interfaces.gymnasium.plain_rules.is_plain`); others need ``vectorization_mode="sync"``.
+            (:func:`lockprobe.interfaces.gymnasium.plain_episode.is_plain`); others need ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -145,13 +147,14 @@ class _Boxes:
     """
 
     def __init__(self, settings: EnvironmentSettings, count: int) -> None:
-        self._settings, self._rules = settings, PlainRules(settings)
-        self._target, joints = self._rules.box.target_index, len(self._rules.box.joints)
-        self._may_move, self._bits = np.array(self._rules.may_move), np.array(self._rules.bits)
-        self._luck = np.zeros((len(self._rules.streams), count, settings.study.max_steps + 1))
+        self._settings, self._box = settings, PlainBox(settings)
+        space, joints = self._box.space, self._box.space.joints
+        self._bits = np.arange(2**joints)[:, None] >> np.arange(joints) & 1
         self._rows = np.arange(count)
-        self._listing = np.tile(np.arange(joints), (count, 1))
-        self._state = PlainState(*np.zeros((3, count), dtype=np.int64))
+        self._orders = np.tile(np.arange(joints), (count, 1))
+        self._boxes = Boxes(space.may_move, space.start, self._box.flips, self._orders.copy())
+        budget = settings.study.max_steps
+        self._luck = [np.zeros((count, budget + 1, flip.numbers(joints))) for flip in self._box.flips]
         self._moved = np.zeros(count, dtype=np.bool_)
         self._seen = np.zeros((count, len(settings.sizes)), dtype=np.int64)
         self.taken = np.zeros(count, dtype=np.int64)
@@ -159,41 +162,39 @@ class _Boxes:
 
     def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
         """Begin trials in the given rows."""
-        rules, state = self._rules, self._state
-        for luck, name in zip(self._luck, rules.streams, strict=True):
-            luck[rows, :-1] = first_numbers(keys, name, luck.shape[1] - 1)
-        if not rules.same_listing:
-            self._listing[rows] = rules.listings(keys)
-        listing = self._listing[rows]
-        state.configuration[rows] = rules.start
-        state.positions[rows] = state.told[rows] = (rules.start >> listing & 1) @ (1 << np.arange(listing.shape[1]))
+        seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T[..., None]
+        steps = np.arange(1, self._settings.study.max_steps + 1)
+        luck_of = partial(numbers, self._box.box.name, seed=seed, repetition=repetition, trial=trial, step=steps)
+        for luck, (stream, flip) in zip(self._luck, self._box.drawing, strict=True):
+            if stream:
+                luck[rows, :-1] = luck_of(stream, places=flip.numbers(self._box.space.joints))
+        self._orders[rows] = self._box.listings(keys)
+        self._boxes.begin(rows, self._orders[rows])
         self._moved[rows] = self.over[rows] = False
         self.taken[rows] = 0
-        self._seen[rows, 0] = np.argmax(listing == self._target, axis=1)
+        self._seen[rows, 0] = np.argmax(self._orders[rows] == self._box.space.target, axis=1)
         self._seen[rows, 1:3] = 0
 
     def attempt(self, actions: NDArray[np.int64]) -> Flags:
         """Attempt a joint in every box; whether it was the target and moved, shape (num_envs,)."""
-        joints = self._listing[self._rows, actions]
-        self._moved = self._may_move[self._state.configuration, joints]
-        drawn = [luck[self._rows, self.taken] for luck in self._luck]
-        outcome = self._rules.attempt(self._state, joints, actions, moved=self._moved, drawn=drawn)
+        drawn = [luck[self._rows, self.taken].T for luck in self._luck]
+        joints, self._moved, outcome = self._boxes.attempt(self._rows, actions, drawn)
         self.taken += 1
         self._seen[:, 1] = actions + 1
-        if self._rules.tells_outcomes:
+        if self._settings.tells_outcomes:
             self._seen[:, 2] = BLOCKED + outcome
-        solved: Flags = self._moved & (joints == self._target)
+        solved: Flags = self._moved & (joints == self._box.space.target)
         return solved
 
     def observation(self) -> Vector:
         """The agents' observations, shape (num_envs, entries)."""
-        if self._rules.tells_positions:
-            self._seen[:, 3 : 3 + self._bits.shape[1]] = self._bits[self._state.told]
+        if self._settings.tells_positions:
+            self._seen[:, 3 : 3 + self._bits.shape[1]] = self._bits[self._boxes.told]
         if self._settings.steps_left:
             self._seen[:, -1] = self._settings.study.max_steps - self.taken
         return self._seen.copy()
 
     def truth(self) -> dict[str, NDArray[Any]]:
         """True positions, shape (num_envs, joints), and whether the last attempt moved its joint, (num_envs,)."""
-        positions = self._bits[self._state.positions].astype(np.int8)
+        positions = self._bits[self._boxes.positions].astype(np.int8)
         return {"positions": positions, "moved": self._moved.copy()}

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Hashable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact.condition_chances import ConditionChances, Report
-from lockprobe.simulation.montecarlo.plain import BoxWorld, listed, reported
+from lockprobe.simulation.kernel import World
 
 
 class TooManyStates(BadValue):
@@ -23,7 +23,7 @@ class TooManyStates(BadValue):
 
 
 class _State(NamedTuple):
-    """A state of the Markov chain; configurations are numbers as in :mod:`lockprobe.simulation.montecarlo.plain`."""
+    """A state of the Markov chain; a configuration has bit j for joint j in panel order, 1 if away from the start."""
 
     configuration: int
     wrong: int  # the joints told falsely, as far as the next report heeds them; none where the last one told nothing
@@ -66,7 +66,7 @@ class MarkovChain:
     """
 
     def __init__(
-        self, policy: Policy[Any], world: BoxWorld, chances: ConditionChances, order: tuple[int, ...], most_states: int
+        self, policy: Policy[Any], world: World, chances: ConditionChances, order: tuple[int, ...], most_states: int
     ) -> None:
         self.onward: dict[tuple[int, int], _Onward] = {}
         self.given = self.false = 0.0
@@ -79,6 +79,7 @@ class MarkovChain:
         self._condition = chances
         self._order = order
         self._view = world.view(order)
+        self._may_move = world.may_move.tolist()
         self._most = most_states
 
     def run(self) -> Iterator[tuple[float, float]]:
@@ -135,7 +136,7 @@ class MarkovChain:
             if not chance:
                 continue
             joint = self._order[place]
-            moved = bool(world.movable[state.configuration] >> joint & 1)
+            moved = self._may_move[state.configuration ^ world.start][joint]
             if moved and joint == world.target:
                 yield _Transition(None, chance)
                 continue
@@ -194,9 +195,18 @@ class MarkovChain:
     ) -> tuple[Told, int]:
         """One statement on an attempt, and the joints whose positions it tells falsely."""
         flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
-        wrong = reported(flip, state.wrong, self._order[place], others, flipped=inverted) if positions else 0
-        told = configuration ^ wrong
+        told, bit = configuration, 1 << self._order[place]
+        if positions:
+            last = (configuration ^ others) & ~bit | (state.configuration ^ state.wrong) & bit
+            lasting = others if flip.others == "noisy" else -1
+            told = flip.positions(configuration, last, bit, moved=moved, flipped=inverted, lasting=lasting)
         heard = moved != (inverted and flip.part != "position")
         said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else heard
-        shifted = listed(told, self._order) if positions else None
-        return Told(joint=place, moved=said, shifted=shifted, states_only=states_only), wrong
+        shifted = _listed(told, self._order) if positions else None
+        return Told(joint=place, moved=said, shifted=shifted, states_only=states_only), told ^ configuration
+
+
+@lru_cache(maxsize=4096)
+def _listed(configuration: int, order: tuple[int, ...]) -> int:
+    """A configuration with its bits in the order of the listing."""
+    return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))

@@ -2,7 +2,7 @@
 
 A trial of a policy is a Markov chain over (true configuration, reported configuration, memory). If the memory has few
 values, the probability of every state after every step can be computed, and from it the success rate in the limit of
-infinitely many trials. Larger state spaces are sampled by :mod:`lockprobe.simulation.montecarlo.populations`.
+infinitely many trials. Larger state spaces are sampled by :mod:`lockprobe.simulation.population`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,11 @@ from math import nan
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from lockprobe.agents.cognitive import LoopBreaker, RandomMap, SoftmaxMemory
+from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy
+from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
@@ -22,7 +26,7 @@ from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.simulation.exact.condition_chances import ConditionChances, condition_chances
 from lockprobe.simulation.exact.markov_chain import MarkovChain
-from lockprobe.simulation.montecarlo.plain import LONGEST, BoxWorld, heeds_order, policy_of, world_of
+from lockprobe.simulation.kernel import LONGEST, World, policy_of, world_of
 from lockprobe.trial.protocols import Intervention
 
 Listing = Literal["shuffled", "panel"]
@@ -121,7 +125,7 @@ def propagate(
 
 def _course(
     policy: Policy[Any],
-    world: BoxWorld,
+    world: World,
     chances: ConditionChances,
     orders: Sequence[tuple[int, ...]],
     most_states: int,
@@ -143,3 +147,14 @@ def _course(
         false_outcomes=false / given if given else nan,
         states=states,
     )
+
+
+def heeds_order(policy: Policy[Any]) -> bool:
+    """Whether the order of the listing can matter to a policy; True for unknown policies."""
+    if type(policy) is SoftmaxMemory:
+        return policy.position != 0
+    return type(policy) not in _HEEDLESS
+
+
+_HEEDLESS = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
+"""Policies to which the order of the listing does not matter."""

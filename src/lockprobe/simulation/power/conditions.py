@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import Pool
-from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.power.blocks import Played, played_blocks
 from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, power
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.difference import any_difference, each_difference

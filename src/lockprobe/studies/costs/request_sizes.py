@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise, takewhile
 from math import ceil
 
-import numpy as np
-
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
@@ -19,9 +17,10 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.loop import streams_of
+from lockprobe.trial.luck import Stream
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits, Memory, Prompt
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
@@ -156,27 +155,27 @@ def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
     The interventions of its condition apply. ``said`` is the agent's reply in
     every step; if empty, it is a typical reply in the requested form.
     """
-    interventions = interventions_for(plan.condition)
-    return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+    return _played(plan, interventions_for(plan.condition), said)
 
 
-Acting = Sequence[tuple[Intervention, np.random.Generator]]
+Acting = Sequence[tuple[Intervention, Stream]]
 """Interventions, each with its random stream."""
 
 
-def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
-    task = Names(plan).task(plan)
+def _played(plan: Plan, interventions: Sequence[Intervention], said: str) -> list[Situation]:
+    task, streams = Names(plan).task(plan), Places.of(interventions).streams
+    acting = [(one, plan.luck.stream(*stream)) for one, stream in zip(interventions, streams, strict=True)]
     moments: tuple[Moment, ...] = ()
     turns: tuple[Turn, ...] = ()
     course = []
     for step in range(plan.budget):
         moments = (*moments, _moment(plan, task, step, acting, moments))
         past, briefing = turns, Briefing(hypothesis=plan.hypothesis)
-        for one, rng in acting:
+        for one, luck in acting:
             if isinstance(one, Memory):
-                past = one.recall(past, task, rng)
+                past = one.recall(past, task, luck.at(step))
             elif isinstance(one, Prompt):
-                briefing = one.brief(briefing, moments, task, rng)
+                briefing = one.brief(briefing, moments, task, luck.at(step))
         situation = Situation(task=task, past=past, percept=moments[-1].told, briefing=briefing)
         course.append(situation)
         decision = Decision(
@@ -194,7 +193,7 @@ def _longest(plan: Plan) -> Situation:
         for one in interventions_for(plan.condition)
         if isinstance(one, Prompt) or (traits := InterventionTraits.of(one)).shows or traits.after_words
     ]
-    course = _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+    course = _played(plan, interventions, said)
     last = course[-1]
     remark = max((situation.briefing.remark for situation in course), key=len)
     past = tuple(replace(turn, remark=remark if i else turn.remark) for i, turn in enumerate(last.past))
@@ -219,13 +218,15 @@ def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Momen
         positions=tuple((place + step) % 2 == 0 for place in range(len(task.joints))),
     )
     percept, facts = was, None
-    for one, rng in acting:
+    for one, luck in acting:
         if not isinstance(one, Channel):
             continue
         if InterventionTraits.of(one).shows:
             facts = percept
         percept = (
-            _pictured(plan, one, percept) if isinstance(one, CameraChannel) else one.perceive(percept, past, task, rng)
+            _pictured(plan, one, percept)
+            if isinstance(one, CameraChannel)
+            else one.perceive(percept, past, task, luck.at(step))
         )
     return Moment(was=was, told=percept, chosen=joint, attempted=joint, facts=facts)
 

@@ -13,7 +13,6 @@ from typing import TypeVar, cast
 
 from lockprobe.foundation.cpu import cpu_model
 from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
-from lockprobe.foundation.seeds import UNDRAWN
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.modality import interventions_for
@@ -71,9 +70,8 @@ class _LazyPlant:
         return {} if self._plant is None else self._plant.facts
 
     def observe(self) -> Snapshot:
-        plan, source = self._plan, resolve_plant(self._plan.plant)
-        rng = plan.stream("plant") if source.draws else UNDRAWN
-        self._plant = source.make(plan.box, self._names.labels, rng)
+        plan = self._plan
+        self._plant = resolve_plant(plan.plant).make(plan.box, self._names.labels, plan.luck.physics())
         return self._plant.observe()
 
     def attempt(self, joint: int) -> Snapshot:

@@ -1,7 +1,7 @@
 """Blocks are the trials of a study, whatever number it asks for."""
 
-from lockprobe.simulation.montecarlo import blocks
-from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.power import blocks
+from lockprobe.simulation.power.blocks import Played, played_blocks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
 

@@ -1,0 +1,281 @@
+"""The kernel: one policy on one box in as many trials as asked, one row each, without records.
+
+It is the loop of :mod:`lockprobe.trial.loop` on arrays, for a box that follows its rules and reports on which nothing
+but flips acts. Positions are numbers with one bit a joint: configurations in the order of the panel, what is told in
+the order in which a trial lists the joints. Luck has addresses (:mod:`lockprobe.trial.luck`), so a row is the trial of
+that number, alone or among a million.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.policy import Policy, Told, View, running_sums
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import find_box
+from lockprobe.boxes.state_space import space_of
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.validation import check_whole
+from lockprobe.interventions.flip import OutcomeFlip, told_by
+from lockprobe.interventions.words import Tell
+from lockprobe.trial.luck import numbers
+
+LONGEST = 10_000
+
+Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class World:
+    """A box and its reports, as numbers.
+
+    Attributes:
+        name: Name of the box.
+        target: Index of the target in panel order.
+        start: The initial configuration.
+        may_move: Whether a joint may move in a configuration, shape (2 ** joints, joints).
+        places: Position of each joint on the panel, shape (joints, 2).
+        flip: The outcome flip: its rate, and what a false report is.
+        budget: Budget in steps.
+        tell: Whether positions are told, outcomes, or both.
+    """
+
+    name: str
+    target: int
+    start: int
+    may_move: Flags
+    places: tuple[tuple[float, float], ...]
+    flip: OutcomeFlip
+    budget: int
+    tell: Tell = "both"
+
+    @property
+    def states_only(self) -> bool:
+        """Whether positions are told and no outcomes."""
+        return self.tell == "state"
+
+    def view(self, order: tuple[int, ...], *, panel: bool = True) -> View:
+        """A policy's view of the task, given the order in which joints (by index in panel order) are listed.
+
+        Without ``panel`` the view leaves out where the joints lie.
+        """
+        places = tuple(self.places[joint] for joint in order) if panel else ()
+        return View(joints=len(order), target=order.index(self.target), places=places)
+
+
+def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, tell: Tell = "both") -> World:
+    """The world of a box, given by name, path or value; every report can be inverted by the flip.
+
+    Raises:
+        UserMistake: If there is no such box, a value is out of range, or reports have no such part as the flip inverts.
+    """
+    flip.check_told(f"symbolic?tell={tell}", outcomes=tell != "state", positions=tell != "outcome")
+    lockbox = find_box(box)
+    check_whole("max_steps", max_steps, 1, LONGEST)
+    space = space_of(lockbox)
+    return World(
+        name=lockbox.name,
+        target=space.target,
+        start=space.start,
+        may_move=space.may_move,
+        places=tuple(joint.place for joint in lockbox.joints),
+        flip=flip,
+        budget=max_steps,
+        tell=tell,
+    )
+
+
+def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
+    """The policy with a spec.
+
+    Raises:
+        UserMistake: If there is no such agent, or its memory is not one value.
+    """
+    if isinstance(agent, str):
+        allow(agent)
+    found = resolve(agent).make() if isinstance(agent, str) else agent
+    if not isinstance(found, Policy):
+        raise BadValue("agent", agent, "one whose whole memory is one value: a strategy or a cognitive model")
+    return found
+
+
+class Boxes:
+    """Boxes of one structure, one a row: where their joints are, and what was told last.
+
+    Attributes:
+        configuration: True positions in panel order, shape (rows,).
+        positions: The same in the order of each row's listing.
+        told: The positions told last, in that order; if nothing is told of them, what would have been.
+    """
+
+    def __init__(self, may_move: Flags, start: int, flips: Sequence[OutcomeFlip], orders: Whole) -> None:
+        self._may_move, self._start, self._flips = may_move, start, flips
+        self._orders = orders
+        self.configuration = np.empty(len(orders), np.int64)
+        self.positions, self.told = self.configuration.copy(), self.configuration.copy()
+        self.begin(np.arange(len(orders)), orders)
+
+    def begin(self, rows: Whole, orders: Whole) -> None:
+        """Begin a trial in some rows: the joints, by index in panel order, as it lists them, shape (rows, joints)."""
+        self._orders[rows] = orders
+        self.configuration[rows] = self._start
+        self.positions[rows] = self.told[rows] = listed(self._start, orders)
+
+    def attempt(self, rows: Whole, places: Whole, drawn: Sequence[Any]) -> tuple[Whole, Flags, Flags]:
+        """Attempt the joint at a place of the listing in some rows.
+
+        Args:
+            rows: Which rows.
+            places: The place in each.
+            drawn: For each flip the random numbers of its report, as :meth:`OutcomeFlip.lasting` takes them.
+
+        Returns:
+            The joint by index in panel order, whether it moved, and the told outcome.
+        """
+        joints, bits = self._orders[rows, places], 1 << places
+        before = self.configuration[rows]
+        moved = self._may_move[before, joints]
+        self.configuration[rows] = before ^ (moved << joints)
+        self.positions[rows] = now = self.positions[rows] ^ moved * bits
+        outcome, self.told[rows] = told_by(self._flips, now, self.told[rows], bits, moved, drawn)
+        return joints, moved, outcome
+
+
+def listed(configuration: Any, orders: Whole) -> Whole:
+    """Configurations with their bits in the order of listings: of one configuration, or of one a row."""
+    return (np.asarray(configuration)[..., None] >> orders & 1) @ (1 << np.arange(orders.shape[-1]))
+
+
+class _Mind(NamedTuple):
+    """A memory of a policy, with its view of the task and the running sums of its choice probabilities."""
+
+    view: View
+    memory: Hashable
+    sums: Sequence[float]
+
+
+class _Minds:
+    """The memories that a policy has had so far, by number: what each chooses, and what reports make of it.
+
+    Many trials share a memory, so the policy is asked once for all of them.
+    """
+
+    def __init__(self, policy: Policy[Any], world: World) -> None:
+        self._policy, self._world = policy, world
+        self._joints = len(world.places)
+        self._minds: list[_Mind] = []
+        self._numbers: dict[tuple[View, Hashable], int] = {}
+        self._after: dict[int, int] = {}
+
+    def begin(self, orders: Whole) -> Whole:
+        """The mind before the first step of each row."""
+        panel = self._policy.heeds_panel
+        seen = orders if panel else np.argmax(orders == self._world.target, axis=1)[:, None]
+        _, first, rows = np.unique(seen, axis=0, return_index=True, return_inverse=True)
+        views = [self._world.view(tuple(order), panel=panel) for order in orders[first].tolist()]
+        begun = np.array([self._number(view, self._policy.begin(view)) for view in views])
+        return begun[rows.reshape(-1)]
+
+    def _number(self, view: View, memory: Hashable) -> int:
+        number = self._numbers.setdefault((view, memory), len(self._minds))
+        if number == len(self._minds):
+            self._minds.append(_Mind(view, memory, running_sums(self._policy.probabilities(view, memory))))
+        return number
+
+    def choose(self, minds: Whole, luck: NDArray[np.float64]) -> Whole:
+        """The place in the listing that each row attempts, given a random number for each."""
+        kinds, rows = np.unique(minds, return_inverse=True)
+        sums = np.array([self._minds[kind].sums for kind in kinds.tolist()])
+        return np.asarray((luck[:, None] >= sums[rows]).sum(axis=1))
+
+    def remember(self, minds: Whole, places: Whole, moved: Flags, shifted: Whole) -> Whole:
+        """The minds after reports: whether the joint moved as told, and the joints told away from their start."""
+        heard = ((minds * self._joints + places) * 2 + moved << self._joints) + shifted
+        kinds, rows = np.unique(heard, return_inverse=True)
+        return np.array([self._heard(kind) for kind in kinds.tolist()])[rows]
+
+    def _heard(self, heard: int) -> int:
+        """The mind after a report, both as one number."""
+        if heard not in self._after:
+            rest, shifted = divmod(heard, 1 << self._joints)
+            rest, moved = divmod(rest, 2)
+            number, joint = divmod(rest, self._joints)
+            view, memory, _ = self._minds[number]
+            told = Told(
+                joint=joint,
+                moved=bool(moved),
+                shifted=None if self._world.tell == "outcome" else shifted,
+                states_only=self._world.states_only,
+            )
+            self._after[heard] = self._number(view, self._policy.remember(view, memory, told))
+        return self._after[heard]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """The outcomes of trials, one a row.
+
+    Attributes:
+        solved: Whether the target moved, shape (trials,).
+        steps: Steps played, shape (trials,).
+        actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
+        moved: Whether each joint moved, the same shape; False after the end.
+        told_moved: The reported outcomes, the same shape.
+    """
+
+    solved: Flags
+    steps: NDArray[np.int32]
+    actions: NDArray[np.int8]
+    moved: Flags
+    told_moved: Flags
+
+
+def play(policy: Policy[Any], world: World, orders: Whole, *, seed: int, repetition: int, first: int = 1) -> Played:
+    """Play trials of a study.
+
+    Args:
+        policy: Who plays.
+        world: The box and what is told.
+        orders: The joints, by index in panel order, as each trial lists them, shape (trials, joints).
+        seed: Of the study.
+        repetition: Of the study, from 1.
+        first: Number of the first trial, from 1.
+    """
+    trials, flip = len(orders), world.flip
+    found = Played(
+        np.zeros(trials, bool),
+        np.full(trials, world.budget, np.int32),
+        np.full((trials, world.budget), -1, np.int8),
+        *(np.zeros((trials, world.budget), bool) for _ in range(2)),
+    )
+    boxes, minds = Boxes(world.may_move, world.start, [flip], orders.copy()), _Minds(policy, world)
+    start, mind, rows = boxes.told.copy(), minds.begin(orders), np.arange(trials)
+    for step in range(1, world.budget + 1):
+        luck = partial(numbers, world.name, seed=seed, repetition=repetition, trial=first + rows, step=step)
+        places = minds.choose(mind, luck("agent")[:, 0])
+        count = flip.numbers(len(world.places))
+        drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
+        last = boxes.told[rows]
+        joints, moved, outcome = boxes.attempt(rows, places, [drawn])
+        told = boxes.told[rows]
+        said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
+        at = (rows, step - 1)
+        found.actions[at], found.moved[at], found.told_moved[at] = joints, moved, said
+        done = moved & (joints == world.target)
+        found.solved[rows[done]], found.steps[rows[done]] = True, step
+        on = ~done
+        rows = rows[on]
+        if not rows.size:
+            break
+        mind = minds.remember(mind[on], places[on], said[on], told[on] ^ start[rows])
+    return found

@@ -1,1 +1,0 @@
-"""Monte Carlo simulation of policies: millions of trials without records."""

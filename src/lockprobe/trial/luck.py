@@ -1,0 +1,154 @@
+"""Luck by address: every random number of a trial has a place of its own, and no generator goes from one to the next.
+
+The address is seed, box, repetition, trial, stream, step and place. Neither the condition nor the agent is in it: trial
+7 of repetition 2 has the same labels, the same luck in every channel and the same draws of its agent whatever it is
+told, so conditions and agents are compared on common random numbers. The flips at p = 0.2 are a subset of those at
+p = 0.4, a resumed or forked trial goes on where it was, and no draw moves another one.
+
+The numbers are those of Philox4x64-10 (Salmon, Moraes, Dror and Shaw 2011). Its key is made of seed, box and stream,
+its counter of place, step, trial and repetition. :meth:`Stream.at` draws them with NumPy's generator for one trial,
+:func:`numbers` with arrays for many; both give the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lockprobe.foundation.seeds import generator
+
+_Words = NDArray[np.uint64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Luck:
+    """The luck of one trial.
+
+    Attributes:
+        seed: Of the study, any integer.
+        box: Name of the box: trials of equal number on two boxes have different luck.
+        repetition: From 1.
+        trial: From 1.
+        time: Which continuation of a fork it is, from 1; each has luck of its own.
+    """
+
+    seed: int
+    box: str
+    repetition: int
+    trial: int
+    time: int = 1
+
+    def stream(self, name: str, ahead: int = 0) -> Stream:
+        """A stream by its name; of the trial ``ahead`` trials later."""
+        key = _key(self.seed, self.box, name if self.time == 1 else f"{name}/luck-{self.time}")
+        return Stream(key, self.trial + ahead, self.repetition)
+
+    def at(self, name: str, step: int = 0) -> np.random.Generator:
+        """A stream at one step, from 1; what is drawn once a trial is at step 0."""
+        return self.stream(name).at(step)
+
+    def physics(self) -> np.random.Generator:
+        """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""
+        return generator(self.seed, self.box, "rep", self.repetition, "trial", self.trial, "plant")
+
+
+class Stream:
+    """One stream of a trial's luck."""
+
+    __slots__ = ("_counter", "_generator", "_key", "_state")
+
+    def __init__(self, key: _Words, trial: int, repetition: int) -> None:
+        self._key = key
+        self._counter = np.array([0, 0, trial, repetition], np.uint64)
+        self._generator: np.random.Generator | None = None
+
+    def at(self, step: int) -> np.random.Generator:
+        """The stream at one step: whatever was drawn before, it begins at its own address.
+
+        There is one generator a stream, which the next call moves.
+        """
+        self._counter[1] = step
+        if self._generator is None:
+            self._generator = np.random.Generator(np.random.Philox(key=self._key, counter=self._counter))
+            self._state: Any = self._generator.bit_generator.state
+        else:
+            self._state["state"]["counter"] = self._counter
+            self._generator.bit_generator.state = self._state
+        return self._generator
+
+
+def at_step(rng: np.random.Generator, step: int) -> np.random.Generator:
+    """The stream of a generator of :meth:`Stream.at` at another step of the same trial."""
+    state: Any = rng.bit_generator.state["state"]
+    counter = state["counter"].copy()
+    counter[:2] = 0, step
+    return np.random.Generator(np.random.Philox(key=state["key"], counter=counter))
+
+
+@lru_cache(maxsize=4096)
+def _key(seed: int, box: str, stream: str) -> _Words:
+    """The key of a stream, shape (2,)."""
+    return np.frombuffer(hashlib.sha256(f"{seed}/{box}/{stream}".encode()).digest()[:16], np.uint64)
+
+
+def numbers(
+    box: str,
+    stream: str,
+    *,
+    seed: ArrayLike,
+    repetition: ArrayLike,
+    trial: ArrayLike,
+    step: ArrayLike = 0,
+    places: int = 1,
+) -> NDArray[np.float64]:
+    """The first numbers of a stream in many trials, in [0, 1): what ``at(step).random(places)`` gives in each of them.
+
+    Args:
+        box: Name of the box.
+        stream: Name of the stream.
+        seed: Of the study; an array, as repetition, trial and step may be, of a shape that broadcasts with theirs.
+        repetition: From 1.
+        trial: From 1.
+        step: From 1; 0 for what is drawn once a trial.
+        places: How many numbers of each.
+
+    Returns:
+        Shape (..., places), with at least one further dimension.
+    """
+    seeds = np.atleast_1d(np.array(seed, object))  # of any size
+    keys = np.array([_key(one, box, stream) for one in seeds.ravel().tolist()], np.uint64).T.reshape(2, *seeds.shape)
+    parts = [np.atleast_1d(np.asarray(part, np.uint64)) for part in (step, trial, repetition)]
+    counters = np.broadcast_arrays(*parts)
+    blocks = [_philox(np.full_like(counters[0], 1 + block), *counters, *keys) for block in range(-(-places // 4))]
+    words = np.stack([word for block in blocks for word in block], axis=-1)[..., :places]
+    return np.asarray((words >> np.uint64(11)) * 2.0**-53, np.float64)
+
+
+_FACTORS = (0xD2E7470EE14C6C93, 0xCA5A826395121157)
+_BUMPS = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B))
+_HALF, _LOW = np.uint64(32), np.uint64(2**32 - 1)
+
+
+def _philox(
+    first: _Words, second: _Words, third: _Words, fourth: _Words, key: _Words, other: _Words
+) -> tuple[_Words, ...]:
+    """The four outputs of Philox4x64-10 at these counters."""
+    for _ in range(10):
+        (high, low), (upper, lower) = _product(_FACTORS[0], first), _product(_FACTORS[1], third)
+        first, second, third, fourth = upper ^ second ^ key, lower, high ^ fourth ^ other, low
+        key, other = key + _BUMPS[0], other + _BUMPS[1]
+    return first, second, third, fourth
+
+
+def _product(factor: int, words: _Words) -> tuple[_Words, _Words]:
+    """The higher and the lower 64 bits of the products."""
+    upper, lower = np.uint64(factor >> 32), np.uint64(factor % 2**32)
+    high, low = words >> _HALF, words & _LOW
+    crossed, across = upper * low, lower * high
+    middle = (lower * low >> _HALF) + (crossed & _LOW) + across
+    return upper * high + (crossed >> _HALF) + (middle >> _HALF), np.uint64(factor) * words

@@ -1,0 +1,220 @@
+"""One law, four ways: the loop of a trial, the kernel, exact propagation and Gymnasium play and tell the same."""
+
+from typing import get_args
+
+import gymnasium
+import numpy as np
+import pytest
+from diary import Diary, as_recorded
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import chi2
+
+import lockprobe.interfaces.gymnasium  # noqa: F401  registers the environment
+from lockprobe import run_trial
+from lockprobe.boxes.box import Shuffle
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_curve
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.simulation import population as populations
+from lockprobe.simulation.exact.propagation import heeds_order, propagate
+from lockprobe.simulation.kernel import policy_of, world_of
+from lockprobe.simulation.population import population
+from lockprobe.statistics.loops import cover, onset
+
+AGENTS = (
+    "random",
+    "random-no-repeat",
+    "round-robin",
+    "human-inspired",
+    "human-inspired:target-last?lapse=0.2",
+    "human-inspired:proximity?lapse=0.1",
+    "human-inspired:target-first-per-configuration?lapse=0.3",
+    "cognitive:softmax-memory?failure=5&recent=2&stay=-2",
+    "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.4&target=0.5&closed=1&position=1.5",
+    "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
+    "cognitive:loop-breaker",
+    Diary(),
+)
+READINGS = [
+    *(OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)),
+    OutcomeFlip(inverts="position", others="noisy"),
+]
+PARTS = [OutcomeFlip(part="outcome"), *(OutcomeFlip(part="position", keep=keep) for keep in (0, 0.5))]
+TOLD = st.tuples(st.sampled_from(READINGS), st.sampled_from(["state", "outcome", "both"])) | st.tuples(
+    st.sampled_from(PARTS), st.just("both")
+)
+"""What a false report is, and what reports tell; one part of it alone needs both."""
+
+
+def modality_of(tell):
+    return "symbolic" if tell == "both" else f"symbolic?tell={tell}"
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    agent=st.sampled_from(AGENTS),
+    name=st.sampled_from(["chain-3", "chain-4", "reset", "common-effect-4", "random-6-2", "chain-8"]),
+    told=TOLD,
+    p=st.sampled_from([0.0, 0.3, 1.0]),
+    seed=st.integers(0, 99),
+    repetition=st.integers(1, 3),
+    trial=st.integers(1, 5),
+    shuffle=st.sampled_from(get_args(Shuffle)),
+    max_steps=st.integers(1, 24),
+)
+def test_loop_kernel_and_gymnasium_play_one_trial(agent, name, told, p, seed, repetition, trial, shuffle, max_steps):
+    """Joints, outcomes and reports, step by step; the environment attempts the joints that the agent attempted."""
+    like, tell = told
+    given_ = {"seed": seed, "repetition": repetition, "shuffle": shuffle, "max_steps": max_steps}
+    flip = like.at_rate(p)
+    recorded = run_trial(agent=agent, box=name, condition=[flip], trial=trial, modality=modality_of(tell), **given_)
+    joints, moved, said, solved = as_recorded(recorded)
+    n, rest = len(joints), max_steps - len(joints)
+
+    found = population(agent, name, p=p, flip=like, modality=modality_of(tell), trials=trial, **given_)
+    assert (int(found.steps[-1]), bool(found.solved[-1])) == (n, solved)
+    assert found.actions[-1].tolist() == joints + [-1] * rest
+    assert found.moved[-1].tolist() == moved + [False] * rest
+    assert found.told_moved[-1].tolist() == said + [False] * rest
+
+    asked = {
+        "box": name,
+        "condition": [flip],
+        "modality": modality_of(tell),
+        "shuffle": shuffle,
+        "max_steps": max_steps,
+    }
+    places = [recorded.listing.index(recorded.labels[joint]) for joint in joints]
+    single = gymnasium.make("lockprobe/Lockbox-v0", disable_env_checker=True, info="truth", **asked)
+    many = gymnasium.make_vec("lockprobe/Lockbox-v0", 2, info="truth", **asked)
+    where = {"repetition": repetition, "trial": trial}
+    first, _ = single.reset(seed=seed, options=where)
+    assert first.tolist() == many.reset(seed=[seed, seed + 1], options=where)[0][0].tolist()
+    for step, place in enumerate(places):
+        seen, _, over, _, info = single.step(place)
+        both, _, ends, _, infos = many.step(np.array([place, 0]))
+        assert seen.tolist() == both[0].tolist()
+        assert (over, bool(ends[0])) == (step == n - 1 and solved,) * 2
+        assert info["truth"]["moved"] == infos["truth"]["moved"][0] == moved[step]
+        if tell != "outcome":  # what is told of the joints, in panel order
+            shown = seen[3:].tolist()
+            told_state = [shown[recorded.listing.index(label)] for label in recorded.labels]
+            assert "".join(map(str, told_state)) == recorded.steps[step].told_state
+        if tell != "state":
+            assert (seen[2] == 2) == said[step]
+
+
+def misfit(found, shares):
+    """How improbable the steps at which trials were solved are if these are the true shares by step."""
+    trials = len(found)
+    expected = trials * np.append(np.diff(shares), 1 - shares[-1])
+    ends = np.where(found.solved, found.steps, len(shares))
+    counted = np.bincount(ends, minlength=len(shares) + 1)[1:]
+    assert not counted[expected < 1e-6].any()
+    rare = expected < 5
+    expected = np.append(expected[~rare], expected[rare].sum())
+    counted = np.append(counted[~rare], counted[rare].sum())[expected > 0]
+    expected = expected[expected > 0]
+    statistic = 2 * (counted[counted > 0] * np.log(counted[counted > 0] / expected[counted > 0])).sum()
+    return chi2.sf(max(statistic, 0), max(len(expected) - 1, 1))
+
+
+AS_4_5_SIGMA = 6.8e-6
+KINDS = ("memoryless", "latched", "independent", "re-observed", "integrated", "outcome-only")
+FOLLOWED = [
+    *(("human-inspired", "chain-4", kind) for kind in KINDS),
+    *(("cognitive:perseverant", "chain-4", kind) for kind in ("latched", "independent", "integrated")),
+    ("random", "random-5-17", "latched"),
+    ("random-no-repeat", "reset", "memoryless"),
+    ("human-inspired:proximity", "chain-4", "latched"),
+    ("human-inspired?lapse=0.2", "reset", "outcome-only"),
+    ("cognitive:softmax-memory?failure=2&stay=-1&position=1.5", "chain-3", "outcome-only"),
+]
+TRIALS = 40_000
+
+
+@pytest.mark.parametrize(("agent", "name", "flip"), FOLLOWED)
+def test_the_kernel_has_the_exact_distribution(agent, name, flip):
+    """The step that solves the box: G-test at the level of 4.5 standard errors, and the mean."""
+    found, exact = population(agent, name, p=0.3, flip=flip, trials=TRIALS), propagate(agent, name, p=0.3, flip=flip)
+    assert misfit(found, exact.solved) > AS_4_5_SIGMA
+    error = (exact.success * (1 - exact.success) / TRIALS) ** 0.5
+    assert abs(found.success - exact.success) <= 4.5 * error + 1e-12
+    assert found.curve[-1] == found.success
+
+
+def test_the_test_of_distributions_can_fail():
+    found = population("random", trials=100_000)
+    assert misfit(found, random_curve(box("chain-4"))) > AS_4_5_SIGMA
+    assert misfit(found, propagate("cognitive:softmax-memory?recent=0.06").solved) < AS_4_5_SIGMA
+
+
+@pytest.mark.parametrize(
+    ("kind", "shares"),
+    [
+        ("memoryless", (0.467, 0.530, 0.530)),
+        ("re-observed", (0.467, 0.530, 0.530)),
+        ("latched", (0.575, 0.629, 0.637)),
+        ("integrated", (0.562, 0.629, 0.631)),
+    ],
+)
+def test_an_agent_that_maps_states_gains_most_where_false_positions_stay(kind, shares):
+    """Shares of 200 000 trials of another program; these are 3 000, with a standard error of .009."""
+    agent = "cognitive:random-map?avoid=last"
+    found = [population(agent, p=p, flip=kind, trials=3_000).success for p in (0.2, 0.4, 0.6)]
+    assert found == pytest.approx(shares, abs=0.037)
+
+
+def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch):
+    whole = population("cognitive:perseverant", p=0.3, trials=900)
+    monkeypatch.setattr(populations, "PIECE", 250)
+    part = population("cognitive:perseverant", p=0.3, trials=700)
+    for name in ("solved", "steps", "actions", "moved", "told_moved"):
+        assert np.array_equal(getattr(part, name), getattr(whole, name)[:700])
+
+
+def test_flips_at_a_smaller_p_are_among_those_at_a_larger_one():
+    flipped = []
+    for p in (0.1, 0.3, 0.8):
+        found = population("round-robin", trials=300, p=p, shuffle="never")
+        flipped.append(found.moved != found.told_moved)
+    assert (flipped[0] <= flipped[1]).all()
+    assert (flipped[1] <= flipped[2]).all()
+    assert flipped[1].sum() / found.steps.sum() == pytest.approx(0.3, abs=0.03)
+
+
+def test_trials_of_two_boxes_have_different_luck():
+    one, other = (population("random", name, trials=200, shuffle="never").actions[:, 0] for name in ("chain-4", "fork"))
+    assert 20 < (one == other).sum() < 80
+
+
+def test_loops_of_a_population_are_those_of_its_trials():
+    found = population("random-no-repeat", trials=400)
+    loops = found.loops()
+    for i in range(400):
+        actions = found.actions[i, : found.steps[i]].tolist()
+        assert (loops.n[i], loops.onset[i], loops.covered[i]) == (len(actions), onset(actions), cover(actions).covered)
+    assert found.loops(min_length=2).any_loop.sum() > loops.any_loop.sum()
+
+
+def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
+    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map",
+                "cognitive:loop-breaker", "cognitive:softmax-memory?closed=1")  # fmt: skip
+    heeding = ("round-robin", "cognitive:softmax-memory?position=1")
+    assert not any(heeds_order(policy_of(agent)) for agent in heedless)
+    assert all(map(heeds_order, (*map(policy_of, heeding), Diary())))
+
+
+def test_mistakes_are_one_line():
+    with pytest.raises(UnknownName, match=r"^no agent is called 'rundom'"):
+        policy_of("rundom")
+    with pytest.raises(UnknownName, match=r"^no box is called 'chain-9'"):
+        world_of("chain-9", flip=OutcomeFlip(), max_steps=20)
+    with pytest.raises(BadValue, match=r"^max_steps: got 20000, expected a whole number from 1 to 10000$"):
+        world_of("chain-4", flip=OutcomeFlip(), max_steps=20_000)
+    with pytest.raises(BadValue, match=r"^trials: got 0, expected a whole number from 1$"):
+        population(trials=0)
+    with pytest.raises(BadValue, match=r"^steps of all trials: got 2000000000, expected at most 1000000000$"):
+        population(trials=100_000_000)
