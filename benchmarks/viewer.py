@@ -50,7 +50,7 @@ def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Per
         seed=1,
         plant=plant,
     )
-    made = resolve_plant(plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+    made = resolve_plant(plant).make(plan.box, Names(plan).labels, plan.luck.physics())
     watcher = Watcher()
     try:
         played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=depth)], agent=watcher))

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 import forked
-import numpy as np
 import pytest
 from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import TimeoutError as Timeout
@@ -28,6 +27,7 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import filled, read_words
 from lockprobe.people.web.serving import ServerOptions, opened
 from lockprobe.studies.running.single import run_trial
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 from lockprobe.trial.trial_json import trial_from_line
@@ -297,7 +297,7 @@ class Reader:
         return found and found[1]
 
 
-async def attend(tab, look, directory, study, strategy, who, *, until=lambda look: False, reader=None, rng=None):
+async def attend(tab, look, directory, study, strategy, who, *, until=lambda look: False, reader=None, luck=None):
     """Take part to the end, or until the page shows something; the strategy chooses by what is shown.
 
     Args:
@@ -309,10 +309,10 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
         who: First parameter of the URL.
         until: Where to stop.
         reader: What was shown of the box before, where one begins in the middle.
-        rng: The stream of the strategy, in the same case.
+        luck: The luck of the strategy, in the same case.
 
     Returns:
-        What is shown at the end, and reader and stream with which to go on.
+        What is shown at the end, and reader and luck with which to go on.
     """
     agent, words = resolve(strategy).make(), read_words(tab.language)
     while look.scene not in ("debrief", "closed") and not until(look):
@@ -320,13 +320,13 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
             look = await tab.go_on(look)
             continue
         if look.step[0] == 1:
-            reader, rng = Reader(words), stream_of(directory, study, who, look.box)
-        decision = await agent.decide(reader.situation(look, tab.handles), rng)
+            reader, luck = Reader(words), luck_of(directory, study, who, look.box)
+        decision = await agent.decide(reader.situation(look, tab.handles), luck.at(look.step[0]))
         claimed = (decision.claimed or "blocked") if look.asks else None
         reader.decision = replace(decision, claimed=claimed)
         await tab.choose(decision.joint, claimed)
         look = await tab.next_look(look, decision.joint, claimed)
-    return look, reader, rng
+    return look, reader, luck
 
 
 def joined(directory, who):
@@ -340,9 +340,10 @@ def plan_of(directory, study, who, number):
     return study.plan("participant", study.labelled(slot.condition), slot.repetition, slot.trial)
 
 
-def stream_of(directory, study, who, number):
+def luck_of(directory, study, who, number):
     """The agent's stream of the trial that somebody plays as a box; any stream for the practice."""
-    return plan_of(directory, study, who, number).stream("agent") if number else np.random.default_rng(1)
+    luck = plan_of(directory, study, who, number).luck if number else Luck(seed=1, box="", repetition=1, trial=1)
+    return luck.stream("agent")
 
 
 def trials_of(directory):

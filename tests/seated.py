@@ -109,9 +109,9 @@ class Player:
 
     async def _attempt(self, scene: Box, identity: str | None) -> Attempt:
         if scene.step == 1:
-            self._past, self._rng = (), self._stream(scene, identity)
+            self._past, self._luck = (), self._stream(scene, identity)
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
-        decision = await self._agent.decide(situation, self._rng)
+        decision = await self._agent.decide(situation, self._luck.at(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
         claimed = (decision.claimed or "moved") if scene.ask else None
         return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
@@ -120,7 +120,7 @@ class Player:
         joined = diary_of(self._directory, identity)[0]
         assert isinstance(joined, Joined)
         slot = joined.slots[max(0, scene.number - 1)]
-        return slot.plan(self._study, joined.identity).stream("agent" if scene.number else "practice")
+        return slot.plan(self._study, joined.identity).luck.stream("agent" if scene.number else "practice")
 
 
 def _task(scene: Box, study: Study) -> Task:

@@ -122,12 +122,12 @@ def test_a_moment_that_is_over_cannot_be_drawn():
 
 def pictured(plant, channels, plan=PLAN):
     """The percepts of three attempts."""
-    names, rng = Names(plan), plan.stream("channel-0")
+    names, luck = Names(plan), plan.luck.stream("channel-0")
     task, found = names.task(plan), []
-    for joint in (None, 3, 0, 0):
+    for step, joint in enumerate((None, 3, 0, 0)):
         percept = names.percept(plant.observe() if joint is None else plant.attempt(joint))
         for channel in channels:
-            percept = channel.perceive(percept, (), task, rng)
+            percept = channel.perceive(percept, (), task, luck.at(step))
         found.append(percept)
     return found
 

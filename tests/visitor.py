@@ -156,9 +156,9 @@ class Visitor:
         if scene["number"] != self._box:
             slot = slots_of(self.directory, self.identity)[scene["number"] - 1]
             plan = slot.plan(self.study, self.identity)
-            self._box, self._rng, self._past = scene["number"], plan.stream("agent"), ()
+            self._box, self._luck, self._past = scene["number"], plan.luck.stream("agent"), ()
         situation = Situation(task=shown_task(scene), past=self._past, percept=percept)
-        decision = await self._agent.decide(situation, self._rng)
+        decision = await self._agent.decide(situation, self._luck.at(scene["step"]))
         self._past = (*self._past, Turn(percept=percept, decision=decision))
         return decision
 

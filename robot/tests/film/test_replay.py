@@ -55,7 +55,7 @@ def test_the_recorded_actions_are_played_with_the_trials_luck(plant, tmp_path, m
     assert [one.shape for one in shown] == [(432, 480, 3)] * film.pictures
     assert said[-1] == f"step {len(trial.steps)} of {len(trial.steps)}, {film.pictures} pictures"
     assert [one.closed for one in made] == [1] * len(made)
-    wood = plan.stream("plant").integers(80, 120, size=3)
+    wood = plan.luck.physics().integers(80, 120, size=3)
     assert (abs(shown[0][358, 240].astype(int) - wood) <= 1).all()
     for at, step in enumerate(trial.steps):
         before, after = shown[2 * at + 1][:360], shown[2 * at + 2][:360]

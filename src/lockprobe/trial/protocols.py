@@ -87,8 +87,8 @@ class Prompt(Protocol):
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """Turn a briefing into the briefing that is passed on, before every decision.
 
-        ``past`` holds all moments, oldest first; the last is what the agent has just been told. ``rng`` is the stream at
-        the step of that report.
+        ``past`` holds all moments, oldest first; the last is what the agent has just been told. ``rng`` is the stream
+        at the step of that report.
         """
         ...
 

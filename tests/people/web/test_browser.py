@@ -155,25 +155,25 @@ async def _interrupted(directory, study):
 
         await tab.page.reload()  # loaded again
         assert await tab.look() == look
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 4), reader=kept[0], rng=kept[1])
+        look, *kept = await attend(tab, look, *part, until=at_step(1, 4), reader=kept[0], luck=kept[1])
 
         await tab.page.goto("about:blank")  # away, and back with the button
         await tab.page.go_back()
         assert (await tab.look()).turn == look.turn
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 5), reader=kept[0], rng=kept[1])
+        look, *kept = await attend(tab, look, *part, until=at_step(1, 5), reader=kept[0], luck=kept[1])
 
         await context.set_offline(True)  # no network at the moment of the act; then there is
-        doing = asyncio.create_task(attend(tab, look, *part, until=at_step(1, 6), reader=kept[0], rng=kept[1]))
+        doing = asyncio.create_task(attend(tab, look, *part, until=at_step(1, 6), reader=kept[0], luck=kept[1]))
         await tab.page.wait_for_selector("#trouble p")
         assert not doing.done()
         await context.set_offline(False)
         look, *kept = await doing
 
         await context.route("**/api/act", _losing_its_reply, times=1)  # what is done arrives, and its reply does not
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 7), reader=kept[0], rng=kept[1])
+        look, *kept = await attend(tab, look, *part, until=at_step(1, 7), reader=kept[0], luck=kept[1])
 
         look = await _two_tabs(context, tab, look, address)
-        look, _, _ = await attend(tab, look, *part, reader=kept[0], rng=kept[1])
+        look, _, _ = await attend(tab, look, *part, reader=kept[0], luck=kept[1])
         assert look.scene == "debrief"
 
 
@@ -274,15 +274,15 @@ async def _killed(directory, study):
             part, kept = (directory, study, "human-inspired", "w1"), (None, None)
             look = await tab.open(f"{server.url}?PROLIFIC_PID=w1")
             for step in (1, 4, 6):
-                look, *kept = await attend(tab, look, *part, until=at_step(1, step), reader=kept[0], rng=kept[1])
+                look, *kept = await attend(tab, look, *part, until=at_step(1, step), reader=kept[0], luck=kept[1])
                 await asyncio.to_thread(server.kill)
                 doing = asyncio.create_task(
-                    attend(tab, look, *part, until=at_step(1, step + 1), reader=kept[0], rng=kept[1])
+                    attend(tab, look, *part, until=at_step(1, step + 1), reader=kept[0], luck=kept[1])
                 )
                 await tab.page.wait_for_selector("#trouble p")
                 await asyncio.to_thread(server.start)
                 look, *kept = await doing
-            look, _, _ = await attend(tab, look, *part, reader=kept[0], rng=kept[1])
+            look, _, _ = await attend(tab, look, *part, reader=kept[0], luck=kept[1])
             assert look.scene == "debrief"
 
 

@@ -105,7 +105,7 @@ async def _writes(directory, study):
         look, *kept = await attend(tab, look, directory, study, "random", "w1", until=_second_step)
         assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
         assert look.history == [f"{SCRIPT} {SCRIPT}"]
-        await attend(tab, look, directory, study, "random", "w1", reader=kept[0], rng=kept[1])
+        await attend(tab, look, directory, study, "random", "w1", reader=kept[0], luck=kept[1])
         await assert_no_script_ran(tab.page)
 
 
