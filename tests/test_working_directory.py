@@ -26,7 +26,7 @@ import lockprobe.cli.live_report
 import lockprobe.report.parallel
 import lockprobe.studies.running.batches
 lockprobe.report.parallel.LARGE = 0  # every report takes a second process,
-lockprobe.cli.live_report.FIRST_PAUSE = 0  # and the first one during a run is due at once
+lockprobe.cli.live_report.PAUSE = 0  # and the first one during a run is due at once
 lockprobe.studies.running.batches._ALONE = -1
 from lockprobe.cli import main
 main()

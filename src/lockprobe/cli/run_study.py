@@ -76,12 +76,7 @@ def play_study(
         before = dict(journal.trials)
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
-        live = LiveReport(
-            observer,
-            directory if report else None,
-            begins=observer.first_report_begins,
-            tell=observer.first_report,
-        )
+        live = LiveReport(observer, directory if report else None, tell=observer.first_report)
         reached = _play_trials(planned, journal, limits, live, observer)
         if planned.until and journal.trials:
             _say_decisions(planned, journal, observer)
