@@ -35,7 +35,7 @@ _FORMS: tuple[Literal["svg", "png"], ...] = ("svg", "png")
 """Of figures: all of them, and those that are shown on slides."""
 
 _Made = Callable[[Results], Any]
-"""What is made of results, by this process or by another one."""
+"""What is made of results, here or on a cluster."""
 
 
 def report_files(
@@ -43,7 +43,7 @@ def report_files(
     *,
     tell: Callable[[str], None],
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
-    each: Each,
+    each: Each = map,
 ) -> Iterator[File]:
     """Every file of a report, the report last.
 
@@ -51,7 +51,7 @@ def report_files(
         opened: The study.
         tell: Told what it is at.
         left_out: Told every section that could not be made.
-        each: Works on one job after the other, or on several at once.
+        each: Works on one job after the other, or on several at once on a cluster.
 
     Raises:
         BadFile: If its records cannot be analysed together.
@@ -63,7 +63,6 @@ def report_files(
         found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
         figures = _figures(found)
-        # the explorer first, since it needs trials, which this process has
         jobs: list[_Made] = [partial(_trials, opened), _texts, *(partial(_draw, figure) for figure in figures)]
         trials, texts, *made = collecting(each)(partial(_make, found), jobs)  # of one value, which is sent once
         drawn = {figure.name: one for figure, one in zip(figures, made, strict=True) if one is not None}
@@ -104,7 +103,7 @@ def _trials(opened: OpenedStudy, found: Results) -> str:
 
 
 def _figures(found: Results) -> list[Figure]:
-    """The figures that pages and sections show, without functions that cannot be sent to another process."""
+    """The figures that pages and sections show, without functions that cannot be sent to a cluster."""
     asked: dict[str, Figure] = {}
     for figure in (*figures_of(parts_of(found)), *(figure for one in all_sections() for figure in one.figures)):
         if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, found), bool):
