@@ -44,13 +44,13 @@ class Page:
 
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""
-        if table.name not in self._tables:
-            self._tables[table.name] = _cells(table, self.found)
-        return self._tables[table.name]
+        if table not in self._tables:
+            self._tables[table] = _cells(table, self.found)
+        return self._tables[table]
 
     @cached_property
-    def _tables(self) -> dict[str, TextTable]:
-        """Tables by name, as far as they were asked for."""
+    def _tables(self) -> dict[Table, TextTable]:
+        """Tables that were asked for, of which two may have one name."""
         return {}
 
     @cached_property
