@@ -29,7 +29,7 @@ def write_report(
         directory: The directory of a study.
         tell: Told what it is at, since it takes some seconds.
         left_out: Told every section that could not be made.
-        elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
+        elsewhere: A cluster on which the figures of a large report are drawn instead; it changes none of them.
 
     Returns:
         Where ``report.html`` is.
