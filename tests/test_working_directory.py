@@ -23,18 +23,14 @@ AS_TYPED = """
 import sys
 del sys.path[0]  # as with the command
 import lockprobe.cli.live_report
-import lockprobe.report.parallel
 import lockprobe.studies.running.batches
-lockprobe.report.parallel.LARGE = 0  # every report takes a second process,
-lockprobe.cli.live_report.FIRST_PAUSE = 0  # and the first one during a run is due at once
+lockprobe.cli.live_report.PAUSE = 0  # a report during a run is due at once
 lockprobe.studies.running.batches._ALONE = -1
 from lockprobe.cli import main
 main()
 """
 
 STARTING = {
-    "another process for the report": ("report", "st"),
-    "another process for the check of the report": ("verify", "st"),
     "processes for strategies": ("run", "flips", "--agent", "random", "--no-report", "--workers", "2", "--out", "st2"),
     "a report during the run, worker processes, a probe of the pictures": (
         *("run", "modalities", "--agent", "viewer", "--modality", "rgb", "--plant", "fast-twin?width=64&height=64"),

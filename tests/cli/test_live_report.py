@@ -8,7 +8,7 @@ from builders import modality_study
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli import live_report
-from lockprobe.cli.live_report import FIRST_PAUSE, PAUSE, LiveReport
+from lockprobe.cli.live_report import PAUSE, LiveReport
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run
@@ -34,9 +34,7 @@ class Process:
 def clock(monkeypatch):
     now = [0.0]
     Process.begun = ()
-    monkeypatch.setattr(
-        live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None, TimeoutExpired=TimeoutError)
-    )
+    monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None))
     monkeypatch.setattr(live_report.os, "setpriority", lambda *arguments: None)
     monkeypatch.setattr(live_report.time, "monotonic", lambda: now[0])
     return now
@@ -46,33 +44,32 @@ def slow(source):
     return dataclasses.replace(source, engine="network")
 
 
-def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_double(clock, tmp_path):
-    live = LiveReport(Observer(), tmp_path)
-    live.trial(None, None)
+def test_it_is_written_while_slow_agents_play_after_pauses_that_double(clock, tmp_path):
+    told = []
+    live = LiveReport(Observer(), tmp_path, tell=told.append)
     live.agent(resolve("random"), 3)
+    clock[0] = 10 * PAUSE
     live.trial(None, None)
     assert not Process.begun  # strategies take a second: their report is the last one
     live.agent(slow(resolve("round-robin")), 3)
-    assert [process.command[-2:] for process in Process.begun] == [["report", str(tmp_path)]]
     times = []
     for second in range(1, 2000):
-        clock[0] = float(second)
-        Process.begun[-1].done = True
+        clock[0] = 10 * PAUSE + second
+        for process in Process.begun:
+            process.done = True
         before = len(Process.begun)
         live.trial(None, None)
         times += [second] * (len(Process.begun) - before)
-    assert times == [PAUSE * factor for factor in (1, 3, 7, 15)]
+    assert times == [PAUSE * factor for factor in (1, 2, 4, 8, 16)]
+    assert {tuple(process.command[-2:]) for process in Process.begun} == {("report", str(tmp_path))}
+    assert told == [tmp_path / "report.html"]
 
 
 def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
     live = LiveReport(Observer(), tmp_path)
     live.agent(slow(resolve("random")), 3)
-    live.trial(None, None)
-    assert not Process.begun  # there is next to nothing to report yet
-    clock[0] = FIRST_PAUSE
-    live.trial(None, None)
-    clock[0] = 1e6
-    live.trial(None, None)
+    for clock[0] in (PAUSE - 1, PAUSE, 1e6):
+        live.trial(None, None)
     (only,) = Process.begun
     assert not only.done
     live.end()
@@ -101,32 +98,3 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
     with Journal.open(tmp_path, small) as journal:
         run(small, journal, observer=LiveReport(observer, tmp_path))
     assert observer.seen == (2, "random", *(plan.key for plan in small.plans("random")))
-
-
-def test_where_a_model_computes_here_the_first_report_is_of_the_first_agent_that_is_no_baseline(clock, tmp_path):
-    said = []
-    model, random, careful, human = map(resolve, ("llm:local", "random", "cognitive:careful", "human-inspired"))
-    study = SimpleNamespace(simulated=False, run_agents=[model.spec, random.spec])
-    watching = SimpleNamespace(
-        begin=lambda *of: None, trial=lambda *of: None, agent=lambda source, owed: said.append(source.spec)
-    )
-    live = LiveReport(watching, tmp_path, begins=said.append, tell=said.append)
-    live.begin(study, SimpleNamespace(trials={}), 9)
-    for source in (random, careful, human, model):
-        live.agent(source, 3)
-        live.trial(None, None)
-    assert said == ["random", "cognitive:careful", 2, tmp_path / "report.html", "human-inspired", "llm:local"]
-    assert len(Process.begun) == 1  # the next is due two minutes later
-
-
-def test_it_waits_no_longer_than_half_a_minute(clock, tmp_path, monkeypatch):
-    def late(self, timeout):
-        raise TimeoutError(timeout)
-
-    monkeypatch.setattr(Process, "wait", late)
-    said = []
-    live = LiveReport(Observer(), tmp_path, tell=said.append)
-    live.trial(None, None)
-    live.agent(dataclasses.replace(resolve("random"), engine="process"), 3)
-    assert len(Process.begun) == 1
-    assert not said

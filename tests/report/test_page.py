@@ -137,6 +137,17 @@ def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(fou
     assert places == [pytest.approx(50 + 50 * row.value / axis, abs=0.01) for row in rows[:200]]
 
 
+def test_a_table_is_made_once_and_two_of_one_name_are_two(found):
+    asked = []
+
+    def table(text):
+        return Table("effects", lambda found: asked.append(text) or [[text]])
+
+    page, one, two = made.Page(found=found), table("one"), table("two")
+    assert [page.cells(of) for of in (one, two, one, two)] == [[["one"]], [["two"]]] * 2
+    assert asked == ["one", "two"]
+
+
 def test_a_missing_value_is_an_error():
     with pytest.raises(UndefinedError):
         rendered("compare", lockprobe="1", tables={})

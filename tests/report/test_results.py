@@ -79,7 +79,7 @@ def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
     found = Results.model_validate_json((reported / "results.json").read_bytes())
     drawn = {path.stem: image(path.read_bytes()) for path in (reported / "figures").glob("*.svg")}
     opened = open_study(reported)
-    made = dict(report_files(opened, tell=lambda said: None, each=map))
+    made = dict(report_files(opened, tell=lambda said: None))
     (trials,) = re.findall(r'id="trials-data">(.*?)</script>', made["report.html"])
     assert (reported / "report.html").read_text("utf-8") == page_of(found, drawn, trials=trials)
 

@@ -11,7 +11,7 @@ from lockprobe.cli.report import report
 from lockprobe.foundation import left_out as sections
 from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
-from lockprobe.report.parallel import one_thread
+from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rows import Results
 from lockprobe.report.verify.verification import verify
@@ -45,7 +45,7 @@ def report_of(monkeypatch, directory, missing=()):
         for module in [*sys.modules.values()]:
             if getattr(module, "__name__", "").startswith("lockprobe") and vars(module).get("section") is real:
                 patched.setattr(module, "section", instead)
-        files = dict(report_files.report_files(opened, tell=lambda said: None, left_out=told.append, each=map))
+        files = dict(report_files.report_files(opened, tell=lambda said: None, left_out=told.append))
     return html.unescape(files["report.html"]), Results.model_validate_json(files["results.json"]), told, [*called]
 
 

@@ -40,7 +40,7 @@ def test_each_way_to_break_them_is_found():
         == "3 of 6 attempts broke the rules of the box."
     )
     late = make_trial([3, 2, 3, 0], plant=f"{HAND}?misses=2")
-    assert [unbroken(one, CHAIN) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
+    assert [unbroken(one, against_rules(one, CHAIN)) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
 
 
 def test_a_miss_is_one_wherever_joints_stand_on_the_panel():
@@ -65,4 +65,5 @@ def test_broken_trials_count_and_other_boxes_do_not():
     )
     for other in (replace(broken, joints=tuple("abcd")),):
         assert against_rules(other, CHAIN) == []
+        assert unbroken(other, []) == len(other.steps)
     assert broken_said([against_rules(one, box("chain-5")) for one in (broken,)]) == ""

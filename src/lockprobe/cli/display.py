@@ -140,10 +140,6 @@ class JsonLines(Plain):
         super().given_up(source, owed, why)
         self.event("given-up", agent=self.tally.agent, owed=owed, message=str(why))
 
-    def first_report_begins(self, trials: int) -> None:
-        """Print that the next agent waits for a first report."""
-        self.event("first-report-begins", trials=trials)
-
     def first_report(self, path: Path) -> None:
         """Print that a first report can be read."""
         self.event("first-report", path=str(path))

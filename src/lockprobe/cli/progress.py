@@ -270,11 +270,6 @@ class Plain(Observer):
         self.tally.given_up[self.tally.agent] = (str(why), owed)
         self.say(f"  given up: {why}")
 
-    def first_report_begins(self, trials: int) -> None:
-        """Say that the next agent waits for a first report."""
-        self.close()
-        self.say(f"First report: writing it, of {count(trials, 'trial')} …")
-
     def first_report(self, path: Path) -> None:
         """Say that a first report can be read while the run goes on."""
         self.say(f"First report: {path} (renewed while the run goes on)")

@@ -134,7 +134,7 @@ def _for_paper(found: Results, directory: Path) -> Path:
 def _write(directory: Path, machines: Pool | None, *, paper: bool = False, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
-    path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
+    path = write_report(directory, tell=tell, left_out=left_out.append, elsewhere=machines)
     found = read_result(directory)
     for_paper = _for_paper(found, directory) if paper and found is not None else None
     if json:

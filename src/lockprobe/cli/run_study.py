@@ -76,12 +76,7 @@ def play_study(
         before = dict(journal.trials)
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
-        live = LiveReport(
-            observer,
-            directory if report else None,
-            begins=observer.first_report_begins,
-            tell=observer.first_report,
-        )
+        live = LiveReport(observer, directory if report else None, tell=observer.first_report)
         reached = _play_trials(planned, journal, limits, live, observer)
         if planned.until and journal.trials:
             _say_decisions(planned, journal, observer)
@@ -159,7 +154,7 @@ def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> 
     from lockprobe.report.write import write_report  # a second of imports, which the first trials need not wait for
 
     tell = partial(print, "Report:", file=sys.stderr)
-    return write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=limits.cluster)
+    return write_report(directory, tell=tell, left_out=left_out.append, elsewhere=limits.cluster)
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:

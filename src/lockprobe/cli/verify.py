@@ -44,7 +44,7 @@ def verify(
     from lockprobe.report.verify.verification import NOT_SHOWN
     from lockprobe.report.verify.verification import verify as verify_study
 
-    checks = verify_study(directory, settings=settings, results=results, processes=2, tell=time_left("trials"))
+    checks = verify_study(directory, settings=settings, results=results, tell=time_left("trials"))
     holds = all(one.holds for one in checks)
     if json:
         print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks], "not_shown": NOT_SHOWN}))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from os.path import lexists
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lockprobe.people.diary import Diary, read_diaries
-from lockprobe.people.withdrawal import withdrawn
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.file_names import SETTINGS
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import read_settings
@@ -20,6 +19,9 @@ from lockprobe.studies.records.read_records import LeftOut, read_records
 from lockprobe.studies.stopping import block_orders, counted
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
+
+if TYPE_CHECKING:
+    from lockprobe.people.diary import Diary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +103,12 @@ def open_study(directory: Path) -> OpenedStudy:
     Raises:
         BadFile: If it is not that of a study, or a record or a participant's diary is damaged.
     """
-    diaries, gone = read_diaries(directory), withdrawn(directory)
+    diaries, gone = list["Diary"](), 0
+    if lexists(directory / PEOPLE_DIRECTORY):  # also a link, which is refused
+        from lockprobe.people.diary import read_diaries  # with every act of a person, which few studies have
+        from lockprobe.people.withdrawal import withdrawn
+
+        diaries, gone = read_diaries(directory), withdrawn(directory)
     settings = read_settings(directory)
     everything, left_out = read_records(directory, settings)
     forks, choices = read_forks(directory), read_choices(directory)

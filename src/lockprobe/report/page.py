@@ -10,7 +10,7 @@ import base64
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from importlib.resources import files
 from typing import Any
 
@@ -44,7 +44,27 @@ class Page:
 
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""
-        return tables_of(self.found, [table])[table.name]
+        if table not in self._tables:
+            self._tables[table] = _cells(table, self.found)
+        return self._tables[table]
+
+    @cached_property
+    def _tables(self) -> dict[Table, TextTable]:
+        """Tables that were asked for, of which two may have one name."""
+        return {}
+
+    @cached_property
+    def parts(self) -> list[Part]:
+        """Its parts."""
+        return parts_of(self.found)
+
+    def text(self) -> str:
+        """The page; if even its frame cannot be made, one that says so."""
+        return section(
+            "Page report.html",
+            lambda: rendered("report", found=self.found, page=self, parts=self.parts),
+            lambda: rendered("left_out", found=self.found, page="report"),
+        )
 
     def plots(self, table: Table) -> list[tuple[Estimate | None, float]]:
         """The differences that stand beside the rows of a table; see :func:`with_axis`."""
@@ -149,7 +169,7 @@ def _checked_cells(table: Table, found: Results) -> TextTable:
 def page_of(
     found: Results, drawn: Pictures | None = None, photographs: Mapping[str, str] | None = None, trials: str = ""
 ) -> str:
-    """The page; if even its frame cannot be made, one that says so.
+    """The page.
 
     Args:
         found: The results.
@@ -157,9 +177,4 @@ def page_of(
         photographs: Pictures that agents saw, by the names of their files, as data.
         trials: The data of the trials that it steps through.
     """
-    page = Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials)
-    return section(
-        "Page report.html",
-        lambda: rendered("report", found=found, page=page, parts=parts_of(found)),
-        lambda: rendered("left_out", found=found, page="report"),
-    )
+    return Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials).text()

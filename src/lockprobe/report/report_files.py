@@ -18,7 +18,7 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.page import figures_of, page_of, parts_of, tables_of
+from lockprobe.report.page import Page, figures_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.seen import embedded
 from lockprobe.report.results import results_of, with_left_out
@@ -34,16 +34,13 @@ File = tuple[str, str | bytes | None]
 _FORMS: tuple[Literal["svg", "png"], ...] = ("svg", "png")
 """Of figures: all of them, and those that are shown on slides."""
 
-_Made = Callable[[Results], Any]
-"""What is made of results, by this process or by another one."""
-
 
 def report_files(
     opened: OpenedStudy,
     *,
     tell: Callable[[str], None],
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
-    each: Each,
+    each: Each = map,
 ) -> Iterator[File]:
     """Every file of a report, the report last.
 
@@ -51,7 +48,7 @@ def report_files(
         opened: The study.
         tell: Told what it is at.
         left_out: Told every section that could not be made.
-        each: Works on one job after the other, or on several at once.
+        each: Works on one job after the other, or on several at once on a cluster.
 
     Raises:
         BadFile: If its records cannot be analysed together.
@@ -62,28 +59,24 @@ def report_files(
     with leaving_out() as failed:
         found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
-        figures = _figures(found)
-        # the explorer first, since it needs trials, which this process has
-        jobs: list[_Made] = [partial(_trials, opened), _texts, *(partial(_draw, figure) for figure in figures)]
-        trials, texts, *made = collecting(each)(partial(_make, found), jobs)  # of one value, which is sent once
+        page = Page(found=found)
+        figures = _figures(page)
+        page.trials, texts = _trials(opened, found), _texts(page)
+        made = collecting(each)(partial(_draw, found), figures)
         drawn = {figure.name: one for figure, one in zip(figures, made, strict=True) if one is not None}
-        photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
-        images = {name: picture for name, (_, picture) in drawn.items()}
-        page = page_of(found, images, photographs, trials)
+        page.drawn = {name: picture for name, (_, picture) in drawn.items()}
+        page.photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
+        text = page.text()
         if failed:  # pages and results name what is not in them
-            found = with_left_out(found, failed)
-            texts, page = _texts(found), page_of(found, images, photographs, trials)
+            page = replace(page, found=with_left_out(found, failed))
+            texts, text = _texts(page), page.text()
     for one in failed:
         left_out(one)
     yield from texts
     for name in dict.fromkeys([*drawn, *(one.name for of in all_sections() for one in of.figures)]):
         forms = drawn[name][0] if name in drawn else {}
         yield from ((f"figures/{name}.{form}", forms.get(form)) for form in _FORMS)
-    yield "report.html", page
-
-
-def _make(found: Results, made: _Made) -> Any:
-    return made(found)
+    yield "report.html", text
 
 
 def _trials(opened: OpenedStudy, found: Results) -> str:
@@ -103,16 +96,16 @@ def _trials(opened: OpenedStudy, found: Results) -> str:
     return section("Trial explorer", data, lambda: explorer_data((), found.boxes))
 
 
-def _figures(found: Results) -> list[Figure]:
-    """The figures that pages and sections show, without functions that cannot be sent to another process."""
+def _figures(page: Page) -> list[Figure]:
+    """The figures that pages and sections show, without functions that cannot be sent to a cluster."""
     asked: dict[str, Figure] = {}
-    for figure in (*figures_of(parts_of(found)), *(figure for one in all_sections() for figure in one.figures)):
-        if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, found), bool):
+    for figure in (*figures_of(page.parts), *(figure for one in all_sections() for figure in one.figures)):
+        if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, page.found), bool):
             asked[figure.name] = replace(figure, applies=bool, caption=Caption(""))
     return [*asked.values()]
 
 
-def _draw(figure: Figure, found: Results) -> tuple[dict[str, bytes], Image] | None:
+def _draw(found: Results, figure: Figure) -> tuple[dict[str, bytes], Image] | None:
     """A figure by form, and as pages embed it; None if there is nothing to draw, or it cannot be drawn."""
 
     def draw() -> tuple[dict[str, bytes], Image] | None:
@@ -138,10 +131,11 @@ def made_figure(found: Results, figure: Figure) -> Any:
     return getattr(import_module(module), function)(found, *figure.arguments)
 
 
-def _texts(found: Results) -> list[File]:
+def _texts(page: Page) -> list[File]:
     """The files of numbers."""
-    tables = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables_of(found).items()]
-    return [("results.json", results_text(found)), *tables]
+    tables = {one.name: page.cells(one) for of in all_sections() for one in of.tables}
+    written = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables.items()]
+    return [("results.json", results_text(page.found)), *written]
 
 
 def results_text(found: Results) -> str:
@@ -157,4 +151,7 @@ def results_text(found: Results) -> str:
 
 
 def _text(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    return _JSON.encode(value)
+
+
+_JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False)

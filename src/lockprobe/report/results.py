@@ -10,7 +10,7 @@ from pathlib import Path
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.parallel import one_thread
+from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import (

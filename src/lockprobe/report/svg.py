@@ -38,9 +38,14 @@ def image(svg: bytes) -> Image:
     white, small = _KEPT in svg, compact_svg(re.sub(_GROUND, b"", svg))
     wide = re.search(rb'width="([\d.]+)pt"', svg)
     text = (small if white else with_dark_colours(small)).decode()
-    source = "data:image/svg+xml," + quote(text.replace('"', "'"), safe=" !$&'()*+,-./:;=?@_~|{}[]^`\\")
+    source = "data:image/svg+xml," + _UNSAFE.sub(lambda found: _quoted(found[0]), text.replace('"', "'"))
     return Image(source, round(float(wide[1]) * _PIXELS) if wide else 0, white)
 
+
+_UNSAFE = re.compile(r"[^\w !$&'()*+,./:;=?@~|{}\[\]^`\\-]+", re.ASCII)
+"""What a data URI cannot hold as it is."""
+
+_quoted = cache(quote)
 
 _KEPT = b"<rdf:li>cells</rdf:li>"
 """What the SVG of a figure says whose colours stay as they are."""

@@ -9,7 +9,7 @@ from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.storage.atomic_file import remove_file, write_file
 from lockprobe.foundation.storage.links import make_directory
-from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.report.processor import each_on, one_thread, uncollected
 
 
 def write_report(
@@ -17,7 +17,6 @@ def write_report(
     *,
     tell: Callable[[str], None] = lambda said: None,
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
-    processes: int = 1,
     elsewhere: Pool | None = None,
 ) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
@@ -30,9 +29,7 @@ def write_report(
         directory: The directory of a study.
         tell: Told what it is at, since it takes some seconds.
         left_out: Told every section that could not be made.
-        processes: Processes that may work at a large report; they change no byte of it. With several the program that
-            calls has to be importable without harm (``if __name__ == "__main__"``).
-        elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
+        elsewhere: A cluster on which the figures of a large report are drawn instead; it changes none of them.
 
     Returns:
         Where ``report.html`` is.
@@ -41,10 +38,11 @@ def write_report(
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), shared(directory, processes, elsewhere) as each:
+    with uncollected():
         from lockprobe.report.opened import open_study
         from lockprobe.report.report_files import report_files
 
+        each = each_on(elsewhere, directory)
         with one_thread():
             for name, content in report_files(open_study(directory), tell=tell, left_out=left_out, each=each):
                 path = directory / name

@@ -95,7 +95,7 @@ class Course:
         named = self.several or twice or self.modality not in PLAIN_WORDS
         return ", ".join(filter(None, (spoken(self.modality) if named else "", self.axis.rest)))
 
-    @property
+    @cached_property
     def budget(self) -> int:
         """Most steps of a trial."""
         return max(trial.budget for trial in self.trials)

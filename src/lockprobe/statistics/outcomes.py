@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics import loops
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
@@ -104,7 +104,7 @@ def ended(trials: Iterable[Trial]) -> list[Trial]:
 
 def onset(trial: Trial) -> int:
     """The step at which the trial's first action loop was complete, from 1; 0 if it holds none."""
-    return _onset(numbered(trial))
+    return _onset(trial.actions)
 
 
 def numbered(trial: Trial) -> tuple[int, ...]:
@@ -113,9 +113,7 @@ def numbered(trial: Trial) -> tuple[int, ...]:
     return tuple(first.setdefault(joint, len(first)) for joint in trial.actions)
 
 
-@lru_cache(maxsize=1 << 17)
-def _onset(actions: tuple[int, ...]) -> int:
-    return int(onset_batch(np.array([actions], dtype=np.int64).reshape(1, -1))[0])
+_onset = lru_cache(maxsize=1 << 17)(loops.onset)
 
 
 def outcomes(

@@ -12,18 +12,18 @@ agent is told of it misleads every observer. So of each trial the actions before
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Literal
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
-from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.rules import state_after, unbroken
+from lockprobe.statistics.rules import Judged, state_after, unbroken
 from lockprobe.trial.record import Trial
 
 JUDGED, ACTIONS = 100, 5000
@@ -36,32 +36,37 @@ _MANY = 1 << 14
 _TOGETHER = 64
 """Moments at which attempts are weighed at once."""
 
+_Report = tuple[int, bool, int | None, bool]
+"""The fields of a :class:`ReportedAttempt`."""
+
 
 def prior_for(joints: int) -> str | None:
     """The prior of the report: ``single-parent`` up to 4 joints, ``chains`` for 5 and 6; None for more."""
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def optimal_actions(trials: Sequence[Trial], *boxes: Lockbox) -> tuple[Proportion, bool] | None:
+def optimal_actions(
+    trials: Sequence[Trial], judged: Mapping[str, Sequence[Judged]] = MappingProxyType({})
+) -> tuple[Proportion, bool] | None:
     """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
     None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was
-    not the choice or a report was missing (the others would be no fair sample). Boxes are those of the trials, whose
-    rules the plant may have broken; none if they are not known.
+    not the choice or a report was missing (the others would be no fair sample). ``judged`` has the attempts of a trial
+    before the rules of its box, by its key, where they are known.
     """
     counted = [trial for trial in ended(trials) if trial.steps]
     prior = prior_for(max(len(trial.joints) for trial in counted)) if counted else None
     if prior is None or not all(trial.ordinary for trial in counted):
         return None
-    judged, actions = [], 0
+    weighed, actions = [], 0
     for trial in counted[:JUDGED]:
         if actions < ACTIONS:
-            judged.append(_choices(trial, prior, unbroken(trial, *boxes) if boxes else len(trial.steps)))
+            weighed.append(_choices(trial, prior, unbroken(trial, judged.get(trial.key, ()))))
             actions += len(trial.steps)
-    _weigh(now for choices, _ in judged for now, _ in choices)
-    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in judged]
-    share = clustered_proportion(counts, [len(choices) for choices, _ in judged])
-    return (share, any(contradicted for _, contradicted in judged)) if share.n else None
+    _weigh(now for choices, _ in weighed for now, _ in choices)
+    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in weighed]
+    share = clustered_proportion(counts, [len(choices) for choices, _ in weighed])
+    return (share, any(contradicted for _, contradicted in weighed)) if share.n else None
 
 
 class _Moment:
@@ -74,16 +79,16 @@ class _Moment:
     def __init__(self, belief: Belief) -> None:
         self.belief = belief
         self.optimal: list[bool] = []
-        self._after: dict[ReportedAttempt, tuple[_Moment, bool]] = {}
+        self._after: dict[_Report, tuple[_Moment, bool]] = {}
 
-    def after(self, report: ReportedAttempt) -> tuple[_Moment, bool]:
+    def after(self, report: _Report) -> tuple[_Moment, bool]:
         """The moment after a report, and whether the report was impossible."""
         found = self._after.get(report)
         if found is None:
-            belief = update(self.belief, report)
+            belief = update(self.belief, ReportedAttempt(*report))
             again = belief.restarts > self.belief.restarts
             # Scaled weights of equal beliefs differ in their last digits.
-            scaled = again and report.joint == 0
+            scaled = again and report[0] == 0
             found = self._after[report] = (_Moment if scaled else _moment)(belief), again
         return found
 
@@ -126,6 +131,7 @@ def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, 
     """
     order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
     numbers = {joint: number for number, joint in enumerate(order)}
+    bits = [1 << numbers[joint] for joint in trial.joints]
     # what the observer knows to be inverted: what was inverted in this trial, or outcomes
     positions = any(channel.get("inverts") == "position" for channel in trial.channels)
     now = _start(prior, len(trial.joints), "positions" if positions else "outcomes")
@@ -136,8 +142,9 @@ def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, 
         if trial.solved and step is trial.steps[-1]:
             break
         seen = state_after(trial, step) if step.pictures and step.told_state is None else step.told_state
-        places = zip(trial.joints, seen or start, start, strict=True)
-        turned = None if seen is None else sum((at != was) << numbers[one] for one, at, was in places)
-        now, again = now.after(ReportedAttempt(joint, bool(step.told_moved), turned, states_only))
+        turned = None
+        if seen is not None:
+            turned = sum(bit for bit, at, was in zip(bits, seen, start, strict=True) if at != was)
+        now, again = now.after((joint, bool(step.told_moved), turned, states_only))
         contradicted |= again
     return found, contradicted

@@ -6,6 +6,7 @@ Such an attempt says nothing of the agent that chose it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -36,13 +37,13 @@ def against_rules(trial: Trial, *boxes: Lockbox) -> list[Judged]:
     box = boxes[0] if len(boxes) == 1 else next(one for one in boxes if one.name == trial.box)
     if sorted(trial.joints) != sorted(box.names):
         return []
-    order = [trial.joints.index(name) for name in box.names]
+    places = {name: i for i, name in enumerate(trial.joints)}
+    order = [places[name] for name in box.names]
     judged, free = [], dict[tuple[str, str], bool]()  # states and attempts recur
     for step, after in zip_longest(trial.steps, trial.steps[1:]):
-        attempt = step.state, step.joint
+        attempt, place = (step.state, step.joint), places[step.joint]
         if attempt not in free:
-            free[attempt] = box.may_move(tuple(step.state[at] == "1" for at in order), box.names.index(step.joint))
-        place = trial.joints.index(step.joint)
+            free[attempt] = box.may_move(tuple(step.state[at] == "1" for at in order), order.index(place))
         other = after is not None and (
             step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
         )
@@ -50,9 +51,9 @@ def against_rules(trial: Trial, *boxes: Lockbox) -> list[Judged]:
     return judged
 
 
-def unbroken(trial: Trial, *boxes: Lockbox) -> int:
+def unbroken(trial: Trial, judged: Sequence[Judged]) -> int:
     """The number of attempts of a trial before the first one that broke the rules; all if none did."""
-    return next((i for i, one in enumerate(against_rules(trial, *boxes)) if one.against), len(trial.steps))
+    return next((i for i, one in enumerate(judged) if one.against), len(trial.steps))
 
 
 def state_after(trial: Trial, step: Step) -> str:

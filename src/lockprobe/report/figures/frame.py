@@ -14,7 +14,9 @@ from statistics import fmean
 from typing import Any, Literal
 
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.lines import Line2D
 from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Transform, offset_copy
@@ -165,12 +167,13 @@ def axis(
     line: dict[str, Any] = {"color": "#888888", "linewidth": 0.7, "clip_on": False, "label": "_axis"}
     if grid:
         faint: dict[str, Any] = {"color": "#e6e6e6", "linewidth": 0.6, "zorder": 0.5, "label": "_axis"}
-        (axes.vlines if below else axes.hlines)(places, 0, 1, transform=across, **faint)
+        ends = [[(at, 0), (at, 1)] if below else [(0, at), (1, at)] for at in places]
+        axes.add_artist(LineCollection(ends, transform=across, **faint))
     if not bare:
         whole, ticks = ([0, 1], [at, at]), (places, [at] * len(places))
-        axes.plot(*(whole if below else whole[::-1]), transform=axes.transAxes, **line)
+        axes.add_artist(Line2D(*(whole if below else whole[::-1]), transform=axes.transAxes, **line))
         mark = {"marker": TICKDOWN if below else TICKLEFT, "markersize": 3, "markeredgewidth": 0.7, "linestyle": "none"}
-        axes.plot(*(ticks if below else ticks[::-1]), transform=across, **line | mark)
+        axes.add_artist(Line2D(*(ticks if below else ticks[::-1]), transform=across, **line | mark))
     side: dict[str, Any] = {"ha": "center", "va": "top"} if below else {"ha": "right", "va": "center"}
     beside = offset(axes, across, y=-_POINTS) if below else offset(axes, across, x=-_POINTS)
     made = [

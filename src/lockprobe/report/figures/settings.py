@@ -31,6 +31,7 @@ DPI = 200
 _STYLE: dict[str, Any] = {
     "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
     "pdf.fonttype": 42,  # TrueType, which publishers take; the usual Type 3 many do not
+    "font.family": "DejaVu Sans",  # it comes with Matplotlib; a list of others would be looked for at every text
     "font.size": SMALL,
     "text.color": INK,
     "axes.titlesize": SMALL,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
 from operator import attrgetter
@@ -18,7 +19,7 @@ from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims
+from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after
@@ -65,10 +66,10 @@ def _of_claims(cell: PlayedCell, said: Sequence[Sequence[Claim]]) -> Iterator[Es
     yield cell.estimate("misinterpretations", mean(rates), of="rate", n=trials)
     if trials > 1:
         yield cell.estimate("misinterpretations", stdev(rates), of="SD of rates", n=trials)
-    counts = claim_counts(cell.trials)
+    counts = Counter(claim[1:] for one in said for claim in one)
     for claimed, told, truth in product(get_args(Outcome), repeat=3):
-        count = sum(n for claim, n in counts.items() if claim[1:] == (claimed, told, truth))
-        yield cell.estimate("claims", count, of=f"claimed {claimed}, told {told}, in truth {truth}", unit="claims")
+        of = f"claimed {claimed}, told {told}, in truth {truth}"
+        yield cell.estimate("claims", counts[claimed, told, truth], of=of, unit="claims")
 
 
 def _asked(found: Results) -> list[Cell]:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import read_input
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.report.processor import one_thread, uncollected
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.report.verify.check import Check, also
 from lockprobe.studies.branch import FORKS
@@ -37,7 +37,7 @@ _RELEASE, _LEFT_OUT = re.compile(rb'^ "lockprobe": "(.*)"', re.MULTILINE), b'\n 
 """Lines of results."""
 
 
-def report_held(opened: OpenedStudy, processes: int) -> Iterator[Check]:
+def report_held(opened: OpenedStudy) -> Iterator[Check]:
     """Whether the results are what the records give, and the page, the tables and the figures of a report likewise.
 
     The report is made without code of packages: the rows that they measured are taken from the file, and named.
@@ -47,7 +47,7 @@ def report_held(opened: OpenedStudy, processes: int) -> Iterator[Check]:
         yield Check.of("results", (), "", "there is no report to compare")
         return
     try:
-        made = _made(replace(opened, measured=measured), processes)
+        made = _made(replace(opened, measured=measured))
     except UserMistake as mistake:
         yield Check.of("results", [str(mistake)], str(mistake), "")
         return
@@ -82,12 +82,12 @@ def _measured(directory: Path) -> tuple[Estimate | Fact, ...]:
     return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
 
 
-def _made(opened: OpenedStudy, processes: int) -> dict[str, bytes]:
+def _made(opened: OpenedStudy) -> dict[str, bytes]:
     """The files of the report, as the records give them."""
     from lockprobe.report.report_files import report_files
 
-    with uncollected(), shared(opened.directory, processes) as each, one_thread():
-        files = list(report_files(opened, tell=lambda said: None, each=each))
+    with uncollected(), one_thread():
+        files = list(report_files(opened, tell=lambda said: None))
     return {
         name: content.encode() if isinstance(content, str) else content
         for name, content in files

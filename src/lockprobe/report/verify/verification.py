@@ -68,7 +68,6 @@ def verify(
     *,
     settings: str | None = None,
     results: str | None = None,
-    processes: int = 1,
     tell: Callable[[int, int], None] = lambda done, of: None,
 ) -> tuple[Check, ...]:
     """Recompute a study from its records, and hold what lies in its directory against that.
@@ -77,7 +76,6 @@ def verify(
         directory: The directory of a study.
         settings: The hash of its settings, as it was published; None checks none.
         results: The hash of its records likewise.
-        processes: Processes that may work at a large report.
         tell: Called with the number of trials played again, and of all.
 
     Returns:
@@ -88,7 +86,7 @@ def verify(
             opened = open_study(Path(directory))
             times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)  # diaries and records agree
             found = _PlayedAgain(opened, {"settings": settings, "results": results}, tell)
-            return (*chain.from_iterable(check(found) for check in _CHECKS), *report_held(opened, processes))
+            return (*chain.from_iterable(check(found) for check in _CHECKS), *report_held(opened))
         except LockprobeError as error:
             return (Check(name="records", holds=False, said=str(error)),)
 
