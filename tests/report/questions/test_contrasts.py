@@ -67,7 +67,7 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     assert found.said("overview", "question") == ["Does a lie that stays change how agents open chain-4?"]
     assert "a lie that stays" in found.answer.lower()
     (part,) = (one for one in parts_of(found) if one.name == "contrasts")
-    assert part.answer.endswith("of 6 contrasts were detected.")
+    assert part.answer.endswith("of 6 contrasts detected.")
     assert [row[1] for row in tables_of(found)["contrasts"][1:3]] == ["a lie that stays", "any odd report"]
 
 
