@@ -21,8 +21,9 @@
       if (!key) return;
       bar.querySelectorAll("button").forEach((one) => one.setAttribute("aria-pressed", String(one === target)));
       const of = (row) => Number(row.dataset[key] ?? -9);
-      rows.append(...[...rows.children].sort((a, b) => (key === "name" ? a.dataset.name.localeCompare(b.dataset.name) : of(b) - of(a))));
+      rows.append(...[...rows.children].sort((a, b) => (key === "name" ? a.dataset.name.localeCompare(b.dataset.name, "en", { numeric: true }) : of(b) - of(a))));
     });
+    bar.querySelector("button").click(); // by change: who solves more stands first, who solves fewer last
   }
 
   const home = $("explorer"), source = $("trials-data");
