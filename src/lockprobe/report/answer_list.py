@@ -57,11 +57,6 @@ class AnswerList:
         return {label: said.rpartition(" ")[2] for label, said in under.items()}
 
     @property
-    def aside(self) -> bool:
-        """Whether some agents stand in it for comparison."""
-        return len({line.baseline for line in self.lines}) > 1
-
-    @property
     def open(self) -> bool:
         """Whether a change was not detected although its interval leaves out 0."""
         rows = [line.change for line in self.lines if line.change and line.verdict == "not detected"]

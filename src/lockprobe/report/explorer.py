@@ -125,7 +125,8 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
     told = "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps)
     claims = "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps)
     loops = _loop_letters(trial.actions)
-    taken = "".join(str(int(_took_back(step.told))) for step in steps)
+    statements = [{one.strip() for one in step.told.split(f"{CORRECTION} ")} for step in steps]  # two that differ
+    taken = "".join(str(int(len(one) > 1)) for one in statements)
     return {
         "solved": int(trial.solved),
         "did": "".join(letters[step.joint] for step in steps),
@@ -138,12 +139,6 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
         **({"words": said} if any(said) else {}),
         **_sensed(trial),
     }
-
-
-def _took_back(told: str) -> bool:
-    """Whether a report is two statements of which the second says something else than the first."""
-    first, corrects, last = told.partition(f"{CORRECTION} ")
-    return bool(corrects) and first.strip() != last.strip()
 
 
 def _sensed(trial: Trial) -> dict[str, str]:
