@@ -118,6 +118,13 @@ def test_the_answer_is_corrected_for_many_agents(tmp_path):
     assert many.answer.startswith("No effect of false reports on the success of 10 agents was detected")
 
 
+def test_a_long_name_stands_whole_beside_its_line_in_two_lines(tmp_path):
+    found = study_in(tmp_path, **{"acme/a-model-of-thirty-characters": UP})
+    drawn = curve_figure(found, wide=True)
+    assert "".join(re.findall('class="n2"[^>]*>([^<]*)<', drawn)) == "llm:acme/a-model-of-thirty-characters 75 %"
+    assert max(map(len, re.findall('class="n2"[^>]*>([^<]*)<', drawn))) <= 28
+
+
 @given(
     wanted=st.lists(st.floats(-50, 450, allow_nan=False), min_size=1, max_size=9),
     apart=st.sampled_from([12, 24, 40]),

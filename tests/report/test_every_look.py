@@ -52,7 +52,7 @@ def pages(tmp_path_factory):
 def test_the_first_screen_says_for_how_many_looks_it_holds(pages, kind):
     found = pages[kind]
     assert found.progress.every_look == kind
-    look = "at every look" if kind else "for one look, after all planned trials"
+    look = "at every look" if kind else "95 % intervals after all planned trials"
     assert look in page_of(found)
     assert bool(said(found, "every_look")) == bool(kind)
     assert "False reports lower the success of human-inspired" in found.answer

@@ -51,6 +51,22 @@ def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth()
     assert "source" not in data_of(make_trial([3], budget=1, verdicts=["moved"]))["trials"][0]
 
 
+@pytest.mark.parametrize(("first", "said"), [("lie", True), ("truth", False)])
+def test_a_report_that_takes_back_the_first_is_marked_and_a_repeated_one_is_not(first, said):
+    trial = run_trial(agent="random", condition=f"correction?p=0.5&first={first}", trial=1)
+    back = data_of(trial)["trials"][0].get("back", "0" * 20)
+    assert [one == "1" for one in back] == [said and "Correction" in step.told for step in trial.steps]
+    assert ("1" in back) == said
+
+
+def test_an_agent_of_several_modalities_stands_with_each_in_words():
+    data = data_of(*(make_trial([0], modality=of) for of in ("symbolic", "symbolic?tell=state")))
+    assert [one.partition(" (")[2] for one in data["agents"]] == [
+        "positions and outcomes in words)",
+        "positions in words)",
+    ]
+
+
 def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials(monkeypatch):
     agents, numbers = ("random", "human-inspired"), range(1, 6)
     trials = [make_trial([0] * 20, agent=agent, trial=i, budget=20) for agent in agents for i in numbers]
@@ -140,9 +156,9 @@ def test_the_explorer_opens_steps_and_compares(page):
     first, second = (strip.locator("button").all_inner_texts() for strip in page.locator(".strip").all())
     parted = next(i for i, pair in enumerate(zip(first, second, strict=False)) if len({*pair}) > 1)
     assert steps.input_value() == str(parted)  # the last step that they share: never one before any report
-    assert f"Both play alike up to step {parted}." in page.inner_text("#say")
+    assert f"Both play alike up to step {parted}; there one is told that" in page.inner_text("#say")
     assert re.search(
-        r"Of 6 such pairs, \d opened the box only with flip rate 0.4, \d only with told the truth",
+        r"Of 6 pairs, \d opened the box only with flip rate 0.4, \d only when told the truth",
         page.inner_text("#pairs"),
     )
     page.focus(".strip button")

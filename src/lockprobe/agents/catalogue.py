@@ -73,6 +73,14 @@ _OTHERS = {
 }
 
 
+_CHARACTERS = {
+    "cognitive:careful": "Turns to what has neither moved nor failed, the target first.",
+    "cognitive:perseverant": "Does again what has just moved, and so undoes it.",
+    "cognitive:insistent": "Does again what has just failed.",
+}
+"""What a softmax memory does with these settings."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSource:
     """How to get an agent.
@@ -105,6 +113,8 @@ def description(spec: str) -> str:
     'SmolLM2-135M-Instruct, a very small language model.'
     """
     form, kinds = Spec.parse(spec), dict[str, str]()
+    if not form.options and form.full_name in _CHARACTERS:
+        return _CHARACTERS[form.full_name]
     if form.kind in (PEOPLE, "python"):
         return ""
     for name, said in known_specs().items():

@@ -80,7 +80,15 @@ def _plain(line: Line) -> dict[str, object]:
     size = ("value", "low", "high", "n", "p_value")
     rows = {"first": line.first, "second": line.second, "change": line.change}
     numbers = {of: {name: getattr(row, name) for name in size} for of, row in rows.items() if row}
-    return {"agent": line.label, "control": line.control, "under": line.under, **numbers, "verdict": line.verdict}
+    asked = {"contrast": line.cause} if line.cause else {}
+    return {
+        "agent": line.label,
+        **asked,
+        "control": line.control,
+        "under": line.under,
+        **numbers,
+        "verdict": line.verdict,
+    }
 
 
 def _next(found: Results, directory: Path) -> list[_Step]:

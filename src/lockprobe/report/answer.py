@@ -39,13 +39,14 @@ def answer(found: Results) -> str:
     return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(found, own)
 
 
-def headline(lines: Sequence[Line], causes: str, *, several: bool = True) -> str:
+def headline(lines: Sequence[Line], causes: str, *, several: bool = True, named: bool = True) -> str:
     """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
 
     Args:
         lines: The agents.
         causes: What may change their success: false reports.
         several: Whether that is a plural.
+        named: Whether it says whose success it is, which a heading may have said.
 
     >>> headline([], "false reports")
     ''
@@ -53,12 +54,14 @@ def headline(lines: Sequence[Line], causes: str, *, several: bool = True) -> str
     of = {said: [line.label for line in lines if line.verdict == said] for said in (*_DOES, "not detected")}
     more, fewer, hidden = of.values()
     if not (more or fewer):
-        return f"No effect of {causes} on {_whose(hidden)} was detected{_open(lines)}." if hidden else ""
+        what = f" of {causes} on {_whose(hidden)}" if named and hidden else ""
+        return f"No effect{what} was detected{_open(lines)}." if hidden else ""
     raise_, lower = (_DOES[verdict][not several] for verdict in _DOES)
     changed = [f"{raise_} {_whose(more)}"] if more else []
     changed += [f"{lower} {_whose(fewer, 'that' if more else '')}"] if fewer else []
     rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
-    return f"{capital(causes)} {' and '.join(changed)}{rest}."
+    said = f"{' and '.join(changed)}{rest}" if named else f"{raise_ if more else lower} success"
+    return f"{capital(causes)} {said}."
 
 
 def conditions_said(lines: Sequence[Line], *, other: bool = False) -> str:

@@ -74,7 +74,8 @@ class AnswerList:
         """How many of the agents that the answer is about solve more, fewer, or are not shown to do either."""
         own = [line for line in self.lines if not line.baseline] or self.lines
         of, most = [line.verdict for line in own], not_excluded(own)
-        open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most)
+        others = {*of} & {"solves more", "solves fewer"}  # without any, the answer says how much is open
+        open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most and others)
         said = {"solves more": "solve more", "solves fewer": "solve fewer", "not detected": open_}
         return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Any
 
 from markupsafe import Markup
@@ -25,8 +26,8 @@ _APART = 24
 _BESIDE = 12
 """Distance of agents at one dose, in pixels."""
 
-_LONG = 30
-"""Characters of a name and its share at the end of a line."""
+_LONG, _LINE = 28, 18
+"""Characters of a name and its share at the end of a line, and the height of a second line of these in pixels."""
 
 _DASHES = ("", "6 3", "2 3")
 
@@ -123,7 +124,8 @@ def _axes(found: Results, place: _Place, courses: Sequence[Course]) -> Iterator[
             left, high, right - left, low - high
         )
         if low - high > _APART:
-            yield _text(right - 8, low - 8, "random play", "q", "end")
+            middle = (place.x(place.doses[-2]) + place.x(place.doses[-1])) / 2  # where no interval stands
+            yield _text(middle, low - 8, "random play", "q onband")
     for share in (0, 0.25, 0.5, 0.75, 1):
         y = place.y(share)
         yield Markup('<line class="grid" x1="{}" x2="{}" y1="{:.1f}" y2="{:.1f}"/>').format(left, right, y, y)
@@ -172,21 +174,31 @@ def marker(x: float, y: float, shape: int, kind: str) -> Any:
 
 def _names(courses: Sequence[Course], place: _Place, *, wide: bool) -> Iterator[Any]:
     last = [course.played[-1].value("success") or 0.0 for course in courses]
-    ends = [f"{_name(course)} {100 * share:.0f} %" for course, share in zip(courses, last, strict=True)]
+    most = 2 * _LONG - 8 if wide else _LONG + 8
+    names = [name if len(name) <= most else f"{name[:most]}…" for name in map(_name, courses)]
+    ends = [f"{name} {100 * share:.0f} %" for name, share in zip(names, last, strict=True)]
     if not wide:
         for i, said in enumerate(ends):
             yield marker(24, _APART * i + 12, i, "false") + _text(40, _APART * i + 17, said, "n2", "start")
         return
-    heights = placed([place.y(share) for share in last], place.top, place.bottom)
+    broken = [[said] if len(said) <= _LONG else _in_two(name, said) for name, said in zip(names, ends, strict=True)]
+    apart = _APART + _LINE * (max(map(len, broken)) - 1)
+    heights = placed([place.y(share) for share in last], place.top, place.bottom, apart)
     edge = place.right + _at(len(courses) - 1, len(courses)) + 10
-    for share, said, height in zip(last, ends, heights, strict=True):
+    for share, lines, height in zip(last, broken, heights, strict=True):
         from_y = place.y(share)
         if abs(height - from_y) > 1 or len(courses) > 1:
             yield Markup('<path class="lead" d="M{:.1f} {:.1f}L{:.1f} {:.1f}H{:.1f}"/>').format(
                 edge, from_y, edge + 16, height, edge + 24
             )
-        short = said if len(said) < _LONG else f"{said[: _LONG - 8]}… {100 * share:.0f} %"
-        yield _text(edge + 30, height + 5, short, "n2", "start")
+        for i, line in enumerate(lines):
+            yield _text(edge + 30, height + 5 + (i - (len(lines) - 1) / 2) * _LINE, line, "n2", "start")
+
+
+def _in_two(name: str, said: str) -> list[str]:
+    """A name over two lines, with what is said of it behind the second."""
+    first = wrap(name, _LONG, break_on_hyphens=False)[0]
+    return [first, said.removeprefix(first).strip()]
 
 
 def _paper(place: _Place, courses: Sequence[Course]) -> Iterator[Any]:

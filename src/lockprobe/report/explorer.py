@@ -19,6 +19,8 @@ from types import MappingProxyType
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.interventions.words import CORRECTION
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.loops import cover
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
@@ -66,7 +68,7 @@ def explorer_data(
     start = start if set(start[2:]) <= {*conditions} else ()
     first = [(agents.index(one), *map(conditions.index, start[2:])) for one in agents if one == start[:2]]
     data = {
-        "agents": [_text(f"{agent}, {modality}" if several else agent) for agent, modality in agents],
+        "agents": [_text(f"{agent} ({spoken(modality)})" if several else agent) for agent, modality in agents],
         "conditions": [_text(called.get(condition, condition)) for condition in conditions],
         "boxes": [
             {"name": _text(name), "joints": [_text(str(joint)) for joint in own]} for name, own in joints.items()
@@ -123,12 +125,15 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
     told = "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps)
     claims = "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps)
     loops = _loop_letters(trial.actions)
+    statements = [{one.strip() for one in step.told.split(f"{CORRECTION} ")} for step in steps]  # two that differ
+    taken = "".join(str(int(len(one) > 1)) for one in statements)
     return {
         "solved": int(trial.solved),
         "did": "".join(letters[step.joint] for step in steps),
         "moved": moved,
         **({"told": told} if told != moved else {}),
         **({"said": claims} if claims[1:] != told[:-1] else {}),
+        **({"back": taken} if "1" in taken else {}),
         **({"loop": loops} if loops.strip() else {}),
         **({"chosen": chosen} if chosen.strip("-") else {}),
         **({"words": said} if any(said) else {}),

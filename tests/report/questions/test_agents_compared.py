@@ -58,9 +58,7 @@ def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_change
     assert [row["under"] for row in rows] == ["all flip rates", "flip rate 0", "flip rate 0.4"] * 3
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
     answer, first, *_ = said(found)
-    assert answer == (
-        "Differences detected between 3 pairs of agents: 2 in success, 2 in steps, 1 in what false reports do."
-    )
+    assert answer == ("Differences detected in 3 pairs: 2 in success, 2 in steps, 1 in what false reports do.")
     assert "rises less, or falls more, than that of llm:acme/two (\N{MINUS SIGN}80 points" in first
 
 

@@ -60,7 +60,7 @@ def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(l
     assert [row.value for row in lab.where("success_interaction")] == [0, 0]  # neither agent reads words
     assert [row[:2] for row in tables_of(lab)["crossings"][1:]] == [[READER, both], ["random", both]]
     (part,) = [part for part in parts_of(lab) if part.name == "crossings"]
-    assert (part.heading, part.answer) == ("Interactions", "0 of 2 interactions were detected.")
+    assert (part.heading, part.answer) == ("Interactions", "0 of 2 interactions detected.")
     first, random = grid.where("success_interaction", versus="")
     assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
     assert random.corrected_for == 2  # agents
@@ -83,7 +83,7 @@ def test_the_tables_of_conditions_have_every_one_and_what_each_changes_and_the_a
     ]
     assert EFFECTS.drawn(lab) == compared
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
-    assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences were detected."
+    assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences detected."
 
 
 def test_grids_of_one_name_are_told_apart(tmp_path):
@@ -127,7 +127,7 @@ def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_mat
     assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
     assert factorial.answer == "Misreading changes with flip.p=0.4; no change of success was detected."
     (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
-    assert (part.heading, part.answer) == ("Which features matter?", "1 of 4 effects were detected.")
+    assert (part.heading, part.answer) == ("Which features matter?", "1 of 4 effects detected.")
     assert part.blocks[0].items[0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]
 

@@ -8,8 +8,9 @@ import pytest
 from builders import make_trial, write_study
 
 import lockprobe
+from lockprobe.cli.result import result_facts
 from lockprobe.foundation.errors import BadFile, UserMistake
-from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.page import page_of, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
@@ -54,6 +55,13 @@ def test_a_contrast_is_a_mean_over_blocks_of_equal_luck(asked):
         assert row.corrected_for == (2 if row.agent == "cognitive:perseverant" else 4)  # baselines apart
 
 
+def test_the_first_screen_has_the_first_in_its_list_and_the_others_in_its_table(asked):
+    directory, found = asked
+    table = page_of(found).partition('class="changes"')[2].partition("</section>")[0]
+    assert (table.count(">any odd report<"), table.count(">a lie that stays<")) == (3, 0)
+    assert {one["contrast"] for one in result_facts(found, directory)["agents"]} == {"a lie that stays"}
+
+
 def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     _, found = asked
     lines = primary_lines(found)
@@ -67,7 +75,7 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     assert found.said("overview", "question") == ["Does a lie that stays change how agents open chain-4?"]
     assert "a lie that stays" in found.answer.lower()
     (part,) = (one for one in parts_of(found) if one.name == "contrasts")
-    assert part.answer.endswith("of 6 contrasts were detected.")
+    assert part.answer.endswith("of 6 contrasts detected.")
     assert [row[1] for row in tables_of(found)["contrasts"][1:3]] == ["a lie that stays", "any odd report"]
 
 

@@ -123,3 +123,18 @@ def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
     found = found_in(tmp_path, planned, trials)
     assert found.said("overview", "unfinished") == ["Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."]
     assert "Partial: 8 of 40 trials." in screen(page_of(found))
+
+
+@pytest.mark.parametrize(
+    ("acting", "said"),
+    [
+        (["tremble?p=0.2"], "With probability p a random other joint is attempted instead of the chosen one"),
+        (["tremble?p=0.2", "drop?p=0.5"], "Conditions change what it is told or what it does."),
+        (["flip?p=0.4", "flip?p=0.4&others=kept"], "The flip rate says how often"),
+    ],
+)
+def test_the_lead_says_what_acts_in_the_conditions(tmp_path, acting, said):
+    found = found_in(tmp_path, study("flips", agent=["random"], trials=1, repetitions=1, condition=acting))
+    (lead,) = found.said("overview", "trial")
+    assert said in lead
+    assert ("flip rate" in lead) == ("flip" in acting[0])

@@ -53,7 +53,7 @@ def test_the_sentence_has_mean_steps_beside_the_shortest_plan_and_the_change_of_
     (course, _), (part,) = found.courses(), SECTIONS[0].show(found)
     answer, change = part.answer, course.get("steps_difference", "higher")
     assert f"{course.cells[0].value('mean_steps_all'):.1f} for cognitive:perseverant" in answer
-    assert "(the shortest plan: 4)" in answer
+    assert "(shortest plan: 4)" in answer
     assert answer.count("at higher ones") == 1
     assert f"{change.value:+.1f} [".replace("-", "\N{MINUS SIGN}") in answer
 

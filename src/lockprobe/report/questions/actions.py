@@ -50,7 +50,8 @@ _TABLE = Table("optimal-actions", _table)
 def _show(found: Results) -> Iterator[Part]:
     if not (cells := _cells(found)):
         return
-    first = {cell.label: cell for cell in reversed(cells) if cell.agent in found.subjects}
+    own = [cell for cell in reversed(cells) if cell.agent in found.subjects]
+    first = {found.label(cell.agent, cell.modality): cell for cell in own}
     said = [f"{percent(cell.value('optimal_actions', _NAIVE))} {label}" for label, cell in reversed(first.items())]
     prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]
     which = "this box" if len(found.boxes) == 1 else "some of these boxes"
@@ -66,7 +67,7 @@ def _show(found: Results) -> Iterator[Part]:
     )
     over = [cell.value("optimal_actions", _NAIVE) or 0.0 for cell in first.values()]
     shown = "; ".join(said) if len(said) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
-    answer = f"Optimal under the first condition: {shown}." if said else ""
+    answer = f"Under the first condition: {shown}." if said else ""
     yield Part("Optimal actions", answer, [_TABLE, note])
 
 

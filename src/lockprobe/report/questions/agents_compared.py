@@ -336,7 +336,7 @@ def _show(found: Results) -> Iterator[Part]:
         ]
         counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
         counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
-        answer = f"Differences detected between {len(pairs)} pairs of agents: {', '.join(counts)}."
+        answer = f"Differences detected in {len(pairs)} pairs: {', '.join(counts)}."
     texts = [Text(" ".join(said)) for said in sentences if said]
     blocks: list[Block] = [*texts[:3]]
     if more := texts[3:]:

@@ -98,7 +98,7 @@ def _said(found: Results) -> str:
     differ = [label for label, row in tested.items() if (row.p_value or 0.0) < 0.05]
     rest = [label for label in tested if label not in differ]
     said = [f"the effect on {listed(differ, named=3)} differs between boxes"] if differ else []
-    said += [f"that the effect on {listed(rest, named=3)} differs between boxes was not shown"] if rest else []
+    said += [f"that the effect on {listed(rest, named=3)} differs between boxes was not detected"] if rest else []
     return f"{capital('; '.join(said))}." if said else boxes_said(found)
 
 

@@ -556,7 +556,7 @@ Not decided: the study neither shows nor contradicts it. This is no evidence aga
 def _show(found: Results) -> Iterator[Part]:
     counts = Counter(verdict for *_, verdict, _, _ in _table(found)[1:] if verdict != "not measured")
     said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
-    answer = f"Of {counts.total()} comparisons with its statements: {said}." if counts else ""
+    answer = f"Of {counts.total()} comparisons: {said}." if counts else ""
     why = [Text(not_judged(found))] if not_judged(found) else []
     yield Part("The paper's claims", answer, [*why, Listed(_VERDICTS.strip().splitlines()), _CLAIMS, _NOTE])
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.foundation.formatting import NONE, p_cell, percent
+from lockprobe.foundation.formatting import NONE, p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
@@ -208,16 +207,12 @@ def _answer(found: Results) -> str:
         detected_said(between, "between modalities"),
     ]
     if any(counted):
-        return f"{' and '.join(filter(None, counted))} were detected."
-    shares = [(row.value, row) for row in found.where("success", of="") if row.value is not None and row.condition]
+        return f"{' and '.join(filter(None, counted))} detected."
+    shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
     if not shares:
         return ""
-    (low, least), (high, most) = min(shares, key=itemgetter(0)), max(shares, key=itemgetter(0))
-    if low == high:
-        return f"{percent(low)} of trials solved in every row."
-    if least.agent == most.agent:
-        return f"From {percent(low)} to {percent(high)} of trials solved."
-    return f"From {percent(low)} of trials solved ({least.agent}) to {percent(high)} ({most.agent})."
+    low, high = min(shares), max(shares)
+    return f"{percent(low) if low == high else range_of(low, high)} of trials solved."
 
 
 _PAIRED = Note(

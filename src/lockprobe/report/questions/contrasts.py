@@ -87,7 +87,7 @@ def _show(found: Results) -> Iterator[Part]:
     if rows := _declared(found):
         yield Part(
             "What the study asks",
-            f"{detected_said(rows, 'contrasts')} were detected.",
+            f"{detected_said(rows, 'contrasts')} detected.",
             [CONTRASTS, note_at(found, _NOTE)],
         )
 

@@ -153,7 +153,7 @@ def _show(found: Results) -> Iterator[Part]:
     blocks += [_TABLE, _NOTE] if rows else []
     if blocks:
         said = detected_said(rows, "interactions")
-        yield Part("Interactions", f"{said} were detected." * bool(said), blocks)
+        yield Part("Interactions", f"{said} detected." * bool(said), blocks)
 
 
 SECTIONS = (Section(name="crossings", title="Interactions", rows=_rows, show=_show, tables=(_TABLE,)),)

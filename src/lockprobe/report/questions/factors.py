@@ -47,7 +47,7 @@ def _show(found: Results) -> Iterator[Part]:
     if rows := _compared(found):
         names = ", ".join(dict.fromkeys(row.axis for row in rows))
         said = detected_said(rows, "differences")
-        yield Part(f"Options compared: {names}", f"{said} were detected." * bool(said), [_FACTORS, _NOTE])
+        yield Part(f"Options compared: {names}", f"{said} detected." * bool(said), [_FACTORS, _NOTE])
 
 
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
@@ -118,7 +118,7 @@ def _show_factorial(found: Results) -> Iterator[Part]:
     if rows := found.where("factor_effect"):
         agents = grouped(rows, lambda row: (row.agent, row.modality)).values()
         said = Listed([*map(_agent_said, agents)])
-        answer = f"{detected_said(rows, 'effects')} were detected."
+        answer = f"{detected_said(rows, 'effects')} detected."
         yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
 
 

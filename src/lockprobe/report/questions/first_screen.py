@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from lockprobe.agents.catalogue import description
+from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import PEOPLE, spec_name
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.interventions.catalogue import shipped_as
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
@@ -34,6 +36,7 @@ from lockprobe.statistics.idle import idle_interventions, never_acted, unheeded
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import PLACES, place_of
 from lockprobe.trial.plant_change import PLANT
 
 _WHO, _WHO_MOST = "who was studied", 8
@@ -41,6 +44,9 @@ _WHO, _WHO_MOST = "who was studied", 8
 
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
+
+_CHANGED = {"told": "is told", "asked": "is asked", "remembered": "remembers", "done": "does"}
+"""Where an intervention acts -> what it changes of an agent."""
 
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
@@ -109,18 +115,21 @@ def _question(study: Study) -> str:
 def _trial(study: Study) -> str:
     """What happens in a trial, and what is varied."""
     told, steps = "After each step it is told what happened.", study.max_steps
-    if study.of_flips and any(study.p):
+    flips = any(one.p for one in study.flip_axis)
+    if flips:
         positions = any(map(tells_positions, study.modalities))
-        told += f" The flip rate is the probability that {inverted(study.flip, positions=positions)}."
+        told += f" The flip rate says how often {inverted(study.flip, positions=positions)}."
     elif study.of_flips and len(study.modalities) > 1:
         told = "After each step it is shown, or told, how the joints stand."
-    elif not study.of_flips:
-        on_plant = any(one.plant.options for one in study.conditions)
-        acting = [spec for one in study.conditions for spec in one.specs if spec_name(spec) != PLANT]
-        flips = all(spec_name(spec) == OutcomeFlip.name for spec in acting)
-        ways = ["what it is told" if flips else "what it is told, what it is asked or what it does"] * bool(acting)
-        ways += ["the plant on which it acts"] * on_plant
-        told += f" Conditions change {' or '.join(ways) or 'nothing'}."
+    if not study.of_flips:
+        acting = [spec for of in study.conditions if of not in study.flip_axis for spec in of.specs]
+        kinds = {shipped_as(Spec.parse(spec, "condition")) for spec in acting if spec_name(spec) != PLANT}
+        places = {place for kind in kinds for place in ([*PLACES] if kind is None else [place_of(kind)])}
+        ways = [f"what it {verb}" for place, verb in _CHANGED.items() if place in places]
+        ways += ["the plant on which it acts"] * any(one.plant.options for one in study.conditions)
+        changed = f"{'Other conditions' if flips else 'Conditions'} change {listed(ways, 'or') if ways else 'nothing'}."
+        alone = None if len(kinds) != 1 or len(ways) != 1 else kinds.pop()  # of a single one it says what that does
+        told += f" {changed if alone in (None, OutcomeFlip) else first_line(alone)}"
     return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
 
 
@@ -209,13 +218,15 @@ def answer_of(found: Results) -> str:
 def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
     """A table of changes as the first screen has room for it, and what it leaves out; None without a row."""
     rows, drawn = table.cells(found), table.drawn(found) if table.drawn else ()
-    if len(rows) <= _MOST + 1:
-        return (table, "") if rows else None
-    clear = [(row, one) for row, one in zip(rows[1:], drawn, strict=True) if DETECTED[True] in row]
+    if not rows:
+        return None
+    primary = [line.change for line in primary_lines(found) if line.cause]  # the first declared contrast is the list
+    pairs = [(row, one) for row, one in zip(rows[1:], drawn, strict=True) if one not in primary]
+    clear = pairs if len(rows) <= _MOST + 1 else [(row, one) for row, one in pairs if DETECTED[True] in row]
     shown = replace(
         table, cells=lambda found: [rows[0], *(row for row, _ in clear)], drawn=lambda found: [of for _, of in clear]
     )
-    said = f"{len(clear)} of {len(drawn)} were detected; the questions below have all."
+    said = "" if clear == pairs else f"{len(clear)} of {len(pairs)} were detected; the questions below have all."
     return (shown, said) if 0 < len(clear) <= _MOST else None
 
 

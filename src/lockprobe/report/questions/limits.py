@@ -92,7 +92,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _show_limits(found: Results) -> Iterator[Part]:
     """The answer says which parts of the study stand for those of the paper, which are not public."""
-    answer = "An effect that was not detected may be there."
+    answer = "Effects not detected may exist."
     box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.facts_about("design"))
     if box and strategy:
         answer += " The box and the human-inspired strategy are reconstructions."

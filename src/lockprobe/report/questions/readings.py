@@ -84,12 +84,13 @@ def _answer(found: Results) -> str:
     """The largest difference between readings that was detected, or how many were."""
     rows, kind = _compared(found), found.design.flip_kind
     if not rows:
-        alone = len({options for _, options in found.readings}) < 2
-        return f"One kind was played: {kind}." if kind and alone else ""
+        alone = {options for _, options in found.readings}
+        positions = kind != "outcomes without positions"
+        return f"{capital(reading_name(alone.pop())) if positions else 'Outcome inverted'}." if len(alone) == 1 else ""
     detected = [row for row in rows if row.detected and row.agent in found.subjects]
     if not detected:
         said = detected_said(rows, "differences between readings")
-        return f"{said} were detected." * bool(said)
+        return f"{said} detected." * bool(said)
     largest = max(detected, key=lambda row: abs(row.value or 0.0))
     rate = next(one.doses.get("flip.p", 0.0) for one in found.design.conditions if one.name == largest.condition)
     kept, fresh = (_words(found, name) for name in (largest.condition, largest.control))

@@ -102,7 +102,7 @@ def _said(found: Results) -> str:
         change = course.get("steps_difference", _HIGHER)
         means.append(f"{said}, {steps_cell(change)} at higher ones ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
-    least = f" (the shortest plan: {plan.value:g})" if plan else ""
+    least = f" (shortest plan: {plan.value:g})" if plan else ""
     said = "; ".join(means)
     if len(means) > MOST_NAMED:
         over = sorted(course.played[0].value("mean_steps_all") or 0.0 for course in shown)

@@ -142,8 +142,7 @@ def _show_agents(found: Results) -> Iterator[Part]:
         "tidied": list(grouped(tidied, lambda row: row.agent).values()),
         "plants": [found.facts_about(plant) for plant in plants],
     }
-    said = f"What is on record of {'the agents and ' * bool(agents)}the box{'es' * (len(found.boxes) > 1)}."
-    yield Part("Agents and box", said, [Template("agents", dict[str, object](values))])
+    yield Part("Agents and box", "All that is on record.", [Template("agents", dict[str, object](values))])
 
 
 SECTIONS = (

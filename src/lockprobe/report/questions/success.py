@@ -98,7 +98,7 @@ def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
         tested = [line for line in dose_lines(found) if line.change]
         changed = sum(line.change.detected for line in tested if line.change)
-        said = f"An effect was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
+        said = f"Effects detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
         yield Part("Success and false reports", said, [_FIG4, _SUCCESS, _note(found)])
 
 
@@ -107,7 +107,10 @@ def _show_doses(found: Results) -> Iterator[Part]:
     for i, (place, axis) in enumerate(axes, 1):
         shown = [course for course in found.courses(axis) if course.played]
         called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
-        what = headline(dose_lines(found, axis), cause(axis.axis)) or _NOTHING
+        lines = dose_lines(found, axis)
+        alone = axis.intervention == AGENT and len(lines) == 1  # the heading names agents and option
+        causes = "higher values" if alone else cause(axis.axis)
+        what = headline(lines, causes, named=not alone) or _NOTHING
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
         slide = i == 1 and not found.several_p

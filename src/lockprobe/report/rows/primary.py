@@ -156,7 +156,7 @@ def _over_doses(course: Course) -> Line:
         first=shares[0],
         second=shares[1],
         change=change,
-        control=_control(first.condition),
+        control="told the truth" if first.p == 0 else _control(first.condition),
         under=f"at {course.name} {second.dose:g}" if second else "",
         alike=course.blind,
         baseline=not course.subject,
@@ -196,6 +196,8 @@ def condition_words(found: Results) -> dict[str, str]:
     """What a reader calls the conditions: told the truth, flip rate 0.4; others by their names."""
     words = {TRUTH: "told the truth"}
     for one in found.design.conditions:
+        if found.several_p and one.p == 0:
+            words[one.name] = "told the truth"
         if one.p and one.specs == (f"flip?p={one.p:g}",):
             words[one.name] = f"flip rate {one.p:g}"
     return {one.name: words.get(one.name, one.name) for one in found.design.conditions}

@@ -21,8 +21,9 @@
       if (!key) return;
       bar.querySelectorAll("button").forEach((one) => one.setAttribute("aria-pressed", String(one === target)));
       const of = (row) => Number(row.dataset[key] ?? -9);
-      rows.append(...[...rows.children].sort((a, b) => (key === "name" ? a.dataset.name.localeCompare(b.dataset.name) : of(b) - of(a))));
+      rows.append(...[...rows.children].sort((a, b) => (key === "name" ? a.dataset.name.localeCompare(b.dataset.name, "en", { numeric: true }) : of(b) - of(a))));
     });
+    bar.querySelector("button").click(); // by change: who solves more stands first, who solves fewer last
   }
 
   const home = $("explorer"), source = $("trials-data");
@@ -44,6 +45,7 @@
   const outcome = { 1: "moved", 0: "was blocked", "-": "did nothing that was told" };
   const told = { 1: "moved", 0: "blocked", "-": "nothing" };
   const lies = (trial, i) => trial.told[i] !== "-" && trial.told[i] !== trial.moved[i];
+  const corrected = (trial, i) => (trial.back?.[i] ?? "0") === "1";
   const misread = (trial, i) => "10".includes(trial.said[i + 1] ?? "-") && trial.said[i + 1] !== trial.told[i];
   const end = (trial) => (trial.solved ? `opened at step ${trial.did.length}` : `not opened in ${trial.did.length} steps`);
   const number = (trial) => (trial.person ? `person ${trial.person}, ` : "") + `${trial.r}.${trial.n}` + (data.boxes.length > 1 ? `, ${data.boxes[trial.b ?? 0].name}` : "");
@@ -54,6 +56,7 @@
     select.closest("label").hidden = values.length < 2;
   };
   const conditions = (a) => [...new Set(data.trials.filter((one) => one.a === a).map((one) => one.c))].sort((x, y) => x - y);
+  const under = (c) => (data.conditions[c] === "told the truth" ? "when told the truth" : `with ${data.conditions[c]}`);
   const key = (one) => `${one.r} ${one.n} ${one.person ?? ""}`;
 
   // Pairs of trials of equal luck: one agent under two conditions, or, of a single condition, each trial alone.
@@ -73,7 +76,7 @@
     fill(which, pairs.map((_, i) => i), pairs.map(([one]) => number(one)));
     which.value = pairs.indexOf(start);
     $("pairs").textContent = pairs[0].length > 1
-      ? `Of ${pairs.length} such pairs${data.of ? " on this page" : ""}, ${only[1].length} opened the box only with ${data.conditions[d]}, ${only[0].length} only with ${data.conditions[c]}. Shown first: one of usual length.`
+      ? `Of ${pairs.length} pairs${data.of ? " on this page" : ""}, ${only[1].length} opened the box only ${under(d)}, ${only[0].length} only ${under(c)}. Shown: one of usual length.`
       : `Of ${pairs.length} trials, one of usual length stands first.`;
     show();
   };
@@ -92,7 +95,8 @@
       else {
         const at = parted - 1, differ = pair[0].told[at] !== pair[1].told[at], where = differ ? at : parts, joint = pair[0].did[where];
         const before = parts < where ? `, although what they are told differs from step ${parts + 1} on` : "";
-        said.push(`Both play alike up to step ${parted}${before}. At step ${where + 1} one is told that ${joint} ${outcome[pair[0].told[where]]}, the other that it ${outcome[pair[1].told[where]]}; from step ${parted + 1} they part.`);
+        const heard = `one is told that ${joint} ${outcome[pair[0].told[where]]}, the other that it ${outcome[pair[1].told[where]]}`;
+        said.push(`Both play alike up to step ${parted}${before}${differ ? `; there ${heard}.` : `. At step ${where + 1} ${heard}; from step ${parted + 1} they part.`}`);
       }
     }
     $("say").textContent = said.join(" ");
@@ -105,7 +109,7 @@
       const name = data.conditions[one.c];
       head.append(make("strong", falsely ? "f" : "", name[0].toUpperCase() + name.slice(1)), make("span", "", end(one)));
       [...one.did].forEach((joint, i) => {
-        const button = make("button", `${one.moved[i] === "1" ? "m" : "b"}${lies(one, i) ? " x" : ""}`, joint);
+        const button = make("button", `${one.moved[i] === "1" ? "m" : "b"}${lies(one, i) ? " x" : corrected(one, i) ? " c" : ""}`, joint);
         button.type = "button";
         button.title = `step ${i + 1}: ${called(joint, one)} ${outcome[one.moved[i]]}, told: ${told[one.told[i]]}`;
         button.addEventListener("click", () => go(i + 1));
@@ -117,6 +121,7 @@
     });
     const cut = make("i", "cut");
     if (parted > 0) cut.style.left = `${100 * parted / budget}%`;
+    $("taken-back").hidden = !pair.some((one) => one.back);
     $("strips").replaceChildren(numbers, ...strips, ...(parted > 0 ? [cut] : []));
     slider.max = longest;
     go(Math.max(1, parted));
@@ -125,14 +130,14 @@
     const i = step - 1, box = make("div"), joint = one.did[i];
     if (joint === undefined) { box.append("The trial is over."); return box; }
     const false_ = lies(one, i);
-    box.append(make("small", "", `${data.conditions[one.c]}: `), `${joint} (${called(joint, one)}) ${outcome[one.moved[i]]}, told: `, make("b", false_ ? "f" : "", `${told[one.told[i]]}${false_ ? ", which is false" : ""}`), ". ");
+    box.append(make("small", "", `${data.conditions[one.c]}: `), `${joint} (${called(joint, one)}) ${outcome[one.moved[i]]}, told: `, make("b", false_ ? "f" : "", `${told[one.told[i]]}${false_ ? ", which is false" : ""}`), corrected(one, i) ? ", after a first report that was taken back. " : ". ");
     if (one.chosen && one.chosen[i] !== "-") box.append(`It had chosen ${one.chosen[i]}. `);
     for (const [name, who, none] of [["verdict", "The arm's verdict", "failed"], ["camera", "What the camera saw", "unclear"]]) {
       const judged = one[name] && one[name][i];
       if (judged && judged !== one.moved[i]) box.append(`${who}${one.source === name ? ", of which reports are made," : ""}: ${judged === "-" ? none : outcome[judged]}. `);
     }
     if (misread(one, i)) box.append(make("b", "f", `The agent says that it ${outcome[one.said[i + 1]]}: misread. `));
-    if ((one.loop[i] ?? " ") !== " ") box.append(`Part of action loop ${one.loop[i]}.`);
+    if ((one.loop[i] ?? " ") !== " ") box.append(`Part of a sequence that it repeats (action loop ${one.loop[i]}). `);
     if (one.words && one.words[i]) box.append(make("blockquote", "", one.words[i]));
     return box;
   };
