@@ -91,7 +91,6 @@ class Player:
     def __init__(self, directory: Path, study: Study, spec: str) -> None:
         self._directory, self._study, self._agent = directory, study, resolve(spec).make()
         self._past: tuple[Turn, ...] = ()
-        self._rng = None
 
     async def act(self, shown: PageReply) -> Act:
         """What it does."""
@@ -109,9 +108,9 @@ class Player:
 
     async def _attempt(self, scene: Box, identity: str | None) -> Attempt:
         if scene.step == 1:
-            self._past, self._luck = (), self._stream(scene, identity)
+            self._past = ()
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
-        decision = await self._agent.decide(situation, self._luck.at(scene.step))
+        decision = await self._agent.decide(situation, self._stream(scene, identity).at(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
         claimed = (decision.claimed or "moved") if scene.ask else None
         return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)

@@ -278,7 +278,7 @@ def test_nothing_is_told_of_an_attempt_whose_report_is_lost_and_it_is_lost_at_a_
 def test_a_strategy_learns_nothing_of_an_attempt_that_was_not_reported_and_cannot_misread_it():
     trial = run_trial(agent="human-inspired", condition="drop?p=1")
     assert set(trial.actions) == {trial.target}
-    trial = run_trial(agent="human-inspired", condition="drop?p=0.5", seed=3)
+    trial = run_trial(agent="human-inspired", condition="drop?p=0.5", seed=1)
     told = sum(step.told_moved is not None for step in trial.steps[:-1])
     assert len(claims(trial)) == told < len(trial.steps) - 1
     assert not any(step.told_falsely for step in trial.steps)
@@ -347,5 +347,5 @@ def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():
     assert [step.step for step in trial.steps if step.chosen is not None] == [3]
     assert trial.actions[:2] == plain.actions[:2]
     assert trial.steps[2].chosen == plain.actions[2]
-    with pytest.raises(BadValue, match="joint: got 'door', expected one of C, A, D, B"):
+    with pytest.raises(BadValue, match="joint: got 'door', expected one of A, D, C, B"):
         run_trial(agent="round-robin", condition="force?at=2&joint=door", modality="symbolic")

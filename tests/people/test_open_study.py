@@ -275,16 +275,7 @@ def test_a_record_names_the_page_on_which_the_box_was_begun(tmp_path, lost):
     def at_the_end(shown):
         return shown.scene.kind == "over" and shown.scene.number == 2
 
-    player_is_new = Player._attempt
-
-    async def attempt(self, scene, identity):
-        if self._rng is None:
-            self._rng = self._stream(scene, identity)
-        return await player_is_new(self, scene, identity)
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Player, "_attempt", attempt)
-        asyncio.run(goes_on())
+    asyncio.run(goes_on())
     before = (tmp_path / "trials.jsonl").read_bytes()
     if lost:
         forgotten(tmp_path, 2)

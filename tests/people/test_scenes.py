@@ -34,16 +34,16 @@ def everything_sent(directory, study, joints) -> list[str]:
 def test_the_page_is_sent_nothing_but_what_is_told(tmp_path):
     """Every joint is free and all reports are true, or nothing can move and all are false: the same is told and sent."""
     chain = box("chain-4")
-    free = replace(chain, name="free", interlock={})
+    free = replace(chain, name="any", interlock={})
     around = dict(zip(chain.names, (*chain.names[1:], chain.names[0]), strict=True))
-    stuck = replace(chain, name="stuck", interlock={one: ({other: True},) for one, other in around.items()})
+    stuck = replace(chain, name="any", interlock={one: ({other: True},) for one, other in around.items()})
     settings = {"flip": "integrated", "trials": 2, "max_steps": 3}
-    true = people_study(box=free, p=(0.0,), **settings)
-    false = people_study(box=stuck, p=(1.0,), name="another", **settings)
+    true = people_study(box=free, p=(0.0,), name="free", **settings)
+    false = people_study(box=stuck, p=(1.0,), name="stuck", **settings)
     labels = Names(plan := true.plan("participant", true.conditions[0], 1, 1)).listing
     target = Names(plan).task(plan).target
     others = [place for place, label in enumerate(labels) if label != target]
-    sent = [everything_sent(tmp_path / study.box.name, study, others) for study in (true, false)]
+    sent = [everything_sent(tmp_path / study.name, study, others) for study in (true, false)]
     assert len(sent[0]) == 4
     assert sent[0] == sent[1]
     assert [step.moved for step in load(tmp_path / "free")[0].steps] == [True] * 3

@@ -201,7 +201,7 @@ def test_two_modalities_or_variants_of_one_do_not_decide_what_is_said_of_three(t
 
 
 def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(tmp_path):
-    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=6, repetitions=1, plant=CLUMSY)
+    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=6, repetitions=1, seed=2, plant=CLUMSY)
     clumsy = found_in(tmp_path, planned)
     assert not_judged(clumsy).endswith("attempts broke the rules of the box.")
     rows = tables_of(clumsy)["claims"][1:]

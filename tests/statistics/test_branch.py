@@ -11,7 +11,7 @@ from lockprobe.trial.trial_name import ForkName
 
 
 def trial(number=1, agent="cognitive:insistent", p=0.0):
-    one = lockprobe.run_trial(agent=agent, p=p, trial=number)
+    one = lockprobe.run_trial(agent=agent, p=p, trial=number, seed=3)
     one = replace(one, study="flips")
     return replace(one, key=str(one.name))
 

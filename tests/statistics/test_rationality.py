@@ -109,7 +109,7 @@ def _costs(ways, values):
 def test_actions_before_a_broken_rule_are_judged_as_by_enumeration_and_none_after_it():
     plain, known = box("chain-3"), interlocks("single-parent", 3)
     values = values_of(known)
-    trials = play_trials("random", 8, box="chain-3", plant=f"{HAND}?misses=1;3;5&forces=4")
+    trials = play_trials("random", 10, box="chain-3", plant=f"{HAND}?misses=1;3;5&forces=4")
     judged = {trial.key: against_rules(trial, plain) for trial in trials}
     firsts = [unbroken(trial, judged[trial.key]) for trial in trials]
     assert {0, 2} < {*firsts}

@@ -79,7 +79,7 @@ def test_a_dropped_condition_is_not_seen_again_by_the_family():
 
 def test_a_simulated_study_decides_and_buys_what_the_runner_does(tmp_path):
     most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
-    planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, **varied)
+    planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
     pool = [Played(study=planned, agent=agent, conditions=planned.conditions)]
     (blocks,) = played_blocks(pool, most)

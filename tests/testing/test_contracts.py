@@ -152,28 +152,6 @@ class Unreliable:
         return percept if percept.joint is None else replace(percept, joint=None, outcome=None, positions=None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Secretive:
-    """Declares that it draws nothing, and does."""
-
-    draws = False
-
-    def act(self, joint, past, task, rng):
-        return joint if rng.random() < 2 else ""
-
-
-@dataclass(frozen=True)
-class Draws:
-    """Draws as often as its dose says."""
-
-    doses = ("p",)
-    p: float = 0.0
-
-    def act(self, joint, past, task, rng):
-        rng.random(int(10 * self.p))
-        return joint
-
-
 SEEN: list[str] = []
 
 
@@ -206,8 +184,6 @@ UNSEEN = "and no report in symbolic.tell=state shows that: .* shows joint and po
         (OutcomeAlone(), f"OutcomeAlone changes outcome, {UNSEEN}"),
         (TextBefore(), f"TextBefore changes text, {UNSEEN}"),
         (Unreliable(), "Unreliable leaves a report out: it must not have always_tells"),
-        (Secretive(), "Secretive draws: it must not have draws = False"),
-        (Draws(p=0.5), "equally often"),
         (Keeps(), "keeps something"),
         (Always(), "as in truth"),
     ],

@@ -154,7 +154,7 @@ class Dark(PhotographedPlant):
         raise RuntimeError("no light in the laboratory")
 
 
-NO_JOINT = "'Z' is no joint; the joints of this trial are C, A, D, B"
+NO_JOINT = "'Z' is no joint; the joints of this trial are A, D, C, B"
 
 
 def raising(error):

@@ -16,7 +16,7 @@ from lockprobe.interventions.yoked import Yoked
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.protocols import InterventionTraits, PlantTraits
+from lockprobe.trial.protocols import AgentTraits, InterventionTraits, PlantTraits
 from lockprobe.trial.record import TrialError
 from lockprobe.trial.trial_name import ForkName
 
@@ -118,17 +118,18 @@ class Everything:
     """Declares by class attributes, and by a property."""
 
     doses = ("p",)
-    after_words = always_tells = attended = True
+    after_words = always_tells = unseeded = attended = True
     ahead = property(lambda self: 3)
 
 
 def test_what_is_declared_is_read_from_class_and_object_and_else_are_the_defaults():
     for one in (object, object(), None):
         assert InterventionTraits.of(one) == InterventionTraits()
-        assert PlantTraits.of(one) == PlantTraits()
+        assert (AgentTraits.of(one), PlantTraits.of(one)) == (AgentTraits(), PlantTraits())
     traits = InterventionTraits(doses=("p",), after_words=True, always_tells=True, ahead=3)
     assert InterventionTraits.of(Everything()) == traits
     assert InterventionTraits.of(Everything).doses == ("p",)
+    assert AgentTraits.of(Everything).unseeded
     assert PlantTraits.of(Everything).attended
     flip, yoked, words = (InterventionTraits.of(one) for one in (OutcomeFlip(), Yoked(), TextChannel(tell="state")))
     assert (flip.name, flip.doses, flip.stream, flip.ahead) == ("flip", ("p", "keep"), "channel", 0)

@@ -134,6 +134,8 @@ def play_trial(name: str, options: dict[str, Any]) -> Solver:
 class _ModelOfTheEval:
     """The model of an eval as the agent of one trial; the conversation becomes the messages of its sample."""
 
+    unseeded = True
+
     def __init__(self, model: Model, state: TaskState) -> None:
         self.broke: Exception | None = None
         self.facts: Mapping[str, Fact] = {"model": str(model)}

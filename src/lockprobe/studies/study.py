@@ -35,7 +35,6 @@ from lockprobe.studies.study_checks import (
 from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition, Contrast
-from lockprobe.trial.luck import Luck
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
@@ -376,8 +375,7 @@ class Study:
         """The box on the panel of a trial."""
         box = self.box_of(trial)
         if self.layout == "shuffled":
-            luck = Luck(seed=seed, box=box.name, repetition=repetition, trial=trial)
-            return redealt(box, luck.at("layout"))
+            return redealt(box, generator(seed, "rep", repetition, "trial", trial, "layout"))
         if self.layout == "dealt":
             return redealt(box, generator(seed, "study", "layout"), neutral=True)
         return box

@@ -27,6 +27,7 @@ from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import (
     Actuator,
     Agent,
+    AgentTraits,
     Channel,
     Intervention,
     InterventionTraits,
@@ -350,12 +351,15 @@ class _Loop:
         return step
 
     def _decision(self, situation: Situation) -> Awaitable[Decision]:
-        """Ask the agent. On a fork nobody is asked for as long as everything is as on record and luck is the same."""
+        """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
+
+        An agent with a random stream decides again. One that draws its own luck is not asked for as long as everything
+        is as on record, also after the fork.
+        """
         fork, now = self._plan.fork, len(self.steps)
-        if fork is not None and self._on_record:
-            known = fork.recorded if fork.name.time == 1 else fork.recorded[: fork.name.at]
-            if now < len(known):
-                return _known(known[now].decision)
+        played = fork is not None and self._on_record and now < len(fork.recorded)
+        if fork is not None and played and AgentTraits.of(self._agent).unseeded:
+            return _known(fork.recorded[now].decision)
         return self._agent.decide(situation, self._luck.at(now + 1))
 
     def _usable(self, decision: Decision) -> Decision:

@@ -168,6 +168,18 @@ class Agent(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentTraits(_Traits):
+    """What a class of agents may declare.
+
+    Attributes:
+        unseeded: Whether it draws its own luck and not from its stream, as a provider does. Forks of its trials
+            (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
+    """
+
+    unseeded: bool = False
+
+
 @runtime_checkable
 class Closable(Protocol):
     """An agent that holds connections."""

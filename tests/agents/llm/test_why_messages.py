@@ -23,7 +23,7 @@ def asked():
     found = {}
     with ScriptedProvider() as provider:
         for condition in study("why", agent=provider.agent).conditions:
-            trial = lockprobe.run_trial(agent=provider.agent, condition=condition, trial=2, seed=3)
+            trial = lockprobe.run_trial(agent=provider.agent, condition=condition, trial=2, seed=2)
             assert trial.ending in ("solved", "max_steps")
             found[condition.label] = provider.requests[-1]
     return found

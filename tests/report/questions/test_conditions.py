@@ -125,9 +125,9 @@ def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_mat
     assert row.value == pytest.approx(change)
     assert (row.clusters, row.corrected_for) == (12, 3)
     assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
-    assert factorial.answer == "Misreading changes with flip.p=0.4; no change of success was detected."
+    assert factorial.answer == "Misreading changes with flip.p=0.4; success changes with tremble.p=0.6."
     (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
-    assert (part.heading, part.answer) == ("Which features matter?", "1 of 4 effects detected.")
+    assert (part.heading, part.answer) == ("Which features matter?", "2 of 4 effects detected.")
     assert part.blocks[0].items[0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]
 

@@ -75,7 +75,7 @@ def test_the_decision_is_that_of_the_outcomes_in_any_order(trials, solved):
     assert {arm: own.tolist() for arm, own in found.solved.items()} == {arm: solved[arm].tolist() for arm in ARMS}
     assert found.decision.claims == ("last",)
     differences = solved["lie"] - solved["truth"]
-    assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.05)
+    assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.06)
 
 
 def test_an_agent_that_any_odd_report_shakes_is_told_from_one_that_reads():

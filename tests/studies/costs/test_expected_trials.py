@@ -35,7 +35,7 @@ def test_trials_on_record_stay_and_the_rest_is_drawn():
     assert [one.assumption for one in fresh] == [EFFECT, NOTHING]
     assert 5 * fresh[1].decided < fresh[0].decided
     assert max(fresh[1].totals) <= 80 == len(at_most(asked, agent, []))
-    trials = play_study(planned(until=None, most=None, trials=25, repetitions=1))
+    trials = play_study(planned(until=None, most=None, trials=30, repetitions=1))
     assert at_most(asked, agent, trials) == []
     assert [set(one.totals) for one in outlooks(asked, agent, trials)] == [{0}, {0}]
     few = [one for one in trials if one.trial <= 5]

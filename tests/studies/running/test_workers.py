@@ -26,7 +26,7 @@ def mortal(tmp_path, monkeypatch):
     (tmp_path / "mortals.py").write_text(AGENTS)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.syspath_prepend(tmp_path)
-    planned = study(StudyOptions(agent=["python:mortals:Mortal"], p=[0], trials=6, repetitions=1))
+    planned = study(StudyOptions(agent=["python:mortals:Mortal"], p=[0], trials=6, repetitions=1, seed=2))
     return list(planned.plans("python:mortals:Mortal"))
 
 

@@ -84,8 +84,11 @@ class HostedModel:
     The spec holds the model's name in Inspect AI, and options: ``openai/gpt-4o?images=4``.
 
     Attributes:
+        unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: As :func:`model_facts` has them.
     """
+
+    unseeded = True
 
     def __init__(self, spec: str, access: Access | None = None) -> None:
         name, self._settings = read_settings(spec)
@@ -116,6 +119,8 @@ class HostedModel:
 
 class _InOneTrial:
     """A model in one trial, with the earlier calls of that trial."""
+
+    unseeded = True
 
     def __init__(
         self,
@@ -188,6 +193,8 @@ class ReplayedModel:
         spec: Its spec.
         recall: From step, turn and request to the reply; None without one.
     """
+
+    unseeded = True
 
     def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
         self.facts, self._recall = facts, recall
