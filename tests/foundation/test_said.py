@@ -10,7 +10,7 @@ from lockprobe.foundation.cpu import cpu_model
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, needing
 from lockprobe.foundation.formatting import NONE, bracketed, change, minus, p_value, percent, points, range_said, share
 from lockprobe.foundation.install import advice
-from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, of_whom, section, without
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, of_whom, section, without
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.validation import check_choice, plain
 
@@ -161,7 +161,6 @@ def test_a_section_that_fails_is_replaced_and_named_once_in_a_short_line():
 def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
     with pytest.raises(ZeroDivisionError):
         section("Loops", broken, lambda: 2)
-    assert list(collecting(map)(doubled, [1, 3])) == [2, 6]
 
     def interrupted():
         raise KeyboardInterrupt
@@ -170,10 +169,9 @@ def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
         section("Loops", interrupted, lambda: 2)
 
 
-def test_what_fails_in_a_job_is_noted_where_jobs_are_given():
-    """In another process a job cannot note it here: it is returned with the result."""
+def test_what_fails_says_of_whom():
     with leaving_out() as failed:
-        assert list(collecting(map)(doubled, [1, 2, 3])) == [2, -1, 6]
+        assert [doubled(job) for job in (1, 2, 3)] == [2, -1, 6]
     assert failed == [LeftOutSection("Doubling of job 2", "ZeroDivisionError: division by zero")]
 
 

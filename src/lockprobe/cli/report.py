@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.cluster import reached
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.cli.study_options import study_help
+from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
-from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
 
@@ -55,7 +54,6 @@ def report(
     paper: ForPaper = False,
     agent: Agents = None,
     out: Out = None,
-    cluster: options.ClusterAt = None,
     json: options.AsJson = False,
 ) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; compare several studies on one page.
@@ -64,32 +62,24 @@ def report(
     Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of
     one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
     boxes, budgets of steps, plants or modalities are refused.
-
-    With --cluster, the cluster computes and draws a large report.
     """
     if watch and paper:
         raise BadValue("paper", "with --watch", "one of both: a paper is of a finished report")
     if len(directories) > 1:
-        if watch or paper or cluster:
-            raise Conflict("--watch, --paper and --cluster", "several studies", "they are of the report of one")
+        if watch or paper:
+            raise Conflict("--watch and --paper", "several studies", "they are of the report of one")
         _compare(directories, agent or (), out or PAGE, json=json)
         return
     if agent or out:
         raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
     (directory,) = directories
-    with reached(cluster) as machines:
-        if not watch:
-            _write(directory, machines, paper=paper, json=json)
-            return
-        from lockprobe.cli.watch_report import (  # what it imports, a report imports twice at once
-            owed_trials,
-            watch_report,
-        )
-
-        try:
-            watch_report(directory, lambda: _write(directory, machines, json=json))
-        except KeyboardInterrupt:
-            print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
+    if not watch:
+        _write(directory, paper=paper, json=json)
+        return
+    try:
+        watch_report(directory, lambda: _write(directory, json=json))
+    except KeyboardInterrupt:
+        print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
@@ -131,10 +121,10 @@ def _for_paper(found: Results, directory: Path) -> Path:
     return write_paper(found, directory)
 
 
-def _write(directory: Path, machines: Pool | None, *, paper: bool = False, json: bool) -> None:
+def _write(directory: Path, *, paper: bool = False, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
-    path = write_report(directory, tell=tell, left_out=left_out.append, elsewhere=machines)
+    path = write_report(directory, tell=tell, left_out=left_out.append)
     found = read_result(directory)
     for_paper = _for_paper(found, directory) if paper and found is not None else None
     if json:

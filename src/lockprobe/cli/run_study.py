@@ -154,7 +154,7 @@ def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> 
     from lockprobe.report.write import write_report  # a second of imports, which the first trials need not wait for
 
     tell = partial(print, "Report:", file=sys.stderr)
-    return write_report(directory, tell=tell, left_out=left_out.append, elsewhere=limits.cluster)
+    return write_report(directory, tell=tell, left_out=left_out.append)
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:

@@ -6,17 +6,15 @@ Whatever computes, draws or writes a part of a report does so through :func:`sec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
-from typing import Any, Generic, TypeVar
+from typing import TypeVar
 
 from lockprobe.foundation.terminal_text import printable
 
 _T = TypeVar("_T")
-_Job = TypeVar("_Job")
-_Done = TypeVar("_Done")
 
 _LONGEST = 200
 """Characters of a reason."""
@@ -110,31 +108,3 @@ def _reason(error: BaseException) -> str:
     said = printable(" ".join(str(error).split()))
     said = f"{type(error).__name__}: {said}" if said else type(error).__name__
     return said if len(said) <= _LONGEST else f"{said[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
-
-
-@dataclass(frozen=True, slots=True)
-class _Collecting(Generic[_Job, _Done]):
-    """Work that returns what failed in it, as another process cannot note it here."""
-
-    work: Callable[[_Job], _Done]
-
-    def __call__(self, job: _Job) -> tuple[_Done, tuple[LeftOutSection, ...]]:
-        with leaving_out() as failed:
-            return self.work(job), tuple(failed)
-
-
-def collecting(
-    each: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]],
-) -> Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]:
-    """The same way to work on several jobs, in which what fails in a job is noted here, in the order of the jobs."""
-
-    def noted(work: Callable[[Any], Any], jobs: Iterable[Any]) -> list[Any]:
-        found, done = _failed.get(), []
-        if found is None:
-            return list(each(work, jobs))
-        for value, failed in each(_Collecting(work), jobs):
-            found += [one for one in failed if one not in found]
-            done.append(value)
-        return done
-
-    return noted

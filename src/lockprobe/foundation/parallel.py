@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -16,9 +16,6 @@ from typing import Any, Protocol, TypeVar
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.interrupts import end_at_interrupt, held_back
 from lockprobe.foundation.safe_path import safe_path
-
-Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
-"""Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 
 _J = TypeVar("_J")
 _R = TypeVar("_R")

@@ -13,8 +13,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any, Literal
 
-from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, section
-from lockprobe.foundation.parallel import Each
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
@@ -24,7 +23,7 @@ from lockprobe.report.questions.seen import embedded
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import condition_words, primary_lines
-from lockprobe.report.section import Caption, Figure
+from lockprobe.report.section import Figure
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.svg import Image, image
 
@@ -40,7 +39,6 @@ def report_files(
     *,
     tell: Callable[[str], None],
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
-    each: Each = map,
 ) -> Iterator[File]:
     """Every file of a report, the report last.
 
@@ -48,7 +46,6 @@ def report_files(
         opened: The study.
         tell: Told what it is at.
         left_out: Told every section that could not be made.
-        each: Works on one job after the other, or on several at once on a cluster.
 
     Raises:
         BadFile: If its records cannot be analysed together.
@@ -62,8 +59,7 @@ def report_files(
         page = Page(found=found)
         figures = _figures(page)
         page.trials, texts = _trials(opened, found), _texts(page)
-        made = collecting(each)(partial(_draw, found), figures)
-        drawn = {figure.name: one for figure, one in zip(figures, made, strict=True) if one is not None}
+        drawn = {figure.name: made for figure in figures if (made := _draw(found, figure)) is not None}
         page.drawn = {name: picture for name, (_, picture) in drawn.items()}
         page.photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
         text = page.text()
@@ -97,11 +93,11 @@ def _trials(opened: OpenedStudy, found: Results) -> str:
 
 
 def _figures(page: Page) -> list[Figure]:
-    """The figures that pages and sections show, without functions that cannot be sent to a cluster."""
+    """The figures that pages and sections show."""
     asked: dict[str, Figure] = {}
     for figure in (*figures_of(page.parts), *(figure for one in all_sections() for figure in one.figures)):
         if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, page.found), bool):
-            asked[figure.name] = replace(figure, applies=bool, caption=Caption(""))
+            asked[figure.name] = figure
     return [*asked.values()]
 
 

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from lockprobe.foundation.left_out import LeftOutSection
-from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.storage.atomic_file import remove_file, write_file
 from lockprobe.foundation.storage.links import make_directory
-from lockprobe.report.processor import each_on, one_thread, uncollected
+from lockprobe.report.processor import one_thread, uncollected
 
 
 def write_report(
@@ -17,7 +16,6 @@ def write_report(
     *,
     tell: Callable[[str], None] = lambda said: None,
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
-    elsewhere: Pool | None = None,
 ) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
@@ -29,7 +27,6 @@ def write_report(
         directory: The directory of a study.
         tell: Told what it is at, since it takes some seconds.
         left_out: Told every section that could not be made.
-        elsewhere: A cluster on which the figures of a large report are drawn instead; it changes none of them.
 
     Returns:
         Where ``report.html`` is.
@@ -42,9 +39,8 @@ def write_report(
         from lockprobe.report.opened import open_study
         from lockprobe.report.report_files import report_files
 
-        each = each_on(elsewhere, directory)
         with one_thread():
-            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out, each=each):
+            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
                 path = directory / name
                 if content is None:
                     remove_file(path)
