@@ -7,23 +7,28 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise, takewhile
 from math import ceil
+from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
 from lockprobe.agents.reply_values import LONGEST_HYPOTHESIS
+from lockprobe.boxes.box import Lockbox, bits
+from lockprobe.foundation.errors import ChannelFault
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
-from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.luck import Stream
+from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.places import Places
-from lockprobe.trial.plan import Names, Plan
-from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits, Memory, Prompt
-from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Intervention, InterventionTraits, Prompt
+from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Situation, Snapshot, Task
+from lockprobe.trial.source import CAMERA, VERDICT
+
+if TYPE_CHECKING:
+    import numpy as np
 
 SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
@@ -152,37 +157,76 @@ def _reply_in(situation: Situation, hypothesis: str) -> str:
 def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
     """The situations of a made-up trial in which joints are attempted in turn, and every second attempt moves.
 
-    The interventions of its condition apply. ``said`` is the agent's reply in
-    every step; if empty, it is a typical reply in the requested form.
+    The loop of all trials plays it, with the interventions of its condition. ``said`` is the agent's reply in every
+    step; if empty, it is a typical reply in the requested form.
     """
     return _played(plan, interventions_for(plan.condition), said)
 
 
-Acting = Sequence[tuple[Intervention, Stream]]
-"""Interventions, each with its random stream."""
-
-
 def _played(plan: Plan, interventions: Sequence[Intervention], said: str) -> list[Situation]:
-    task, streams = Names(plan).task(plan), Places.of(interventions).streams
-    acting = [(one, plan.luck.stream(*stream)) for one, stream in zip(interventions, streams, strict=True)]
-    moments: tuple[Moment, ...] = ()
-    turns: tuple[Turn, ...] = ()
-    course = []
-    for step in range(plan.budget):
-        moments = (*moments, _moment(plan, task, step, acting, moments))
-        past, briefing = turns, Briefing(hypothesis=plan.hypothesis)
-        for one, luck in acting:
-            if isinstance(one, Memory):
-                past = one.recall(past, task, luck.at(step))
-            elif isinstance(one, Prompt):
-                briefing = one.brief(briefing, moments, task, luck.at(step))
-        situation = Situation(task=task, past=past, percept=moments[-1].told, briefing=briefing)
-        course.append(situation)
-        decision = Decision(
-            joint=task.joints[(step + 1) % len(task.joints)], replies=(said or _reply_in(situation, HYPOTHESIS),)
-        )
-        turns = (*past, Turn(percept=situation.percept, decision=decision, remark=briefing.remark))
-    return course
+    agent = _MadeUpAgent(said)
+    shown = [_Placeholder(one, _head(plan)) if isinstance(one, CameraChannel) else one for one in interventions]
+    loop = play(replace(plan, fork=None), plant=_MadeUpPlant(plan.box), interventions=shown, agent=agent)
+    try:
+        loop.send(None)  # nothing in it waits
+    except StopIteration as end:
+        if end.value.error is not None:
+            raise ChannelFault(end.value.error.message) from None
+    return agent.course
+
+
+class _MadeUpAgent:
+    """It attempts the other joints than the target in turn, and keeps the situations in which it is asked."""
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+
+    def __init__(self, said: str) -> None:
+        self.course: list[Situation] = []
+        self._said = said
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        self.course.append(situation)
+        joints = [joint for joint in situation.task.joints if joint != situation.task.target]
+        reply = self._said or _reply_in(situation, HYPOTHESIS)
+        return Decision(joint=joints[len(self.course) % len(joints)], replies=(reply,))
+
+
+class _MadeUpPlant:
+    """A box on which every second attempt moves its joint; a robot's verdict and a camera's reading are right."""
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+
+    def __init__(self, box: Lockbox) -> None:
+        self._now, self._moves = box.initial, False
+
+    def observe(self) -> Snapshot:
+        return Snapshot(configuration=self._now, sensed={CAMERA: bits(self._now)})
+
+    def attempt(self, joint: int) -> Snapshot:
+        self._moves = not self._moves
+        self._now = tuple(at ^ (i == joint and self._moves) for i, at in enumerate(self._now))
+        outcome: Outcome = "moved" if self._moves else "blocked"
+        sensed = {CAMERA: bits(self._now), VERDICT: outcome}
+        return Snapshot(configuration=self._now, joint=joint, outcome=outcome, sensed=sensed)
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+@dataclass(frozen=True)
+class _Placeholder:
+    """A camera whose pictures have the right size and show nothing; there is none where no positions are told."""
+
+    camera: CameraChannel
+    head: bytes
+    shows: ClassVar[bool] = True
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        if percept.positions is None:
+            return replace(percept, outcome=None, text="")
+        kinds: tuple[PictureKind, ...] = ("rgb",) if self.camera.depth == "none" else ("rgb", "depth")
+        pictures = tuple(Picture(kind=kind, png=self.head) for kind in kinds)
+        return Percept(joint=percept.joint, text=self.camera.caption(percept.joint), pictures=pictures)
 
 
 def _longest(plan: Plan) -> Situation:
@@ -207,35 +251,3 @@ def _forgets(course: Sequence[Situation]) -> bool:
 
 def _size(message: Message) -> float:
     return tokens(message.text) + _MARKS
-
-
-def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Moment, ...]) -> Moment:
-    """A moment of the made-up trial: truth and report."""
-    joint = task.joints[step % len(task.joints)] if step else None
-    was = Percept(
-        joint=joint,
-        outcome="moved" if step % 2 else "blocked" if step else None,
-        positions=tuple((place + step) % 2 == 0 for place in range(len(task.joints))),
-    )
-    percept, facts = was, None
-    for one, luck in acting:
-        if not isinstance(one, Channel):
-            continue
-        if InterventionTraits.of(one).shows:
-            facts = percept
-        percept = (
-            _pictured(plan, one, percept)
-            if isinstance(one, CameraChannel)
-            else one.perceive(percept, past, task, luck.at(step))
-        )
-    return Moment(was=was, told=percept, chosen=joint, attempted=joint, facts=facts)
-
-
-def _pictured(plan: Plan, camera: CameraChannel, percept: Percept) -> Percept:
-    """A percept with placeholder pictures of the right size; without pictures if no positions are told."""
-    if percept.positions is None:
-        return replace(percept, outcome=None, text="")
-    kinds: tuple[PictureKind, ...] = ("rgb",) if camera.depth == "none" else ("rgb", "depth")
-    text = f"You attempted {percept.joint}. The picture shows the box now."
-    pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
-    return Percept(joint=percept.joint, text=text, pictures=pictures)
