@@ -144,3 +144,11 @@ def test_the_figure_names_every_line_wide_and_narrow(tmp_path):
         drawn = curve_figure(found, wide=wide)
         assert all(f">{name} {share} %</text>" in drawn for name, share in (("llm:a", 75), ("llm:b", 12)))
         assert drawn.count('class="told"') == drawn.count('class="false"') - 2 * (not wide)  # points and intervals
+
+
+@pytest.mark.parametrize("solved", [16, 20, 24, 28])
+def test_the_name_of_the_band_lies_on_no_line(tmp_path, solved):
+    drawn = curve_figure(study_in(tmp_path, a={0: solved - 4, 0.4: solved + 4}), wide=True)
+    ((_, first), (_, second)) = re.findall(r"([\d.]+) ([\d.]+)", re.search('class="line" d="M([^"]*)"', drawn)[1])
+    (said,) = re.findall(r'y="([\d.]+)"[^>]*>random play<', drawn)
+    assert abs(float(said) - 5 - (float(first) + float(second)) / 2) > 12

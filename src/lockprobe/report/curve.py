@@ -125,7 +125,10 @@ def _axes(found: Results, place: _Place, courses: Sequence[Course]) -> Iterator[
         )
         if low - high > _APART:
             middle = (place.x(place.doses[-2]) + place.x(place.doses[-1])) / 2  # where no interval stands
-            yield _text(middle, low - 8, "random play", "q onband")
+            ends = ([place.y(cell.value("success") or 0.0) for cell in one.played[-2:]] for one in courses)
+            lines = [sum(end) / len(end) for end in ends]
+            clear = max((low - 8, high + 18), key=lambda y: min(abs(y - 5 - line) for line in lines))
+            yield _text(middle, clear, "random play", "q onband")
     for share in (0, 0.25, 0.5, 0.75, 1):
         y = place.y(share)
         yield Markup('<line class="grid" x1="{}" x2="{}" y1="{:.1f}" y2="{:.1f}"/>').format(left, right, y, y)
