@@ -24,7 +24,7 @@ SOLVED, FAILED = (trial_to_json(run_trial(agent=agent, seed=2)) for agent in ("h
     ("old", "new", "where"),
     [
         (b'"ending":"solved"', b'"ending":"won"', "ending"),
-        (b'"seed":1', b'"seed":"one"', "seed"),
+        (b'"seed":2', b'"seed":"one"', "seed"),
         (b'"key":', b'"kee":', "key"),
         (b"/rep=1/", b"/rep=2/", "key: got '.*/rep=2/trial=1', expected .*/rep=1/trial=1"),
         (b'"condition":"truth"', b'"condition":"lie"', "key: got 'trial/.*/truth/rep=1/trial=1'"),
