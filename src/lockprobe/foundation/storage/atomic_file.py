@@ -4,9 +4,9 @@ A file is written as a draft in the same directory, forced to the disk (fsync), 
 leaves what was there before and no draft. The draft of a file that exists has its permissions from the first byte on.
 
 A process that is killed may leave a draft, a hidden file. Where several processes may write one file its name is random
-and ends like ``.draft.csv``. It is locked while its process lives, and the next writer in the directory deletes those that are
-not. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and
-the next writer of the file deletes it.
+and ends like ``.draft.csv``. It is locked while its process lives, and the next writer in the directory deletes those
+that are not. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and the next writer
+of the file deletes it.
 
 A directory is written the same way where there was none, or an empty one.
 
@@ -23,7 +23,7 @@ import secrets
 import shutil
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
@@ -45,7 +45,7 @@ class Replacement:
 
     def __init__(self, path: Path, *, alone: bool = False) -> None:
         self._path, self._alone = path, alone
-        self._held: int | None = None
+        self._held = ExitStack()
         self._target = _target(path)
         name = f".{secrets.token_hex(6)}.draft{self._target.suffix}"
         self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
@@ -57,11 +57,12 @@ class Replacement:
                 mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
             self.draft.unlink(missing_ok=True)
             while not self.draft.exists():  # another writer may delete it before it is locked
-                self._release()
-                self._held = os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                self._held.close()
+                descriptor = os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                self._held.callback(os.close, descriptor)
                 if not self._alone:
                     with suppress(OSError):  # a file system without locks
-                        fcntl.flock(self._held, fcntl.LOCK_EX)
+                        fcntl.flock(descriptor, fcntl.LOCK_EX)
 
     def sync(self) -> None:
         """Force the draft to the disk, with the permissions of the file that is there."""
@@ -74,20 +75,15 @@ class Replacement:
         """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name."""
         with writing(self._path):
             self.draft.replace(self._target)
-        self._release()
+        self._held.close()
         with suppress(OSError):  # it is in its place already
             sync_directory(self._target.parent)
 
     def drop(self) -> None:
         """Delete the draft. After :meth:`rename` it does nothing."""
-        self._release()
+        self._held.close()
         with suppress(OSError):
             self.draft.unlink()
-
-    def _release(self) -> None:
-        if self._held is not None:
-            os.close(self._held)
-            self._held = None
 
 
 @contextmanager
