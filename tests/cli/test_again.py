@@ -1,14 +1,13 @@
-"""A run whose replies cannot be used fails and says why; ``--again reply`` plays those trials anew."""
+"""A run whose replies cannot be used says why; ``--again reply`` plays those trials anew."""
 
 import json
 
 import pytest
 import typer
-from provider_server import completion, truthful
+from provider_server import completion, failure, truthful
 
 from lockprobe import load
 from lockprobe.cli.run import run
-from lockprobe.cli.run_study import NO_VALID_TRIAL
 from lockprobe.cli.status import status
 from lockprobe.foundation.errors import BadValue
 
@@ -32,19 +31,59 @@ def play(tmp_path, provider):
     return played
 
 
-def failed(play, *given, **more):
-    with pytest.raises(typer.Exit) as end:
-        play(*given, **more)
-    return end.value.exit_code == NO_VALID_TRIAL
+def refusing(request):
+    return completion(None, refusal="I cannot help with opening locks.")
 
 
-def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(tmp_path, play, capsys):
+def broken(request):
+    return failure(401, "no such key")
+
+
+@pytest.mark.parametrize(
+    ("answers", "status"),
+    [
+        ([truthful] * 4, 0),
+        ([refusing, truthful, truthful, truthful], 0),
+        ([refusing, nonsense, truthful, truthful], 0),
+        ([refusing, truthful, refusing, truthful], 0),  # all under one condition
+        ([truthful, nonsense, truthful, nonsense], 0),
+        ([refusing, refusing, nonsense, nonsense], 0),
+        ([truthful, truthful, truthful, broken], 1),
+        ([refusing, refusing, truthful, broken], 1),
+        ([refusing, nonsense, refusing, broken], 1),
+        ([broken] * 4, 1),
+    ],
+)
+def test_the_exit_status_says_whether_trials_are_owed_and_not_which_ended_how(
+    tmp_path, play, monkeypatch, answers, status
+):
+    monkeypatch.setattr("lockprobe.studies.running.runner._AT_THE_END", 0)  # one trial after the other
+    left = iter(answers)
+    now = []
+
+    def answer(request):
+        if all(message["role"] != "assistant" for message in request["messages"]):
+            now.append(next(left))
+        return now[-1](request)
+
+    found = 0
+    try:
+        play(answer, connections=1, retries=0, report=False)
+    except typer.Exit as end:
+        found = end.exit_code
+    trials = load(tmp_path / "s")
+    assert now == answers
+    assert sorted(trial.error is not None for trial in trials) == sorted(one != truthful for one in answers)
+    assert found == status == any(trial.owed_again for trial in trials)
+
+
+def test_without_a_valid_trial_the_run_says_so_and_the_same_command_says_so_again(tmp_path, play, capsys):
     expected = (
         f"No valid trial of {CELLS[0]} and 1 more condition: all 4 trials ended as an error, the first at reply: "
         "no usable reply in 1 turn: joint: Field required; the same command with --again reply plays them anew"
     )
     for _ in range(2):
-        assert failed(play, nonsense)
+        play(nonsense)
         assert expected in capsys.readouterr().out.splitlines()
     status(tmp_path / "s")
     assert f"invalid     {expected}" in capsys.readouterr().out.splitlines()
@@ -53,7 +92,7 @@ def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(
 
 
 def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys):
-    assert failed(play, nonsense)
+    play(nonsense)
     before = (tmp_path / "s" / "trials.jsonl").read_bytes()
     play(truthful, again="reply")
     said = capsys.readouterr().out
@@ -66,12 +105,8 @@ def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys
     assert facts["calls"] == 4 + sum(len(trial.steps) for trial in load(tmp_path / "s"))
 
 
-def refusing(request):
-    return completion(None, refusal="I cannot help with opening locks.")
-
-
 def test_refusals_are_counted_as_such_and_played_anew_only_if_they_are_meant(tmp_path, play, capsys):
-    assert failed(play, refusing)
+    play(refusing)
     expected = "first at refusal: refused: I cannot help with opening locks."
     said = capsys.readouterr().out
     assert "the same command with --again refusal plays them anew" in said
@@ -80,7 +115,7 @@ def test_refusals_are_counted_as_such_and_played_anew_only_if_they_are_meant(tmp
     assert "trials      4 of 4 done, 0 owed, 0 solved" in told
     assert "errors      4 errors: refusal 4" in told
     assert expected in told
-    assert failed(play, truthful, again="reply")
+    play(truthful, again="reply")
     assert "Owed anew: 0 trials" in capsys.readouterr().out
     play(truthful, again="refusal")
     assert "Owed anew: 4 trials that ended as an error at refusal" in capsys.readouterr().out

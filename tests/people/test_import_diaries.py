@@ -34,7 +34,9 @@ def by_key(directory):
 
 def test_diaries_are_taken_once_and_nobody_can_go_on_with_them(there, tmp_path):
     here = write_study(tmp_path / "here", STUDY, load(there))
+    here.chmod(0o755)
     assert arriving(here, there).take(by_key(here)) == 2
+    assert here.stat().st_mode & 0o777 == 0o700
     assert [kept.lines for kept in read_diaries(here)] == [kept.lines for kept in read_diaries(there)]
     assert {kept.joined.token for kept in read_diaries(here)} == {""}
     assert arriving(here, there).take(by_key(here)) == 0

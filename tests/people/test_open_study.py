@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import os
+import stat
 from collections import Counter
 from dataclasses import replace
 
@@ -45,6 +47,29 @@ def begun(directory, study=STUDY, experiment=None, **settings):
     """Somebody has joined."""
     experiment = experiment or short()
     return take_part(directory, study, experiment, until=lambda shown: isinstance(shown.scene, Box), **settings)[0]
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_nobody_else_reads_what_people_did_whatever_the_umask(tmp_path, there):
+    before = os.umask(0)
+    try:
+        if there:
+            run_study(replace(STUDY, agents=("random",)), tmp_path / "study")
+            assert stat.S_IMODE((tmp_path / "study").stat().st_mode) == 0o777
+        take_part(tmp_path / "study", STUDY, short())
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "study").stat().st_mode) == 0o700
+
+
+def test_a_start_that_fails_leaves_who_may_read_the_directory(tmp_path):
+    run_study(replace(STUDY, agents=("random",)), tmp_path)
+    tmp_path.chmod(0o755)
+    (tmp_path / "people").mkdir()
+    (tmp_path / "people" / "secret").mkdir()
+    with pytest.raises(BadFile):
+        begun(tmp_path)
+    assert stat.S_IMODE(tmp_path.stat().st_mode) == 0o755
 
 
 def test_people_join_a_study_that_models_have_played(tmp_path):

@@ -10,6 +10,7 @@ from lockprobe_robot.film.files import open_film
 from PIL import Image
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.storage.atomic_file import write_file
 
 
 def picture(row):
@@ -92,6 +93,15 @@ def test_what_is_not_finished_leaves_nothing(tmp_path, name):
     film.add(picture(0), 0.4)
     film.drop()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
+def test_what_is_written_beside_a_film_leaves_its_draft_alone(tmp_path, name):
+    film = open_film(tmp_path / name)
+    film.add(picture(0), 0.4)
+    write_file(tmp_path / "beside.csv", "")
+    film.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [name, "beside.csv"]
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_played(tmp_path, monkeypatch):

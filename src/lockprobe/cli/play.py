@@ -31,7 +31,7 @@ from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.atomic_file import writing
-from lockprobe.foundation.storage.jsonl import LineFile
+from lockprobe.foundation.storage.jsonl import LineFile, one_line
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.options.trial_options import TrialOptions
@@ -138,7 +138,7 @@ def _append(path: Path, trial: Trial) -> None:
     with closing(LineFile(path)) as file:
         if not file.left.tail.endswith(b"\n") and file.left.size:
             file.append(b"")  # a last line without its end is ended, so that this one starts clean
-        file.append(trial_to_json(trial))
+        file.append(one_line(trial_to_json(trial)))
 
 
 def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:

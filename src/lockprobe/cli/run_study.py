@@ -29,10 +29,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 BROKE = 1
-"""The exit status if faults outside the agents broke a trial of the run, or an agent was given up."""
-
-NO_VALID_TRIAL = 1
-"""The exit status if every trial of a condition ended as an error."""
+"""The exit status if trials are owed again, since something outside the agents broke them."""
 
 BUDGET_REACHED = 3
 """The exit status if the budget ended a study before its last trial."""
@@ -89,10 +86,12 @@ def play_study(
         something = journal.trials or reached is None
         page = _report(directory, limits, left_out) if report and something else None
         observer.reported(page, left_out, None if page is None else read_result(directory))
-        status = _failure(planned, journal, observer, before)
-        if reached is not None:
+        _say_failures(planned, journal, observer, before)
+        if reached is not None or observer.tally.broken_in_all or observer.tally.given_up:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
+            status = BROKE if owed else 0
+        if reached is not None:
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
                 raise _NothingKept
@@ -129,11 +128,8 @@ def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
     observer.decided(decision_lines(planned, found, played), decision_facts(found))
 
 
-def _failure(planned: Study, journal: Journal, observer: Plain, before: Mapping[str, Trial]) -> int:
-    """The exit status of a run, and its last lines: 0 if nothing broke and no condition has errors alone.
-
-    ``before`` are the trials that were on record when it began.
-    """
+def _say_failures(planned: Study, journal: Journal, observer: Plain, before: Mapping[str, Trial]) -> None:
+    """Say which conditions have errors alone, and what broke. ``before`` are the trials on record at first."""
     broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
     found = (
         invalid_conditions(planned, counted(planned.own_trials(journal.trials.values()))) if ended or not broken else []
@@ -147,7 +143,6 @@ def _failure(planned: Study, journal: Journal, observer: Plain, before: Mapping[
             if (was := before.get(key)) is not None and was is not now and was.owed_again and was.error
         ]
         observer.broke(in_vain=bool(replays) and all(now and now.step >= step for step, now in replays))
-    return BROKE if broken or observer.tally.given_up else NO_VALID_TRIAL if found else 0
 
 
 def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:

@@ -276,6 +276,12 @@ def _diaries(people: Path) -> Iterator[Diary]:
         yield Diary(joined, then)
 
 
+def make_private(directory: Path) -> None:
+    """Let nobody but this user read the directory of a study in which people take part, nor what is in it."""
+    with writing(directory):
+        directory.chmod(0o700)
+
+
 def write_diaries(directory: Path, diaries: Iterable[Diary]) -> None:
     """Write diaries into the directory of a study, each file atomically.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_private
-from lockprobe.people.diary import Diary, read_diaries, write_diaries
+from lockprobe.people.diary import Diary, make_private, read_diaries, write_diaries
 from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
@@ -61,6 +61,8 @@ class DiaryImport:
         players = {trial.agent for trial in trials.values()}
         elsewhere = self._played_there - players
         taken = [diary for diary in self._coming.values() if diary.spec not in elsewhere]
+        if taken:
+            make_private(self._directory)
         write_diaries(self._directory, taken)
         for name in (EXPERIMENT, TEXTS) if taken else ():
             here = self._directory / PEOPLE_DIRECTORY / name

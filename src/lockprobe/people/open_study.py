@@ -18,7 +18,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.storage.atomic_file import remove_file, write_private
 from lockprobe.people.assignment import boxes_each
-from lockprobe.people.diary import read_diaries
+from lockprobe.people.diary import make_private, read_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.practice import examples_of, practice_plan
@@ -161,9 +161,11 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
     people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
     new, diaries = not people.exists(), _count_diaries(people)
     made = [path for name in _MADE if not (path := people / name).exists()]
+    mode = directory.stat().st_mode
     settings = {path: read_input(path) for name in _SETTINGS if (path := people / name).is_file()}
     failed = True
     try:
+        make_private(directory)
         yield invited
         failed = False
     except KeyboardInterrupt:
@@ -172,6 +174,7 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
     finally:
         if failed and not (invited.is_set() or _count_diaries(people) > diaries):
             with suppress(OSError, BadFile):
+                directory.chmod(mode)
                 for path in made:
                     remove_file(path)
                 for path, content in settings.items():

@@ -101,13 +101,14 @@ class TrialReader:
     def outline(self, line: bytes) -> Outline | None:
         """The record on one line without its steps, which are not examined; None if it has to be read whole.
 
-        These are the first records of their kind, and those with what adds up over steps: usage, measurements.
+        These are the first records of their kind, those with what adds up over steps (usage, measurements), and those
+        with escaped characters, whose bytes need not be those of :func:`lockprobe.trial.trial_json.trial_to_json`.
 
         Raises:
             BadValue: As :meth:`read`, if the line was changed or has no identity.
         """
         end, identity = record_end(line)
-        if (cut := _cut(line, end)) is None:
+        if (cut := _cut(line, end)) is None or b"\\u" in line:
             return None
         kind = self._kinds.get((cut.before, cut.behind))
         if kind is None or cut.between not in self._between:

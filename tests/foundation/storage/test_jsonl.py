@@ -1,6 +1,7 @@
 """Files of lines: what a crash tore is cut off, and nothing else."""
 
 import json
+import zlib
 from contextlib import closing
 
 import pytest
@@ -46,6 +47,17 @@ def test_lines_are_numbered_as_in_the_file_and_torn_ones_are_none(tmp_path):
 
 
 OBJECTS = st.dictionaries(st.text(max_size=5), st.one_of(st.integers(), st.text(max_size=9)), min_size=1, max_size=4)
+
+
+@pytest.mark.parametrize("end", ["\u2028", "\u2029", "\x85", "\x0b", "\x1c"])
+def test_a_text_with_other_ends_of_lines_is_one_line_for_every_reader_and_comes_back(tmp_path, end):
+    text, adapter = rf"one{end}\{end}\u2028 two", TypeAdapter(dict[str, str])
+    line = with_checksum(adapter.dump_json({"a": text}))
+    assert len(line.decode().splitlines()) == 1
+    raw = adapter.dump_json({"a": text})[:-1]
+    older = raw + b',"crc":"%08x"}' % zlib.crc32(raw)
+    (tmp_path / "log").write_bytes(line + b"\n" + older + b"\n")
+    assert [found["a"] for found in read_values(tmp_path / "log", adapter)] == [text, text]
 
 
 @given(OBJECTS)

@@ -1,10 +1,13 @@
 """Counting records says what loading them says."""
 
+import zlib
 from dataclasses import replace
 
+import pytest
 from builders import make_trial, small_study, write_study
 
 from lockprobe.boxes.families import box
+from lockprobe.foundation.storage.jsonl import checked_length, whole_lines
 from lockprobe.studies.records.read_records import load, read_records
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import records_digest
@@ -82,3 +85,17 @@ def test_usage_and_records_beyond_the_plan(tmp_path):
     used = [step.decision.usage for one in index.counted() for step in one.trial.steps]
     assert Usage(input_tokens=7, calls=1) in used
     assert len(load(tmp_path)) == 7
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_texts_with_other_ends_of_lines_have_the_digest_of_what_they_say(tmp_path, older):
+    """They are escaped in lines that are written now, and stand as they are in older ones."""
+    trials = [make_trial([1] * 20, hypothesis="one\u2028two", trial=number) for number in (1, 2, 3)]
+    write_study(tmp_path, study := small_study(p=[0.0], trials=3), trials)
+    path = tmp_path / "trials.jsonl"
+    assert b"one\\u2028two" in path.read_bytes()
+    if older:
+        raw = [line[: checked_length(line)].replace(b"\\u2028", "\u2028".encode()) for _, line in whole_lines(path)]
+        path.write_bytes(b"".join(b'%s,"crc":"%08x"}\n' % (line, zlib.crc32(line)) for line in raw))
+    assert load(tmp_path) == trials
+    same_as_loaded(tmp_path, study)

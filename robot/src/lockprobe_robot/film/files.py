@@ -98,6 +98,7 @@ class _Gif:
         if not self._frames:
             return
         frames = self._images()
+        self._file.create()
         next(frames).save(
             self._file.draft,
             "GIF",
@@ -173,6 +174,7 @@ class _Mp4:
     def _open(self, width: int, height: int) -> Generator[None, Any, None]:
         import imageio_ffmpeg
 
+        self._file.create()
         pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
             str(self._file.draft),
             (width, height),

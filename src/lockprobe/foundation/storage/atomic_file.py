@@ -4,8 +4,9 @@ A file is written as a draft in the same directory, forced to the disk (fsync), 
 leaves what was there before and no draft. The draft of a file that exists has its permissions from the first byte on.
 
 A process that is killed may leave a draft, a hidden file. Where several processes may write one file its name is random
-and ends like ``.draft.csv``. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and
-the next writer of the file deletes it.
+and ends like ``.draft.csv``. It is locked while its process lives, and the next writer in the directory deletes those
+that are not. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and the next writer
+of the file deletes it.
 
 A directory is written the same way where there was none, or an empty one.
 
@@ -16,12 +17,13 @@ would put a file where they were.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import secrets
 import shutil
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
@@ -42,7 +44,8 @@ class Replacement:
     """
 
     def __init__(self, path: Path, *, alone: bool = False) -> None:
-        self._path = path
+        self._path, self._alone = path, alone
+        self._held = ExitStack()
         self._target = _target(path)
         name = f".{secrets.token_hex(6)}.draft{self._target.suffix}"
         self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
@@ -53,7 +56,13 @@ class Replacement:
             if self._target.exists():
                 mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
             self.draft.unlink(missing_ok=True)
-            os.close(os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
+            while not self.draft.exists():  # another writer may delete it before it is locked
+                self._held.close()
+                descriptor = os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                self._held.callback(os.close, descriptor)
+                if not self._alone:
+                    with suppress(OSError):  # a file system without locks
+                        fcntl.flock(descriptor, fcntl.LOCK_EX)
 
     def sync(self) -> None:
         """Force the draft to the disk, with the permissions of the file that is there."""
@@ -66,11 +75,13 @@ class Replacement:
         """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name."""
         with writing(self._path):
             self.draft.replace(self._target)
+        self._held.close()
         with suppress(OSError):  # it is in its place already
             sync_directory(self._target.parent)
 
     def drop(self) -> None:
         """Delete the draft. After :meth:`rename` it does nothing."""
+        self._held.close()
         with suppress(OSError):
             self.draft.unlink()
 
@@ -91,6 +102,8 @@ def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterat
     """
     replacements = [Replacement(path, alone=alone) for path in paths]
     try:
+        for directory in {replacement.draft.parent for replacement in replacements if not alone}:
+            _remove_drafts_of_the_killed(directory)
         for replacement in replacements:
             replacement.create(mode)
         with writing(paths[-1]):
@@ -209,6 +222,18 @@ def _target(path: Path) -> Path:
     if found.exists() and not os.access(found, os.W_OK):
         raise BadFile(path, "cannot be written (Permission denied)")
     return found
+
+
+def _remove_drafts_of_the_killed(directory: Path) -> None:
+    """Delete the drafts of random name that no process has locked."""
+    for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
+        with suppress(OSError):
+            held = os.open(draft, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                draft.unlink()
+            finally:
+                os.close(held)
 
 
 def _own_draft(target: Path) -> Path:

@@ -4,6 +4,8 @@ Each line is handed to the operating system at once, so a killed process loses a
 itself goes down, lines that were not forced to the disk (fsync) are lost. A line that a crash tore is ignored, and a
 change by any other process ends the writing.
 
+Characters that end a line for some readers, and not in JSON, are escaped (:func:`one_line`).
+
 The checksum is the last field of the object, ``crc``: eight hexadecimal digits, the CRC-32 (:func:`zlib.crc32`) of all
 bytes of the line before ``,"crc"``. A line that was changed by a single bit, or has no checksum, is refused.
 """
@@ -241,13 +243,24 @@ _CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\s*\Z')
 _CHECKSUM_LENGTH = len(b',"crc":"00000000"}\r\n')
 
 
+def one_line(line: bytes) -> bytes:
+    r"""A line of JSON with its U+0085, U+2028 and U+2029 escaped: :meth:`str.splitlines` would cut it there.
+
+    >>> one_line('{"a":"one\u2028two"}'.encode())
+    b'{"a":"one\\u2028two"}'
+    """
+    for end in "\x85\u2028\u2029":
+        line = line.replace(end.encode(), b"\\u%04x" % ord(end))
+    return line
+
+
 def with_checksum(line: bytes) -> bytes:
-    """A line with its checksum. It is a JSON object that is not empty, without a newline.
+    """A line (:func:`one_line`) with its checksum. It is a JSON object that is not empty, without a newline.
 
     >>> with_checksum(b'{"a":1}')
     b'{"a":1,"crc":"a702fc6e"}'
     """
-    said = line[:-1]
+    said = one_line(line)[:-1]
     return said + b',"crc":"%08x"}' % zlib.crc32(said)
 
 

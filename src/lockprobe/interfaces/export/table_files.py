@@ -12,6 +12,7 @@ from typing import IO, Literal
 
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import atomic_files
+from lockprobe.foundation.storage.jsonl import one_line
 from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
 from lockprobe.interfaces.export.tidy import TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.trial.record import Trial
@@ -70,7 +71,7 @@ def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> Non
     formula.
     """
     if kind == "jsonl":
-        file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)
+        file.writelines(one_line(json.dumps(row, ensure_ascii=False).encode()).decode() + "\n" for row in table.rows)
         return
     cells = {"text": _no_formula, "bits": as_bits}
     texts = {name: cells[of] for name in table.columns if (of := column(name).kind) in cells}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.storage.atomic_file import write_file, writing
+from lockprobe.foundation.storage.atomic_file import Replacement, writing
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.trial.pictures.picture import Picture
 
@@ -33,7 +33,15 @@ class Album:
             if path.is_file() and path.stat().st_size == len(picture.png):
                 return
             make_directory(self._directory)  # a study that was deleted does not come back
-        write_file(path, picture.png)
+        new = Replacement(path)  # not write_file, which looks through the directory for drafts
+        try:
+            new.create()
+            with writing(path):
+                new.draft.write_bytes(picture.png)
+            new.sync()
+            new.rename()
+        finally:
+            new.drop()
 
 
 def read_picture(directory: Path | str, name: str) -> bytes:
