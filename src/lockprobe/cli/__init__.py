@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lockprobe.foundation.clock import hold_epoch
+from lockprobe.foundation import clock
 from lockprobe.foundation.safe_path import safe_path
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def _print_version(asked: bool) -> None:
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
-    hold_epoch()
+    clock.held = os.environ.pop("SOURCE_DATE_EPOCH", "")
     try:
         with safe_path():  # also what libraries start: glfw asks an interpreter of its own for its version
             status = _run_command()
