@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -9,6 +10,7 @@ from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
+from lockprobe.report.write import write_report
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.study_options import StudyOptions
@@ -185,3 +187,19 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     assert f"people      3 of 4 played by 2, 3 solved (lockprobe serve {tmp_path / 'study'})" in lines
     _, others = told(write_study(tmp_path / "other", planned("random"), []))
     assert not [line for line in others if line.startswith("people")]
+
+
+def test_it_says_when_it_looked_and_how_far_the_report_is_behind(tmp_path, told, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795960920")
+    trials = [make_trial(SOLUTION, agent="random", trial=i) for i in (1, 2, 3)]
+    directory = write_study(tmp_path / "s", planned("random"), trials[:1])
+    facts, lines = told(directory)
+    assert facts["reported"] is None
+    assert lines[0] == f"study       flips in {directory}, at 14:02 on 29 November 2026"
+    assert not [line for line in lines if line.startswith("report")]
+    write_report(directory)
+    assert "report      of 1 of 3 trials" in told(directory)[1]
+    shutil.copy(write_study(tmp_path / "more", planned("random"), trials) / "trials.jsonl", directory)
+    facts, lines = told(directory)
+    assert (facts["time"], facts["reported"]) == ("14:02 on 29 November 2026", 1)
+    assert f"report      of 1 of 3 trials, 2 behind; lockprobe report {directory} makes it anew" in lines

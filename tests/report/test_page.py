@@ -15,12 +15,14 @@ from reported import found_in
 from lockprobe.foundation.errors import BadFile
 from lockprobe.report import page as made
 from lockprobe.report.format import as_csv
+from lockprobe.report.opened import open_study
 from lockprobe.report.page import page_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate
 from lockprobe.report.section import Table
 from lockprobe.report.svg import image
+from lockprobe.report.verify.made_again import report_held
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
@@ -169,3 +171,42 @@ HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
 )
 def test_no_cell_of_a_table_is_a_formula_or_holds_what_is_not_seen(cell, written):
     assert [*csv.reader(io.StringIO(as_csv([["agent", "p"], [cell, "0"]])))][1] == [written, "0"]
+
+
+def test_trials_that_broke_are_open_for_their_agents_alone(tmp_path):
+    """Two of three agents break: one once, one in every trial until it is given up. The page is not partial for all."""
+    crashes, gone = "python:own:Crashes", "python:own:Gone"
+    planned = small_study(["random", crashes, gone], (0.0, 0.3), 1, 10)
+    played = play_study(small_study(["random"], (0.0, 0.3), 1, 10))
+    crashed = [make_trial(SOLUTION, agent=crashes, p=p, trial=i) for p in (0.0, 0.3) for i in range(1, 11)]
+    crashed[3] = make_trial([0], agent=crashes, p=0.0, trial=4, broken="model")
+    given_up = [make_trial([], agent=gone, p=0.0, trial=i, broken="model") for i in range(1, 11)]
+    found = found_in(tmp_path / "all", planned, [*played, *crashed, *given_up])
+    assert found.progress.broken == {crashes: 1, gone: 20}
+    assert (found.progress.partial, found.progress.every_look, found.progress.finished) == (False, "", 39)
+    text = " ".join(re.sub("<[^>]*>", "", page_of(found)).split())
+    assert "Partial" not in text
+    assert f"Broken: 1 trial of {crashes}, 20 trials of {gone}. They did not end; the same command plays these" in text
+    found = found_in(tmp_path / "open", planned, [*played[:-1], *crashed, *given_up])
+    assert found.progress.partial
+    assert found.progress.broken == {crashes: 1, gone: 20}
+    found = found_in(tmp_path / "few", planned, [*played, *crashed, *given_up[:9]])
+    assert (found.progress.partial, found.progress.broken) == (True, {crashes: 1})
+
+
+def test_a_page_with_open_trials_says_when_it_was_made_and_no_other_page_does(tmp_path, monkeypatch):
+    study, pages = small_study(["random"], (0.0, 0.3), 1, 2), []
+    for name, trials in (("open", play_study(study)[:3]), ("all", play_study(study))):
+        directory = write_study(tmp_path / name, study, trials)
+        for epoch in ("1795960920", "1796047320"):
+            monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+            pages.append(write_report(directory).read_text("utf-8"))
+    said = "3 of 4 trials.</strong> Made at {} November 2026; <code>lockprobe report DIR</code> makes it anew."
+    assert [said.format(at) in page for at, page in zip(("14:02 on 29", "14:02 on 30"), pages, strict=False)] == [
+        True
+    ] * 2
+    assert pages[0].replace("on 29 November", "on 30 November") == pages[1]
+    assert pages[2] == pages[3]
+    assert "Made at" not in pages[2]
+    checks = list(report_held(open_study(tmp_path / "open")))
+    assert all(one.holds for one in checks), checks

@@ -14,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lockprobe.foundation import clock
 from lockprobe.foundation.safe_path import safe_path
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def _print_version(asked: bool) -> None:
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
-    os.environ.pop("SOURCE_DATE_EPOCH", None)  # scipy and PDF files read it, and no file of ours holds a date
+    clock.held = os.environ.pop("SOURCE_DATE_EPOCH", "")
     try:
         with safe_path():  # also what libraries start: glfw asks an interpreter of its own for its version
             status = _run_command()

@@ -16,7 +16,9 @@ from lockprobe.cli import options
 from lockprobe.cli.decisions import decision_facts, decision_lines
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
+from lockprobe.cli.result import read_result
 from lockprobe.cli.tally import in_boundaries
+from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
@@ -66,6 +68,8 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
     facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
     facts |= _in_progress(directory, index)
+    report = None if of_forks else read_result(directory)
+    facts |= {"time": time_said(), "reported": None if report is None else report.progress.finished}
     flow = flow_of(study, read_diaries(directory), withdrawn(directory))
     counts = {} if flow is None else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn}
     facts["participants"] = counts
@@ -203,7 +207,7 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
-    yield "study", f"{facts['study']} in {directory}"
+    yield "study", f"{facts['study']} in {directory}, at {facts['time']}"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["of_forks"]:
         yield "forks", f"{facts['done']} done, {facts['owed']} owed, {facts['solved']} solved"
@@ -231,6 +235,10 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
 def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     """How long it took, what broke, what was asked again or tidied, and the hashes."""
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
+    if facts["reported"] is not None:
+        behind = int(str(facts["finished"])) - int(str(facts["reported"]))
+        renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
+        yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"
     errors, first = facts["errors"], facts["first_errors"]

@@ -121,7 +121,10 @@ class DirectoryBusy(UserMistake):
     """Raised when another process is writing to the same study directory."""
 
     def __init__(self, directory: Path | str) -> None:
-        super().__init__(f"{directory} is being written by another lockprobe: wait for it, or give another --out")
+        super().__init__(
+            f"{directory} is being written by another lockprobe: wait for a run, stop a server (lockprobe serve, "
+            "which loses nothing) with Ctrl-C, or give another --out"
+        )
 
 
 class BrokenPlugin(UserMistake):

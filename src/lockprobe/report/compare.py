@@ -130,10 +130,11 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         name = next(end for end in paths if sum(end in other for other in ends) == 1)
         left = dict.fromkeys(shared.name for shared in conditions.values() if shared.name not in family)
         finished, planned = one.finished, planned_now(one.study, one.trials)
+        is_open = finished + sum(one.broken.values()) < planned
         studies.append(
             {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
             | {"planned": planned, "finished": finished, "people_trials": one.finished_by_people}
-            | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": finished < planned}
+            | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": is_open}
         )
         played: dict[tuple[str, Side], list[Trial]] = {}
         for trial in one.trials:

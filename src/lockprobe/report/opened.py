@@ -16,7 +16,7 @@ from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.read_records import LeftOut, read_records
-from lockprobe.studies.stopping import block_orders, counted
+from lockprobe.studies.stopping import block_orders, broken_by_agent, counted
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -82,6 +82,11 @@ class OpenedStudy:
         return self.study.places_filled(self.trials)
 
     @property
+    def broken(self) -> Mapping[str, int]:
+        """Agent -> its trials that broke and keep nothing open; :func:`lockprobe.studies.stopping.broken_by_agent`."""
+        return broken_by_agent(self.study, self.trials)
+
+    @property
     def finished_by_people(self) -> int:
         """Of these, places of people."""
         return self.study.places_filled([trial for trial in self.trials if trial.player])
@@ -93,7 +98,7 @@ def _every_look(opened: OpenedStudy) -> EveryLook:
         return "until"
     if study.earlier:
         return "extended"
-    run = opened.finished - opened.finished_by_people
+    run = opened.finished - opened.finished_by_people + sum(opened.broken.values())
     return "unfinished" if run < study.size - study.invited else ""
 
 

@@ -35,12 +35,14 @@ class Page:
         drawn: The figures.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
+        made: When it was made, of a study with open trials.
     """
 
     found: Results
     drawn: Pictures = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
+    made: str = ""
 
     def cells(self, table: Table) -> TextTable:
         """The rows of text of a table."""

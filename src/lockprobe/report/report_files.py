@@ -1,7 +1,8 @@
 """Every file that a report writes: numbers, figures, tables, and one self-contained page.
 
 Tables, figures and pages are made from what ``results.json`` holds and from nothing else; the trial explorer and the
-pictures that agents saw come from the records. Equal records give equal files.
+pictures that agents saw come from the records. Equal records give equal files; only the page of a study with open
+trials says when it was made.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any, Literal
 
+from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
@@ -56,7 +58,7 @@ def report_files(
     with leaving_out() as failed:
         found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
-        page = Page(found=found)
+        page = Page(found=found, made=time_said() if found.progress.partial else "")
         figures = _figures(page)
         page.trials, texts = _trials(opened, found), _texts(page)
         drawn = {figure.name: made for figure in figures if (made := _draw(found, figure)) is not None}

@@ -58,6 +58,7 @@ def _progress(opened: OpenedStudy) -> Progress:
         finished=finished,
         every_look=opened.every_look,
         not_counted=len(opened.trials) - len(opened.analysed),
+        broken=dict(opened.broken),
     )
 
 

@@ -25,6 +25,9 @@ from lockprobe.studies.until import LOOK_EVERY, EarlierSize
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
+GIVE_UP_AFTER = 10
+"""Trials broken in a row, by something outside the agent, after which a run gives the agent up."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
@@ -222,6 +225,24 @@ def own_places(study: Study, agent: str) -> list[tuple[int, tuple[int, int]]]:
     first = study.conditions_of(agent)[0]
     found = _places(study, agent, block_orders(study)[study.label_of(agent)])
     return [one for one in found if study.in_shard(agent, first, *one[1])]
+
+
+def broken_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, int]:
+    """Agent -> its trials without a valid end, of agents through all of whose trials a run has gone, or gave them up.
+
+    A run plays them again, but nothing of what others play is open because of them.
+    """
+    found, by_agent = dict[str, int](), grouped(trials, lambda trial: trial.group)
+    for agent in study.run_agents:
+        own = by_agent.get(study.label_of(agent), [])
+        ended = {one.key for one in own if not one.owed_again}
+        if len(ended) == len(own):
+            continue
+        plans = study.plans(agent) if study.until is None else due(study, agent, own)
+        owed, played = [plan.key for plan in plans if plan.key not in ended], {one.key for one in own}
+        if played.issuperset(owed) or (not ended and len(own) >= GIVE_UP_AFTER):
+            found[study.label_of(agent)] = len(owed)
+    return found
 
 
 def planned_now(study: Study, trials: Iterable[Trial]) -> int:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import sysconfig
+from collections.abc import Iterable
 from pathlib import PurePath
 from traceback import walk_tb
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, TrialFault, kind_and_words
 
@@ -39,7 +40,7 @@ class Boundary:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if error is not None and not (isinstance(error, _PASSING) or _is_end_of_task(error)):
-            line = _own_line(trace) if self._part else ""
+            line = own_line(walk_tb(trace)) if self._part else ""
             where = f"in {self._part} ({line}): " if line else ""
             raise self._fault(f"{where}{kind_and_words(error)}") from error
 
@@ -55,11 +56,11 @@ def _is_end_of_task(error: BaseException) -> bool:
     return task is not None and task.cancelling() > 0
 
 
-def _own_line(trace: TracebackType | None) -> str:
-    """The file's name and the line that raised, of code neither installed nor of Lockprobe; empty without such code."""
+def own_line(frames: Iterable[tuple[FrameType, int]]) -> str:
+    """The file's name and the last line, of code neither installed nor of Lockprobe; empty without such code."""
     installed = tuple(sysconfig.get_path(kind) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
     found = ""
-    for frame, line in walk_tb(trace):
+    for frame, line in frames:
         module, file = str(frame.f_globals.get("__name__")), frame.f_code.co_filename
         if not (module.startswith("lockprobe") or file.startswith(("<frozen", *installed))):
             found = f"{PurePath(file).name}, line {line}"

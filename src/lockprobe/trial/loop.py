@@ -20,6 +20,7 @@ from lockprobe.trial.changes import Acting, Changes, pass_through
 from lockprobe.trial.decision_check import why_unusable
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.model_call import Usage
+from lockprobe.trial.patience import PATIENCE
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Places, facts_of
@@ -360,7 +361,10 @@ class _Loop:
         played = fork is not None and self._on_record and now < len(fork.recorded)
         if fork is not None and played and AgentTraits.of(self._agent).unseeded:
             return _known(fork.recorded[now].decision)
-        return self._agent.decide(situation, self._luck.at(now + 1))
+        decision = self._agent.decide(situation, self._luck.at(now + 1))
+        if type(self._agent).__module__.startswith("lockprobe"):
+            return decision
+        return PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
 
     def _usable(self, decision: Decision) -> Decision:
         """The decision without API keys in its texts and without claims where nobody asked.

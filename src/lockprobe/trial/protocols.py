@@ -175,9 +175,11 @@ class AgentTraits(_Traits):
     Attributes:
         unseeded: Whether it draws its own luck and not from its stream, as a provider does. Forks of its trials
             (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
+        step_seconds: The most seconds that it may take for a decision; Lockprobe's own agents have limits of their own.
     """
 
     unseeded: bool = False
+    step_seconds: float = 60.0
 
 
 @runtime_checkable

@@ -237,7 +237,10 @@ def test_settings_that_are_none_are_refused(tmp_path, settings):
 def test_two_writers_are_one_too_many(tmp_path):
     with (
         Journal.open(tmp_path, STUDY),
-        pytest.raises(DirectoryBusy, match="is being written by another lockprobe"),
+        pytest.raises(
+            DirectoryBusy,
+            match=r"by another lockprobe: wait for a run, stop a server \(lockprobe serve, which loses nothing\) with Ctrl-C",
+        ),
         Journal.open(tmp_path, STUDY),
     ):
         pass

@@ -98,11 +98,14 @@ class Progress(Part):
         default="", description="Why success and its differences are shown as they hold at every look; empty: at one."
     )
     not_counted: int = Field(default=0, ge=0, description="Finished trials behind an open block, in no number yet.")
+    broken: dict[str, int] = Field(
+        default={}, description="Agent -> its trials without a valid end, if a run has gone through all of them."
+    )
 
     @property
     def partial(self) -> bool:
-        """Whether planned trials are unfinished."""
-        return self.finished < self.planned
+        """Whether planned trials are open: neither finished nor broken."""
+        return self.finished + sum(self.broken.values()) < self.planned
 
 
 class LeftOut(Part):

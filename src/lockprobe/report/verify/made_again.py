@@ -33,6 +33,9 @@ _NAMED = 300
 _DRAWN_BY, _EMBEDDED = re.compile(rb"<dc:title>(Matplotlib v[\w.]+)"), re.compile(rb"data:image/svg\+xml,[^\"]*")
 """What drew a figure, in its SVG; a figure in a page."""
 
+_TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
+"""When a page was made, of a study with open trials."""
+
 _RELEASE, _LEFT_OUT = re.compile(rb'^ "lockprobe": "(.*)"', re.MULTILINE), b'\n "sections_left_out": '
 """Lines of results."""
 
@@ -97,6 +100,8 @@ def _made(opened: OpenedStudy) -> dict[str, bytes]:
 
 def _difference(name: str, written: bytes, made: bytes) -> tuple[list[str], str]:
     """What is named of a file that is not what the records give, and why that may be so, with what to do."""
+    if name == PAGE:
+        written, made = (_TIME.sub(b"", one) for one in (written, made))
     if written == made:
         return [], ""
     if name != RESULTS:

@@ -49,15 +49,13 @@ from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.running.workers import play_in_workers
+from lockprobe.studies.stopping import GIVE_UP_AFTER
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import here
 from lockprobe.trial.model_call import OWED_ANEW, Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable
 from lockprobe.trial.record import Fact, Step, Trial
-
-_GIVE_UP_AFTER = 10
-"""Trials broken in a row, by something outside the agent, after which the run gives the agent up."""
 
 _AT_THE_END = 2
 """By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
@@ -264,7 +262,7 @@ class _TrialWriter:
     ) -> None:
         self._spec = source.spec
         self._program = source.engine == "inline"
-        self._give_up_after = max(_GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
+        self._give_up_after = max(GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
         self._journal = journal
         self._observer = observer
         self._broken_in_a_row = 0

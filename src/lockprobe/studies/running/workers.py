@@ -2,13 +2,14 @@
 
 Each worker builds its agent once and receives one plan at a time. The parent writes a finished trial to disk before it
 sends the next plan. If a worker dies, its trial ends as an ``error`` at the boundary ``model`` or ``plant``, whichever
-needs the processor, and a new worker replaces it.
+needs the processor, and a new worker replaces it. One in which an agent hangs ends itself, and says where.
 """
 
 from __future__ import annotations
 
 import asyncio
 import multiprocessing
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -26,6 +27,7 @@ from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import broken
+from lockprobe.trial.patience import PATIENCE
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Step, Trial
 
@@ -41,6 +43,7 @@ class _Worker:
     process: SpawnProcess
     pipe: Connection
     plan: Plan | None = None
+    hangs: str = ""
 
 
 def play_in_workers(
@@ -101,6 +104,9 @@ class _Pool:
         if kind == "step":
             self._on_step(*cast(tuple[str, Step], content))
             return
+        if kind == "hangs":
+            worker.hangs = str(content[0])
+            return
         if kind == "mistake":
             raise UserMistake(str(content[0]))
         if kind == "trial":
@@ -116,12 +122,12 @@ class _Pool:
         """Record the trial that a dead worker was playing, and replace it."""
         del self._workers[worker.pipe]
         worker.process.join()
-        self._deaths += 1
+        self._deaths += not worker.hangs
         what = f"the worker process of {self._agent} died (exit status {worker.process.exitcode})"
         if worker.plan is not None:
-            trial = broken(worker.plan, self._fault(what))
+            trial = broken(worker.plan, ModelFault(worker.hangs) if worker.hangs else self._fault(what))
             self._finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
-        if self._deaths >= _MAX_DEATHS:
+        if not worker.hangs and self._deaths >= _MAX_DEATHS:
             often = f"{self._deaths} times with no finished trial in between"
             raise Missing(f"{what}, {often}", "is there memory enough? try --workers 1")
         if self._queue:
@@ -139,6 +145,12 @@ def _work(spec: str, pictures: Path | None, code: tuple[str, ...], pipe: Connect
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.stdout = sys.stderr  # what agents print is no result
     allow(*code)
+
+    def end(said: str) -> None:
+        pipe.send(("hangs", (said,)))
+        os._exit(1)
+
+    PATIENCE.stuck = end
     try:
         agent = resolve(spec).make()
         keep = None if pictures is None else Album(pictures).keep

@@ -1,0 +1,103 @@
+"""The time limit of a decision of an agent that somebody wrote: it may await for ever, or keep its thread for ever.
+
+What awaits is cancelled. In what keeps its thread, another thread raises an error, which ends every loop of Python; of
+a call that does not come back, such as one of another language, it says where it hangs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import sys
+import threading
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from traceback import walk_stack, walk_tb
+from typing import TypeVar
+
+from lockprobe.foundation.errors import ModelFault
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.boundary import own_line
+
+_T = TypeVar("_T")
+
+_LOOK = 1.0
+"""Seconds between looks at what keeps its thread."""
+
+
+class _Hangs(BaseException):
+    """Raised in a thread that decides for too long; a handler of ``Exception`` does not stop it."""
+
+
+@dataclass(slots=True, eq=False)
+class _Deciding:
+    agent: str
+    limit: float
+    thread: int = field(default_factory=threading.get_ident)
+    began: float = field(default_factory=time.monotonic)
+    looks: int = 0
+
+
+class Patience:
+    """Watches the decisions of this process; ``stuck`` is told of one that could not be ended."""
+
+    def __init__(self) -> None:
+        self.stuck: Callable[[str], object] = lambda said: sys.stderr.write(
+            f"lockprobe: {printable(said)}; nothing finished is lost by Ctrl-C, twice if need be\n"
+        )
+        self._now, self._lock = set[_Deciding](), threading.Lock()
+        self._thread = threading.Thread(target=self._watch, name="patience", daemon=True)
+
+    async def limited(self, decision: Awaitable[_T], agent: str, seconds: float) -> _T:
+        """Wait for a decision for so many seconds.
+
+        Raises:
+            ModelFault: If there is none by then; it names the agent, and the file and the line where it hangs.
+        """
+        one = _Deciding(agent, seconds)
+        with self._lock:
+            self._now.add(one)
+            if self._thread.ident is None:
+                self._thread.start()
+        try:
+            async with asyncio.timeout(seconds) as limit:
+                return await decision
+        except (TimeoutError, _Hangs) as late:
+            if isinstance(late, TimeoutError) and not limit.expired():  # one of its own
+                raise
+            ended = late.__context__ if isinstance(late, TimeoutError) else late  # where it was cancelled, or raised
+            line = own_line(walk_tb(ended.__traceback__ if ended else None))
+            raise ModelFault(_said(agent, seconds, line)) from late
+        finally:
+            with self._lock:
+                self._now.discard(one)
+            if one.looks:  # what is not raised yet would be raised in the loop
+                _raise_in(one.thread, None)
+
+    def _watch(self) -> None:
+        while True:
+            time.sleep(_LOOK)
+            with self._lock:
+                for one in self._now:
+                    seconds = time.monotonic() - one.began
+                    if seconds <= one.limit + (one.looks + 1) * _LOOK:
+                        continue
+                    one.looks += 1
+                    if one.looks == 1:
+                        _raise_in(one.thread, _Hangs)
+                    elif one.looks == 2 and (frame := sys._current_frames().get(one.thread)):  # noqa: SLF001
+                        self.stuck(_said(one.agent, seconds, own_line(reversed([*walk_stack(frame)]))))
+
+
+def _raise_in(thread: int, error: type[BaseException] | None) -> None:
+    """Raise an error in a thread as soon as it runs Python; None takes back what is not raised yet."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), error and ctypes.py_object(error))
+
+
+def _said(agent: str, seconds: float, line: str) -> str:
+    return f"{agent} has been deciding for {seconds:.3g} s{f' in {line}' * bool(line)} (its class may set step_seconds)"
+
+
+PATIENCE = Patience()
+"""That of this process."""
