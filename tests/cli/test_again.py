@@ -47,14 +47,14 @@ def broken(request):
         ([refusing, nonsense, truthful, truthful], 0),
         ([refusing, truthful, refusing, truthful], 0),  # all under one condition
         ([truthful, nonsense, truthful, nonsense], 0),
-        ([refusing, refusing, nonsense, nonsense], 0),
+        ([refusing, refusing, nonsense, nonsense], 1),  # not one trial
         ([truthful, truthful, truthful, broken], 1),
         ([refusing, refusing, truthful, broken], 1),
         ([refusing, nonsense, refusing, broken], 1),
         ([broken] * 4, 1),
     ],
 )
-def test_the_exit_status_says_whether_trials_are_owed_and_not_which_ended_how(
+def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_which_ended_how(
     tmp_path, play, monkeypatch, answers, status
 ):
     monkeypatch.setattr("lockprobe.studies.running.runner._AT_THE_END", 0)  # one trial after the other
@@ -74,7 +74,8 @@ def test_the_exit_status_says_whether_trials_are_owed_and_not_which_ended_how(
     trials = load(tmp_path / "s")
     assert now == answers
     assert sorted(trial.error is not None for trial in trials) == sorted(one != truthful for one in answers)
-    assert found == status == any(trial.owed_again for trial in trials)
+    assert found == status
+    assert status or not any(trial.owed_again for trial in trials)
 
 
 def test_without_a_valid_trial_the_run_says_so_and_the_same_command_says_so_again(tmp_path, play, capsys):

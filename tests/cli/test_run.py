@@ -315,7 +315,8 @@ def test_a_call_that_had_to_be_repeated_is_an_event(tmp_path, provider, capsys):
 def test_what_an_agent_prints_is_no_json_line(tmp_path, monkeypatch, capsys):
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "chatty.py").write_text(CHATTY)
-    play(tmp_path / "s", agent=["python:chatty:Chatty"], trials=1, json=True, report=False)
+    with pytest.raises(typer.Exit):
+        play(tmp_path / "s", agent=["python:chatty:Chatty"], trials=1, json=True, report=False)
     printed = capsys.readouterr()
     assert {json.loads(line)["event"] for line in printed.out.splitlines()} >= {"begin", "trial"}
     assert printed.err.splitlines() == ["a thought"]

@@ -312,7 +312,7 @@ class Falls(Plain):
 @pytest.mark.parametrize(
     ("options", "status", "said"),
     [
-        (("--agent", "python:strange:Ends"), 0, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
+        (("--agent", "python:strange:Ends"), 1, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
         (("--agent", "python:strange:Said"), 2, "agent 'python:strange:Said' does not work (SystemExit: 0)"),
         (("--agent", "first", "--plant", "python:strange:Shut"), 2, "plant 'python:strange:Shut' does not work (SystemExit: 0)"),
         (("--agent", "first", "--plant", "python:strange:Falls"), 1, "BaseException: it falls"),

@@ -77,7 +77,7 @@ def run(
     as control. --p without them plays those rates and no others.
 
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
-    it; 1: a trial broke and is owed.
+    it; 1: trials are owed again, or none ended validly.
     """
     options.permit(allow)
     if estimate and again is not None:

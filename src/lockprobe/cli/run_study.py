@@ -29,7 +29,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 BROKE = 1
-"""The exit status if trials are owed again, since something outside the agents broke them."""
+"""The exit status if trials are owed again, since something outside the agents broke them, or none ended validly."""
 
 BUDGET_REACHED = 3
 """The exit status if the budget ended a study before its last trial."""
@@ -91,6 +91,8 @@ def play_study(
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
             status = BROKE if owed else 0
+        if journal.trials and all(trial.ending == "error" for trial in journal.trials.values()):
+            status = BROKE
         if reached is not None:
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
