@@ -87,12 +87,12 @@ def play_study(
         page = _report(directory, limits, left_out) if report and something else None
         observer.reported(page, left_out, None if page is None else read_result(directory))
         _say_failures(planned, journal, observer, before)
+        owed = 0
         if reached is not None or observer.tally.broken_in_all or observer.tally.given_up:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
-            status = BROKE if owed else 0
-        if journal.trials and all(trial.ending == "error" for trial in journal.trials.values()):
-            status = BROKE
+        valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
+        status = 0 if valid and not owed else BROKE
         if reached is not None:
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
