@@ -26,7 +26,11 @@ def play(tmp_path, provider):
 
     def played(answers, **more):
         answer(answers)
-        run("flips", agent=[SPEC], p=["0,0.2"], trials=2, repetitions=1, out=tmp_path / "s", **more)
+        try:
+            run("flips", agent=[SPEC], p=["0,0.2"], trials=2, repetitions=1, out=tmp_path / "s", **more)
+        except typer.Exit as end:
+            return end.exit_code
+        return 0
 
     return played
 
@@ -66,11 +70,7 @@ def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_w
             now.append(next(left))
         return now[-1](request)
 
-    found = 0
-    try:
-        play(answer, connections=1, retries=0, report=False)
-    except typer.Exit as end:
-        found = end.exit_code
+    found = play(answer, connections=1, retries=0, report=False)
     trials = load(tmp_path / "s")
     assert now == answers
     assert sorted(trial.error is not None for trial in trials) == sorted(one != truthful for one in answers)

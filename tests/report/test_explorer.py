@@ -54,7 +54,7 @@ def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth()
 @pytest.mark.parametrize(("first", "said"), [("lie", True), ("truth", False)])
 def test_a_report_that_takes_back_the_first_is_marked_and_a_repeated_one_is_not(first, said):
     trial = run_trial(agent="random", condition=f"correction?p=0.5&first={first}", trial=1)
-    back = data_of(trial)["trials"][0].get("back", "0" * 20)
+    back = data_of(trial)["trials"][0].get("back", "0" * len(trial.steps))
     assert [one == "1" for one in back] == [said and "Correction" in step.told for step in trial.steps]
     assert ("1" in back) == said
 

@@ -29,7 +29,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 BROKE = 1
-"""The exit status if trials are owed again, since something outside the agents broke them, or none ended validly."""
+"""The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""
 
 BUDGET_REACHED = 3
 """The exit status if the budget ended a study before its last trial."""
@@ -92,7 +92,7 @@ def play_study(
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
-        status = 0 if valid and not owed else BROKE
+        status = BROKE if owed or observer.tally.given_up or not valid else 0
         if reached is not None:
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:

@@ -105,3 +105,9 @@ def test_the_most_counts_a_remark_at_every_step_however_rare_remarks_are():
     _, rare, always = (plan.plan(SPEC, condition, 1, 1) for condition in plan.conditions)
     most, all_steps = (PromptSizes(one, ModelSettings(), ModelFacts()).most(1, 1) for one in (rare, always))
     assert most == all_steps
+
+
+@pytest.mark.parametrize("condition", ["tremble?p=1", "force?at=3", "drop?p=0.5", "correction?p=0.4", "history?last=2"])
+def test_the_made_up_trial_lasts_as_long_as_the_budget(condition):
+    asked = StudyOptions(agent=[SPEC], condition=[condition], trials=1, repetitions=1, max_steps=50)
+    assert {len(made_up_steps(plan)) for plan in study(asked).plans(SPEC)} == {50}

@@ -192,20 +192,24 @@ class _MadeUpAgent:
 
 
 class _MadeUpPlant:
-    """A box on which every second attempt moves its joint; a robot's verdict and a camera's reading are right."""
+    """A box on which every second attempt moves its joint, but never the target, so that the trial goes on.
+
+    A robot's verdict and a camera's reading are right.
+    """
 
     facts: ClassVar[Mapping[str, Fact]] = {}
 
     def __init__(self, box: Lockbox) -> None:
-        self._now, self._moves = box.initial, False
+        self._now, self._target, self._attempts = box.initial, box.target_index, 0
 
     def observe(self) -> Snapshot:
         return Snapshot(configuration=self._now, sensed={CAMERA: bits(self._now)})
 
     def attempt(self, joint: int) -> Snapshot:
-        self._moves = not self._moves
-        self._now = tuple(at ^ (i == joint and self._moves) for i, at in enumerate(self._now))
-        outcome: Outcome = "moved" if self._moves else "blocked"
+        self._attempts += 1
+        moves = self._attempts % 2 == 1 and joint != self._target
+        self._now = tuple(at ^ (i == joint and moves) for i, at in enumerate(self._now))
+        outcome: Outcome = "moved" if moves else "blocked"
         sensed = {CAMERA: bits(self._now), VERDICT: outcome}
         return Snapshot(configuration=self._now, joint=joint, outcome=outcome, sensed=sensed)
 
