@@ -21,7 +21,7 @@ from lockprobe.interventions.flip import OutcomeFlip, told_by
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.luck import numbers
-from lockprobe.trial.plan import Names, drawn_orders
+from lockprobe.trial.plan import Names, Plan, drawn_orders
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Ending, Trial
 
@@ -75,8 +75,11 @@ class PlainBox:
             seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T
             luck = partial(numbers, self.box.name, seed=seed, repetition=repetition, trial=trial)
             return drawn_orders(luck("labels", places=2 * joints))[1]
-        plans = [self._settings.plan(*key) for key in keys]
-        return np.array([[self.box.names.index(plan.box.names[at]) for at in Names(plan).order] for plan in plans])
+        return np.array([self.listing(self._settings.plan(*key)) for key in keys])
+
+    def listing(self, plan: Plan) -> list[int]:
+        """The same of one trial."""
+        return [self.box.names.index(plan.box.names[at]) for at in Names(plan).order]
 
 
 class PlainEpisode:
@@ -91,9 +94,9 @@ class PlainEpisode:
         self._settings, self._box, self._key = settings, box, key
         self._actions: list[int] = []
         self._budget = settings.study.max_steps
-        luck = settings.plan(*key).luck
-        self._luck = [(luck.stream(stream) if stream else None, flip) for stream, flip in box.drawing]
-        self._listing: list[int] = box.listings([key])[0].tolist()
+        plan = settings.plan(*key)
+        self._luck = [(plan.luck.stream(stream) if stream else None, flip) for stream, flip in box.drawing]
+        self._listing = box.listing(plan)
         self._target = self._listing.index(box.space.target)
         self._configuration = box.space.start
         self._positions = self._told = sum(
