@@ -16,7 +16,8 @@ from lockprobe.foundation.spec import group_of
 from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition

@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
+import stored
 import strangers
 
 from lockprobe.report.results import results
@@ -44,9 +45,11 @@ def numbers(name: str, under: Path) -> dict[str, str]:
 
 
 def unpacked(name: str, under: Path) -> Path:
-    """The directory of a study, as it was recorded."""
+    """The directory of a study. Its records are kept as lines, which any store can take."""
     with zipfile.ZipFile(NET / f"{name}.zip") as archive:
         archive.extractall(under)
+    for lines in (under / name).rglob("trials.jsonl"):
+        stored.store_lines(lines.parent)
     return under / name
 
 

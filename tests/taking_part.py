@@ -9,7 +9,8 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import DiaryFile, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial

@@ -8,8 +8,9 @@ from builders import play_study, small_study, write_study
 from lockprobe.cli import report as command
 from lockprobe.cli.watch_report import PAUSE, owed_trials, watch_report
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.runner import run_study
 
 STUDY = small_study(agents=("random",), p=(0.0,), repetitions=1, trials=4)

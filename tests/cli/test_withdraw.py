@@ -6,8 +6,9 @@ from seated import diary_of, people_study, short, take_part
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue, DirectoryBusy
 from lockprobe.people.withdrawal import withdrawn
-from lockprobe.studies.records.journal import Journal, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import read_timings
 
 STUDY = people_study(p=(0.0,), plant="fast-twin?width=64&height=64", modalities=("rgb",), max_steps=2)
 

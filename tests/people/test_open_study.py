@@ -35,8 +35,9 @@ from lockprobe.people.scenes import Box
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import TEXTS, read_words
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import LeftOut, left_out, load
+from lockprobe.studies.records.trial_rows import Timing, read_timings
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.condition import Condition
 

@@ -26,8 +26,8 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import read_timings
 
 CHOICE = Attempt(joint="A", rt=1.0)
 

@@ -43,8 +43,8 @@ from lockprobe.people.scenes import (
 )
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.condition import Condition
 
 STUDY = people_study(max_steps=5)

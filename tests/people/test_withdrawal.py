@@ -14,8 +14,9 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
-from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing, read_timings
 
 STUDY = people_study()
 

@@ -16,8 +16,9 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=1, p=[0]))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.5, platform={}, slots=(), words="en 0")

@@ -27,8 +27,9 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.estimate import Estimate
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import Invalid
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.results_hash import StudyHashes
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial

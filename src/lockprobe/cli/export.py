@@ -11,8 +11,12 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TableName, table_of
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.store import read
 
 Format = Literal["csv", "jsonl", "parquet"]
 
@@ -25,8 +29,10 @@ def export(
     directory: Directory,
     format: Annotated[Format, typer.Option(help="The kind of file.")] = "csv",  # noqa: A002
     table: Annotated[
-        TableName,
-        typer.Option(help="A row per step, trial or call of a model; of people also others."),
+        Literal[TableName, "records"],
+        typer.Option(
+            help="A row per step, trial or call of a model; of people also others. Records: a line per trial."
+        ),
     ] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
     platform_ids: Annotated[
@@ -36,8 +42,12 @@ def export(
 ) -> None:
     """Export a study: a table of its steps, trials or calls.
 
-    A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column.
+    A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column. Records are what the
+    hash of the results covers: everything of a trial in one JSON object, in the order of their keys.
     """
+    if table == "records":
+        _export_records(directory, format, out)
+        return
     if out is None or str(out) == "-":
         if format == "parquet":
             raise BadValue("--out", None, "a file to write, because parquet is not text")
@@ -46,3 +56,17 @@ def export(
     refuse_study_file(out)
     for path in write_table(table_of(directory, table, platform_ids=platform_ids), out, format):
         print(path)
+
+
+def _export_records(directory: Path, format: Format, out: Path | None) -> None:  # noqa: A002
+    if format != "jsonl":
+        raise BadValue("--format", format, "jsonl, because a record is a JSON object")
+    with read(directory) as store:
+        records = (record + b"\n" for record in RecordIndex(store, read_study(directory)).records())
+        if out is None or str(out) == "-":
+            sys.stdout.buffer.writelines(records)
+            return
+        refuse_study_file(out)
+        with atomic_files(out) as (draft,), draft.open("wb") as file:
+            file.writelines(records)
+    print(out)

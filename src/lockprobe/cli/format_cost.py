@@ -18,8 +18,8 @@ from lockprobe.studies.costs.estimate import Estimate, Expected, estimates
 from lockprobe.studies.costs.expected_trials import spread
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
-from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Usage
 
@@ -150,7 +150,7 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
 
 def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     """Print the estimated cost of all trials that a study owes, without touching its directory."""
-    done = {trial.key: trial for trial in load(directory)} if is_there(directory / RECORDS) else {}
+    done = {trial.key: trial for trial in load(directory)} if is_there(directory / STORE) else {}
     found = estimates(study, done, read_calls(directory))
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.foundation.safe_path import interpreter, safe_path
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.observer import Observer, PassedOn
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial

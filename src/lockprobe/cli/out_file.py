@@ -5,21 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.file_names import (
-    ASKED,
-    ATTEMPTS,
-    CALLS,
-    PEOPLE_DIRECTORY,
-    RECORDS,
-    SETTINGS,
-    TIMINGS,
-)
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.store import STORE
 
-_OF_STUDY = {
-    *(SETTINGS, RECORDS, TIMINGS, CALLS, ASKED, ATTEMPTS, "results.json", "report.html"),
-    *(ALBUM, PEOPLE_DIRECTORY, "forks"),
-}
+_OF_STUDY = {SETTINGS, STORE, f"{STORE}-wal", "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}
 """What a study keeps in its directory."""
 
 

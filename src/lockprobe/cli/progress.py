@@ -27,9 +27,11 @@ from lockprobe.studies.costs.spending import Ledger, hosted
 from lockprobe.studies.options.paper import ROBOT, is_short
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import Invalid
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.records.results_hash import StudyHashes
+from lockprobe.studies.records.store import STORE
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import LOOK_EVERY
@@ -406,7 +408,7 @@ def foreign_in_words(left_out: LeftOut) -> str:
     if not left_out.foreign:
         return ""
     records = count(left_out.foreign, "record")
-    return f"{records} of another study in trials.jsonl are not counted; the first is {left_out.first_foreign}"
+    return f"{records} of another study in {STORE} are not counted; the first is {left_out.first_foreign}"
 
 
 def invalid_in_words(found: Sequence[Invalid]) -> str:

@@ -20,6 +20,7 @@ from lockprobe.cli.result import read_result
 from lockprobe.cli.tally import in_boundaries
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
+from lockprobe.foundation.storage.database import Database
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.progress import flow_of
@@ -31,10 +32,10 @@ from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
-from lockprobe.studies.records.journal import time_played
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import hash_of_digest
+from lockprobe.studies.records.store import read
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
 from lockprobe.trial.asked_again import asked_again
@@ -46,15 +47,19 @@ Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of
 def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study = read_study(directory)
-    index = RecordIndex(directory, study)
+    with read(directory) as store:
+        index = RecordIndex(store, study)
+        facts: dict[str, object] = {"settings_hash": study.settings_hash}
+        facts |= {"results_hash": hash_of_digest(study, index.digest())}
+        facts |= _in_progress(directory, index) | _took(store)
     everything, left_out = index.counted(own=False), index.left_out
     of_forks = bool(everything) and all(one.trial.fork is not None for one in everything)
     records = everything if of_forks else index.counted()
     ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
     planned = _planned(directory, study, records, of_forks=of_forks)
-    facts: dict[str, object] = {"of_forks": of_forks, **_played(study, records, planned, of_forks=of_forks)}
+    facts |= {"of_forks": of_forks, **_played(study, records, planned, of_forks=of_forks)}
     facts |= {"not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records)}
-    facts |= _took(directory, records)
+    facts |= {"pictures": len({name for one in records for name in one.trial.picture_names})}
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign}
     invalid = [] if of_forks else invalid_conditions(study, records)
@@ -66,8 +71,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         facts |= {"until": str(study.until), "decided": decision_facts(decided)}
         said = [("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, filled))]
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
-    facts |= {"settings_hash": study.settings_hash, "results_hash": hash_of_digest(study, index.digest())}
-    facts |= _in_progress(directory, index)
     report = None if of_forks else read_result(directory)
     facts |= {"time": time_said(), "reported": None if report is None else report.progress.finished}
     flow = flow_of(study, read_diaries(directory), withdrawn(directory))
@@ -156,11 +159,11 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
     }
 
 
-def _took(directory: Path, records: Sequence[Counted]) -> dict[str, object]:
-    seconds, steps = time_played(directory)
+def _took(store: Database) -> dict[str, object]:
+    """The time of all playing, that of trials that were played again too."""
+    seconds, steps = store.one("select total(seconds), coalesce(sum(steps), 0) from trial")
     return {
         "steps": steps,
-        "pictures": len({name for one in records for name in one.trial.picture_names}),
         "seconds_playing": round(seconds, 1),
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
     }

@@ -13,8 +13,9 @@ from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.file_names import RECORDS, SETTINGS, not_here
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.results_hash import check_hash
+from lockprobe.studies.records.store import STORE
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 Settings = Annotated[
@@ -38,8 +39,8 @@ def verify(
     """
     check_hash("settings", settings)
     check_hash("results", results)
-    if not any((directory / name).exists() for name in (SETTINGS, RECORDS)):
-        raise BadFile(directory, not_here(SETTINGS))
+    if not any((directory / name).exists() for name in (SETTINGS, STORE)):
+        raise BadFile(directory, f"no {SETTINGS} here; is it the directory of a study?")
     # two seconds of imports, which --help need not wait for
     from lockprobe.report.verify.verification import NOT_SHOWN
     from lockprobe.report.verify.verification import verify as verify_study

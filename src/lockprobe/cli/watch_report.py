@@ -6,10 +6,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from lockprobe.studies.file_names import RECORDS, SETTINGS
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.store import read
 from lockprobe.studies.stopping import planned_now
 
 PAUSE = 5.0
@@ -65,11 +66,13 @@ def owed_trials(directory: Path) -> int:
     if study.until:
         trials = study.own_trials(load(directory))
         return planned_now(study, trials) - sum(not trial.owed_again for trial in trials)
-    found = RecordIndex(directory, study).counted()
+    with read(directory) as store:
+        found = RecordIndex(store, study).counted()
     return planned_now(study, ()) - sum(one.number for one in found if not one.trial.owed_again)
 
 
-def _state(directory: Path) -> tuple[tuple[int, int], ...]:
-    """Sizes and modification times of the files that a report depends on most."""
-    found = [directory / name for name in (RECORDS, SETTINGS)]
-    return tuple((path.stat().st_size, path.stat().st_mtime_ns) for path in found if path.exists())
+def _state(directory: Path) -> tuple[object, ...]:
+    """What a report depends on most: the records, and when the settings were written."""
+    with read(directory) as store:
+        found = store.one("select count(*), max(id) from trial")
+    return (*found, (directory / SETTINGS).stat().st_mtime_ns)

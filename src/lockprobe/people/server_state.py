@@ -116,7 +116,7 @@ class ServerState:
         Raises:
             BadFile: If one has.
         """
-        self._opened.journal.check()
+        self._opened.journal.store.check()
 
     def invite(self) -> None:
         """People can come from now on. If the start fails later, its files stay."""

@@ -16,8 +16,8 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Answers, Attempt, Next, fits
 from lockprobe.people.right_answers import missed
 from lockprobe.people.scenes import Ask, Check, ComprehensionQuestions, InstructionPage, Scene, TrialOver
-from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Trial

@@ -73,7 +73,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
     with writing(people):
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
-        journal.delete_agent(agent)
+        journal.delete_player(agent)
         count_withdrawn(journal.directory, int(str(note["withdrawn"])))
         remove_file(people / _UNDER_WAY)
         sync_directory(people)

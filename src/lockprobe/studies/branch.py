@@ -23,10 +23,10 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import STORE
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.studies.study import Study
@@ -277,7 +277,7 @@ def read_forks(directory: Path | str) -> list[Trial]:
         BadFile: If a record is damaged.
     """
     forks = Path(directory) / FORKS
-    return load(forks) if is_there(forks / RECORDS) else []
+    return load(forks) if is_there(forks / STORE) else []
 
 
 def _connects(agent: str) -> bool:

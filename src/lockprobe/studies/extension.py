@@ -10,7 +10,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
-from lockprobe.studies.records.directory import is_begun
+from lockprobe.studies.records.store import holds_records
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import EarlierSize
 
@@ -41,7 +41,7 @@ def extended(planned: Study, directory: Path) -> Study:
     if any(more < less for more, less in zip(new, old, strict=True)):
         return planned
     planned = replace(planned, earlier=there.earlier)
-    if _size(there) == _size(planned) or not is_begun(directory):
+    if _size(there) == _size(planned) or not holds_records(directory):
         return planned
     if PEOPLE in {*there.agents, *planned.agents}:
         raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")

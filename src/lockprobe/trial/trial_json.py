@@ -1,18 +1,13 @@
-"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed.
-
-A line of a journal ends with two more fields: ``identity`` says what was played, and ``crc`` is its checksum
-(:mod:`lockprobe.foundation.storage.jsonl`).
-"""
+"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.storage.jsonl import checked_length, with_checksum
+from lockprobe.foundation.storage.jsonl import one_line
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Fact, Step, Trial
@@ -20,43 +15,13 @@ from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 
-_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\Z')
-_IDENTITY_LENGTH = len(b',"identity":"000000000000"')
-
 LONGEST = 10_000
 """The most steps of a trial."""
 
 
 def trial_to_json(trial: Trial) -> bytes:
     """One line of JSON without a newline; fields at their defaults are left out."""
-    return _adapter.dump_json(trial, exclude_defaults=True)
-
-
-def trial_to_line(trial: Trial, identity: str) -> bytes:
-    """One line of a journal without a newline. ``identity`` says what was played (:meth:`Study.record_identity`)."""
-    return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
-
-
-def trial_from_line(line: bytes) -> tuple[Trial, str]:
-    """The trial on one line of a journal, and the identity of what was played.
-
-    Raises:
-        BadValue: As :func:`trial_from_json`, and if the line has no identity, or the checksum is not its own.
-    """
-    end, identity = record_end(line)
-    return trial_from_json(line[:end] + b"}"), identity
-
-
-def record_end(line: bytes) -> tuple[int, str]:
-    """Where a record ends on its line, without its last brace, and the identity of what was played.
-
-    Raises:
-        BadValue: If there is no identity, or the checksum is not that of the line.
-    """
-    checked = checked_length(line)
-    if (named := _IDENTITY.search(line, max(0, checked - _IDENTITY_LENGTH), checked)) is None:
-        raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
-    return named.start(), named[1].decode()
+    return one_line(_adapter.dump_json(trial, exclude_defaults=True))
 
 
 def trial_from_json(line: bytes | str) -> Trial:

@@ -9,8 +9,9 @@ from loopback_cluster import loopback_cluster
 
 from lockprobe.foundation.cluster import Cluster
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_line

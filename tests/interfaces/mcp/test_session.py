@@ -16,8 +16,8 @@ from lockprobe.interfaces.mcp.session import CallRefused, ToolSession
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 2, "repetitions": 2, "max_steps": 12}

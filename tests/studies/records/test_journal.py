@@ -22,8 +22,9 @@ from lockprobe.studies.file_names import ASKED, CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, Timing, read_timings, rewritten
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import LeftOut, left_out, load, read_records
+from lockprobe.studies.records.trial_rows import Timing, read_timings, rewritten
 from lockprobe.studies.running.runner import run
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
@@ -33,7 +34,6 @@ PLANS = list(STUDY.plans("random"))
 DIES = """
 import os, signal, sys
 from lockprobe.studies.records import journal as module
-from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.runner import run
 from lockprobe.studies.options.studyfile import StudyOptions, study
 directory, at, part = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])

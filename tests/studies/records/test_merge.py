@@ -11,9 +11,10 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import read_settings
-from lockprobe.studies.records.journal import Journal, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.pictures.picture import Picture
 

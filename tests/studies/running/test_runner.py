@@ -26,8 +26,9 @@ from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running import runner
 from lockprobe.studies.running import trial_setup as play
 from lockprobe.studies.running.runner import Limits, owe_anew, run

@@ -99,10 +99,9 @@ class ToolSession:
             resolve_plant(plant).check(box)
         with (
             Journal.open(directory, study) as journal,
-            AttemptLog.open(directory) as log,
             own_thread() if study.simulated else nullcontext(here) as place,
         ):
-            session = cls(study, agent, journal, log, place, trials_each, together)
+            session = cls(study, agent, journal, AttemptLog(journal.store), place, trials_each, together)
             session._check_played()
             try:
                 yield session
@@ -160,7 +159,7 @@ class ToolSession:
 
     async def _observe(self, connection: Connection) -> Reply:
         with _writing():
-            self._journal.check()
+            self._journal.store.check()
             self._refuse_another(connection)
             if self._trial is None:
                 await self._open_next(connection)

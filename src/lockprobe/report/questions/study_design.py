@@ -45,11 +45,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:
     opened, journal = numbers.opened, numbers.opened.journal
     for of, count, unit in (
         ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
-        ("incomplete lines", journal.unfinished_lines, "lines"),
         ("outside the settings", opened.foreign, "trials"),
         ("of another study", journal.foreign, "records"),
         ("replaced after an error", journal.replaced, "records"),
-        ("replaced without an error", journal.repeated, "records"),
         ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
     ):
         yield Estimate(quantity="left_out", of=of, value=count, unit=unit)

@@ -17,7 +17,7 @@ from lockprobe.report.processor import one_thread, uncollected
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.report.verify.check import Check, also
 from lockprobe.studies.branch import FORKS
-from lockprobe.studies.file_names import RECORDS
+from lockprobe.studies.records.store import STORE
 
 RESULTS, PAGE = "results.json", "report.html"
 
@@ -62,7 +62,7 @@ def report_held(opened: OpenedStudy) -> Iterator[Check]:
         except LockprobeError as error:
             different[name] = [str(error)]
     times = [path.stat().st_mtime for name in (RESULTS, PAGE) if (path := directory / name).is_file()]
-    records = [path.stat().st_mtime for of in (".", FORKS) if (path := directory / of / RECORDS).is_file()]
+    records = [path.stat().st_mtime for of in (".", FORKS) if (path := directory / of / STORE).is_file()]
     if not advice and times and max(records, default=0.0) > min(times):
         advice = "; the records or forks are newer: lockprobe report first"
     packages = ", ".join(dict.fromkeys(row.source for row in measured))

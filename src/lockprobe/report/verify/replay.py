@@ -101,7 +101,7 @@ async def played_again(
             if found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
         if found.kind == "hosted" and kept.left and not found.choices:
-            found.choices = f"{len(kept.left)} replies in calls.jsonl are no part of the record"
+            found.choices = f"{len(kept.left)} replies in the log of calls are no part of the record"
     except UserMistake as mistake:
         found.luck = str(mistake)
     return found

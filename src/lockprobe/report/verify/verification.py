@@ -20,7 +20,7 @@ from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import BadValue, LockprobeError, UserMistake
-from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
 from lockprobe.foundation.storage.jsonl import whole_lines, without_checksum
@@ -33,14 +33,15 @@ from lockprobe.report.verify.made_again import report_held
 from lockprobe.report.verify.replay import ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.verify.replies import LoggedCalls, replies_held
 from lockprobe.studies.branch import FORKS, fork_plan
-from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.next_choice import next_choice
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
-from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.merge import lasting_facts
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.trial_rows import contradictions
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.stopping import due
 from lockprobe.studies.study import Study
@@ -53,14 +54,11 @@ from lockprobe.trial.trial_name import ForkName
 
 NOT_SHOWN = (
     "No such check can show that the plan was changed, the seed chosen, or an agent or a person left out before these "
-    "records were made, or that all files were made up together (calls.jsonl, answers of people and of local models, "
+    "records were made, or that all of it was made up together (replies, answers of people and of local models, "
     "clock readings). To be safe against it: put the hash of the settings, which run prints before the first trial, "
     "under a preregistration, and that of the results under the paper; --settings HASH and --results HASH check them"
 )
 """What verification cannot find, and what helps against it."""
-
-_LOGS = (RECORDS, CALLS, ASKED, ATTEMPTS)
-"""Files whose every line has a checksum."""
 
 
 def verify(
@@ -114,23 +112,24 @@ class _PlayedAgain:
 
 
 def _records(of: _PlayedAgain) -> Iterator[Check]:
-    """Every line has its checksum and no trial has two records; how many trials ended as an error."""
-    opened, directory, lines, failed = of.opened, of.opened.directory, 0, list[str]()
-    logs = [folder / name for folder in (directory, directory / FORKS) for name in _LOGS]
-    for path in (*logs, *sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))):
-        for number, line in whole_lines(path) if path.is_file() else ():
-            lines += path == directory / RECORDS
+    """The store is sound and says what its records say; diaries have their checksums; how many trials were errors."""
+    opened, directory, failed = of.opened, of.opened.directory, list[str]()
+    for folder in (directory, directory / FORKS):
+        if is_there(folder / STORE):
+            with read(folder) as store:
+                sound = (said for (said,) in store.rows("pragma quick_check") if said != "ok")
+                failed += (f"{store.path.relative_to(directory)}: {said}" for said in (*sound, *contradictions(store)))
+    for path in sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl")):
+        for number, line in whole_lines(path):
             try:
                 without_checksum(line)
             except BadValue as error:
                 failed.append(f"{path.relative_to(directory)}, line {number}: {error}")
-    if twice := opened.journal.contradicted:
-        failed.append(f"{RECORDS}: {twice} finished trials have a second record that differs")
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
-    holds = f"{lines} lines and {len(of.log.calls)} calls, unchanged; {ended}"
-    yield Check.of("records", failed, f"{{n}} lines with a wrong checksum or of a second record; {ended}", holds)
+    holds = f"{len(opened.trials)} records and {len(of.log.calls)} calls, unchanged; {ended}"
+    yield Check.of("records", failed, f"{{n}} records that are damaged or contradict the others; {ended}", holds)
 
 
 def _settings(of: _PlayedAgain) -> Iterator[Check]:
@@ -155,17 +154,13 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
 
 
 def _complete(of: _PlayedAgain) -> Iterator[Check]:
-    """Every planned trial of agents is there, and every trial that was timed; participants owe none."""
+    """Every planned trial of agents is there; participants owe none."""
     own, opened, owed = of.study, of.opened, of.owed
     if own.until is not None:  # what it has to play before its next look; nothing if it may stop
         owed = {plan.key: plan for agent in own.run_agents for plan in due(own, agent, opened.trials)}
-    others = opened.foreign or opened.journal.foreign
-    timed = [] if others else [one.key for one in read_timings(opened.directory)]
-    unknown = [key for key in timed if key not in owed and key not in of.trials]
     people = f"; of people {sum(bool(one.player) for one in opened.trials)} of {own.invited}, who owe none"
     holds = f"every {f'trial that it needs until {own.until}' if own.until else 'planned trial'} is there"
-    fails = f"{len(owed)} planned trials are missing{also(len(unknown), 'in timings.jsonl are not on record')}"
-    yield Check.of("complete", (*owed, *unknown), fails, holds + people * bool(own.invited))
+    yield Check.of("complete", owed, "{n} planned trials are missing", holds + people * bool(own.invited))
 
 
 def _hashes(of: _PlayedAgain) -> Iterator[Check]:
@@ -239,7 +234,7 @@ def _replies(of: _PlayedAgain) -> Iterator[Check]:
 
 
 def _attempts(of: _PlayedAgain) -> Iterator[Check]:
-    """Steps of people and clients are the attempts in their diaries and in ``attempts.jsonl``, and all of them."""
+    """Steps of people and clients are the attempts in their diaries and in the log of attempts, and all of them."""
     opened, logged = of.opened, AttemptLog.read(of.opened.directory)
     clients = [trial for trial in opened.trials if spec_kind(trial.agent) == MCP]
     people, diaries = [trial for trial in opened.trials if trial.player], {diary.spec for diary in opened.diaries}
@@ -263,7 +258,7 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
                 failed.append(f"{key}: it ended in the diary of {diary.spec} and is not on record")
     held, rest = len(clients) + len(people) * bool(diaries), also(0 if diaries else len(people), "have no diaries")
     holds = f"{held} trials of clients and people are as their servers wrote them step by step{rest}"
-    yield Check.of("attempts", failed, "{n} contradictions between trials.jsonl and the logs of attempts", holds)
+    yield Check.of("attempts", failed, "{n} contradictions between records and the logs of attempts", holds)
 
 
 def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:

@@ -1,72 +1,80 @@
-"""The write-ahead log of provider calls (``asked.jsonl`` and ``calls.jsonl``), one line per call.
+"""The log of calls to providers: each is on disk before it is sent, and its reply as soon as it arrives.
 
 A reply that was paid for is never lost. A trial that was interrupted by a fault, a kill or the budget resumes at the
 same point: its earlier calls are looked up, not repeated. The cost of a study is the sum of its calls, including those
-of broken trials. Each request is written to ``asked.jsonl`` before it is sent, so that a kill hides no cost. The next
-run records requests without a reply as broken off.
+of broken trials. A call that was sent and has no answer was broken off by a kill; the next run says so.
 """
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.errors import BadFile, Missing
 from lockprobe.foundation.inputs import is_there
-from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.file_names import ASKED, CALLS
+from lockprobe.studies.records.store import STORE, read
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.plan import Plan
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
 
-def read_calls(directory: Path | str) -> Iterator[Call]:
-    """The calls of a study in chronological order; empty if no provider was asked.
+class LoggedCall(NamedTuple):
+    """A call as it is stored.
+
+    Attributes:
+        number: From 1, in the order in which they were asked.
+        asked: As it was last sent, with its maximum cost; None of a call that was made elsewhere, and of a mark.
+        answer: With its outcome; None while it is on its way, or if its run was killed.
+    """
+
+    number: int
+    asked: Call | None
+    answer: Call | None
+
+
+def logged_calls(directory: Path | str) -> list[LoggedCall]:
+    """The calls of a study in the order in which they were asked; empty if no provider was asked.
 
     Raises:
-        BadFile: If a line is damaged.
+        BadFile: If the store or a call is damaged.
     """
-    yield from _read(Path(directory) / CALLS)
+    if not is_there(Path(directory) / STORE):
+        return []
+    with read(directory) as store:
+        return list(_logged(store))
 
 
-def read_asked(directory: Path | str) -> Iterator[Call]:
-    """The requests of a study as they were written before they were sent, in chronological order.
-
-    Raises:
-        BadFile: If a line is damaged.
-    """
-    yield from _read(Path(directory) / ASKED)
+def read_calls(directory: Path | str) -> list[Call]:
+    """The calls of :func:`logged_calls` that have an outcome."""
+    return [one.answer for one in logged_calls(directory) if one.answer is not None]
 
 
 def unanswered(directory: Path | str) -> list[Call]:
-    """Requests without a recorded reply: in flight now, or when their run was killed.
-
-    Raises:
-        BadFile: If a line is damaged.
-    """
-    asked: defaultdict[str, list[Call]] = defaultdict(list)
-    for call in read_asked(directory):  # before the calls, so that one asked meanwhile is in neither
-        if call.unanswered and asked[call.key]:  # the same call, made again
-            asked[call.key].pop()
-        asked[call.key].append(call)
-    came = (call.key for call in read_calls(directory) if not call.owed_anew) if asked else ()
-    answered = Counter(came)
-    return [call for key, calls in asked.items() for call in calls[answered[key] :]]
+    """The calls of :func:`logged_calls` without an outcome: in flight now, or when their run was killed."""
+    return [one.asked for one in logged_calls(directory) if one.answer is None and one.asked is not None]
 
 
-def _read(path: Path) -> Iterator[Call]:
-    if is_there(path):
-        yield from read_values(path, _adapter)
+def _logged(store: Database) -> Iterator[LoggedCall]:
+    for number, key, *said in store.rows("select id, key, asked, answer from call order by id"):
+        try:
+            asked, answer = (
+                None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in said
+            )
+        except ValidationError as error:
+            raise BadFile(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
+        if {one.key for one in (asked, answer) if one is not None} != {key}:
+            raise BadFile(store.path, f"call {number} is not one of {key}")
+        yield LoggedCall(number, asked, answer)
 
 
 class KeptReplies:
@@ -101,37 +109,36 @@ def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
 class Calls:
     """The open log of calls of a study. Use :meth:`open`."""
 
-    def __init__(self, directory: Path) -> None:
-        self._directory = directory
-        self._files: dict[str, LineFile] = {}
-        self._on_their_way: dict[str, tuple[Call, float]] = {}
+    def __init__(self, store: Database) -> None:
+        self._store = store
+        self._on_their_way: dict[str, tuple[int, Call, float]] = {}
         self._budget: Budget | None = None
         self._claimed: Call | None = None
         self._waiting: list[asyncio.Future[None]] = []
         self._listeners: list[Callable[[Call], None]] = []
-        self._kept = kept_replies(read_calls(directory))
+        self._kept: dict[str, list[Call]] = {}
+        self.used = False
 
     @classmethod
     @contextmanager
-    def open(cls, directory: Path) -> Iterator[Calls]:
-        """Open the log of a directory, which the caller has locked. The first call creates the files.
+    def open(cls, store: Database) -> Iterator[Calls]:
+        """Open the log in a store; calls that a kill left without an answer are settled as broken off.
 
         Raises:
-            BadFile: If they cannot be read or written.
+            BadFile: If it cannot be read or written.
         """
-        calls = cls(directory)
-        try:
-            for call in unanswered(directory):
-                calls.write(replace(call, error=BROKEN_OFF))
-            yield calls
-        finally:
-            for file in calls._files.values():
-                file.close()
+        calls, logged = cls(store), list(_logged(store))
+        for number, asked, answer in logged:
+            if answer is None and asked is not None:
+                calls._settle(number, replace(asked, error=BROKEN_OFF))
+        calls._kept = kept_replies(answer for _, _, answer in logged if answer is not None)
+        yield calls
 
     def limit(self, budget: Budget) -> None:
         """Set the budget that no further call may exceed; calls of earlier runs count."""
-        for call in read_calls(self._directory):
-            budget.settle(call)
+        for _, _, answer in _logged(self._store):
+            if answer is not None:
+                budget.settle(answer)
         self._budget = budget
 
     def listen(self, listener: Callable[[Call], None]) -> None:
@@ -164,7 +171,7 @@ class Calls:
     @property
     def longest_wait(self) -> float:
         """Age of the oldest call in flight, seconds; 0 without one."""
-        return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
+        return time.monotonic() - min((began for *_, began in self._on_their_way.values()), default=time.monotonic())
 
     def admit(self, plan: Plan) -> bool:
         """Open a trial; False if open ones have to end first, because the budget does not cover it beside them.
@@ -199,9 +206,15 @@ class Calls:
             raise _incredible(self._claimed)
         while self._budget is not None and not self._budget.reserve(call):
             await self._news()
-        self._append(ASKED, call)
-        _, began = self._on_their_way.get(call.key, (call, time.monotonic()))
-        self._on_their_way[call.key] = call, began
+        number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
+        self.used, asked = True, _said(call)
+        with self._store.transaction(sync=True) as writing:
+            if number is None:
+                number = writing.execute("insert into call (key, asked) values (?, ?)", (call.key, asked)).lastrowid
+                assert number is not None
+            else:
+                writing.execute("update call set asked = ? where id = ?", (asked, number))
+        self._on_their_way[call.key] = number, call, began
 
     def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost.
@@ -209,12 +222,12 @@ class Calls:
         Raises:
             BadFile: If it cannot be written.
         """
-        asked, _ = self._on_their_way.pop(call.key, (call, 0.0))
+        number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
         if call.broken_off:
             call = replace(call, unanswered=asked.unanswered)
         if call.unpriced:
             call = replace(call, most=asked.most)
-        self._append(CALLS, call)
+        self._settle(number, call)
         if call.owed_anew:
             self.forget(call.key)
         elif call.reply is not None:
@@ -238,25 +251,22 @@ class Calls:
             if not news.done():
                 news.set_result(None)
 
-    def _append(self, name: str, call: Call) -> None:
-        if name not in self._files:
-            self._files[name] = LineFile(self._directory / name)
-            self._files[name].cut_torn_tail()
-        self._files[name].append(with_checksum(_adapter.dump_json(call, exclude_defaults=True)))
-
-    @property
-    def used(self) -> bool:
-        """Whether any call was written since the log was opened."""
-        return bool(self._files)
-
-    def sync(self) -> None:
-        """Flush to the disk (fsync)."""
-        for file in self._files.values():
-            file.sync()
+    def _settle(self, number: int | None, call: Call) -> None:
+        """Write the outcome of a call; without its number it was made elsewhere."""
+        self.used = True
+        with self._store.transaction() as writing:
+            if number is None:
+                writing.execute("insert into call (key, answer) values (?, ?)", (call.key, _said(call)))
+            else:
+                writing.execute("update call set answer = ? where id = ?", (_said(call), number))
 
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""
         self._kept.pop(key, None)
+
+
+def _said(call: Call) -> str:
+    return _adapter.dump_json(call, exclude_defaults=True).decode()
 
 
 def _incredible(call: Call) -> Missing:

@@ -1,37 +1,35 @@
 """The log of clients' attempts: each is written to disk before its report leaves, so a killed server loses none.
 
-``attempts.jsonl`` lies next to the records. It has a line for every time a trial is begun or taken up again, one for
-every attempt, and one where a box broke. A finished trial is an ordinary record; its lines stay here.
+It has a row for every time a trial is begun or taken up again, one for every attempt, and one where a box broke. A
+finished trial is an ordinary record; its rows stay here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.foundation.storage.atomic_file import sync_directory
-from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
-from lockprobe.studies.file_names import ATTEMPTS
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.database import Database
+from lockprobe.studies.records.store import read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
 
 
-class _Line(BaseModel):
+class _Entry(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
-    key: str
 
 
-class _Begun(_Line):
+class _Begun(_Entry):
     """A client began or resumed the trial."""
 
     kind: Literal["begun"] = "begun"
 
 
-class _Did(_Line):
+class _Did(_Entry):
     """One attempt, and the report that followed."""
 
     kind: Literal["attempt"] = "attempt"
@@ -41,7 +39,7 @@ class _Did(_Line):
     hypothesis: str = ""
 
 
-class _Broke(_Line):
+class _Broke(_Entry):
     """The box broke: the trial is played again from its first step."""
 
     kind: Literal["broke"] = "broke"
@@ -53,49 +51,32 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 
 
 class AttemptLog:
-    """The open log of one study. Use :meth:`open` while holding the lock of the study."""
+    """The log of one study in an open store.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._file: LineFile | None = None
+    Raises:
+        BadFile: If an entry is damaged.
+    """
+
+    def __init__(self, store: Database) -> None:
+        self._store = store
         self._begun: dict[str, int] = {}
         self._attempts: dict[str, list[RecordedAttempt]] = {}
-
-    @classmethod
-    @contextmanager
-    def open(cls, directory: Path) -> Iterator[AttemptLog]:
-        """Open the log of a study directory, which is created with its first line; a torn line is cut off.
-
-        Raises:
-            BadFile: If a line within it is damaged, or it cannot be written.
-        """
-        log = cls(directory / ATTEMPTS)
-        with closing(log):
-            if log._path.exists():
-                log._opened().cut_torn_tail()
-                log._read()
-            yield log
-
-    def _read(self) -> None:
-        for line in read_values(self._path, _adapter):
-            self._follow(line)
+        for number, key, entry in store.rows("select id, key, entry from attempt order by id"):
+            try:
+                self._follow(key, _adapter.validate_json(entry))
+            except ValidationError as error:
+                raise BadFile(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
 
     @classmethod
     def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:
-        """The attempts in a study directory by key of their trial, since its first step; empty without a log.
+        """The attempts in a study directory by key of their trial, since its first step.
 
         Raises:
-            BadFile: If a line is damaged.
+            BadFile: If an entry is damaged.
         """
-        log = cls(directory / ATTEMPTS)
-        if log._path.is_file():
-            log._read()
+        with read(directory) as store:
+            log = cls(store)
         return log._attempts
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._file is not None:
-            self._file.close()
 
     def attempts(self, key: str) -> tuple[RecordedAttempt, ...]:
         """The steps of a trial so far."""
@@ -115,15 +96,15 @@ class AttemptLog:
         Raises:
             BadFile: If it cannot be written, here and below.
         """
-        self._write(_Begun(key=key))
+        self._write(key, _Begun())
 
     def attempt(self, key: str, step: RecordedAttempt) -> None:
         """Write one attempt."""
-        self._write(_Did(key=key, **step._asdict()))
+        self._write(key, _Did(**step._asdict()))
 
     def broke(self, key: str) -> None:
         """Write that the box broke."""
-        self._write(_Broke(key=key))
+        self._write(key, _Broke())
 
     def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
         """Write the attempts of a trial that was finished elsewhere, in place of those that it has here."""
@@ -135,25 +116,18 @@ class AttemptLog:
         for attempt in attempts:
             self.attempt(key, attempt)
 
-    def _write(self, line: _Begun | _Did | _Broke) -> None:
-        self._opened().append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
-        self._follow(line)
+    def _write(self, key: str, entry: _Begun | _Did | _Broke) -> None:
+        with self._store.transaction(sync=True) as writing:
+            said = _adapter.dump_json(entry, exclude_defaults=False).decode()
+            writing.execute("insert into attempt (key, entry) values (?, ?)", (key, said))
+        self._follow(key, entry)
 
-    def _opened(self) -> LineFile:
-        """The open file, created if missing."""
-        if self._file is None:
-            new = not self._path.exists()
-            self._file = LineFile(self._path)
-            if new:
-                sync_directory(self._path.parent)
-        return self._file
-
-    def _follow(self, line: _Begun | _Did | _Broke) -> None:
-        if isinstance(line, _Begun):
-            self._begun[line.key] = self._begun.get(line.key, 0) + 1
-        elif isinstance(line, _Did):
-            step = RecordedAttempt(line.joint, line.claimed, line.told, line.hypothesis)
-            self._attempts.setdefault(line.key, []).append(step)
+    def _follow(self, key: str, entry: _Begun | _Did | _Broke) -> None:
+        if isinstance(entry, _Begun):
+            self._begun[key] = self._begun.get(key, 0) + 1
+        elif isinstance(entry, _Did):
+            step = RecordedAttempt(entry.joint, entry.claimed, entry.told, entry.hypothesis)
+            self._attempts.setdefault(key, []).append(step)
         else:
-            self._begun.pop(line.key, None)
-            self._attempts.pop(line.key, None)
+            self._begun.pop(key, None)
+            self._attempts.pop(key, None)

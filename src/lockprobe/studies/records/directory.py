@@ -20,16 +20,14 @@ from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
-from lockprobe.studies.file_names import ASKED, ATTEMPTS, CALLS, PEOPLE_DIRECTORY, RECORDS, SETTINGS, TIMINGS, not_here
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings_hash import in_no_order
+from lockprobe.studies.records.store import STORE, holds_records
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import Until
 from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.record import STATES
-
-_KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
-"""Files that hold finished trials, paid calls or steps."""
 
 _SIZE = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
@@ -37,7 +35,7 @@ _SIZE = ("repetitions", "trials", "strategy_trials", "until")
 _BESIDE = frozenset({"agents", "names", "contrasts", "extended", "shard"})
 """What stands beside the settings that a study on disk must have in common with the one that is asked for."""
 
-_MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
+_MADE = (SETTINGS, STORE)
 """Files that a start creates."""
 
 
@@ -62,7 +60,7 @@ class StudyDirectory:
 
     def __enter__(self) -> Self:
         refuse_links(self._path)
-        for name in (*_MADE, ATTEMPTS, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
+        for name in (*_MADE, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
             refuse_links(self._path / name, within=self._path)
         try:
             self._path.mkdir(parents=True, exist_ok=True)
@@ -120,7 +118,7 @@ def read_settings(directory: Path | str) -> dict[str, object]:
     """
     path = Path(directory) / SETTINGS
     if not path.exists():
-        raise BadFile(directory, not_here(SETTINGS))
+        raise BadFile(directory, f"no {SETTINGS} here; is it the directory of a study?")
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict) or not _are_of_a_study(settings):
         raise BadFile(path, "not the settings of a study")
@@ -145,7 +143,7 @@ def write_settings(directory: Path, study: Study) -> None:
     """
     earlier: object = [size._asdict() for size in study.earlier]
     contrasts: object = study.contrast_settings
-    if _played(directory) and (directory / SETTINGS).exists():
+    if holds_records(directory) and (directory / SETTINGS).exists():
         there = read_settings(directory)
         earlier = there["extended"] if _plans(there) > len(study.earlier) else earlier
         contrasts = contrasts or there.get("contrasts")
@@ -167,9 +165,9 @@ def claim(directory: Path, study: Study) -> None:
         SettingsChanged: If any other setting differs.
         BadFile: If there are records without settings, or settings that cannot be read or written.
     """
-    path, played = directory / SETTINGS, _played(directory)
+    path, played = directory / SETTINGS, holds_records(directory)
     if not path.exists() and played:
-        raise BadFile(directory, f"holds {played} but no {SETTINGS}: put it back, or give another --out")
+        raise BadFile(directory, f"holds {STORE} but no {SETTINGS}: put it back, or give another --out")
     somebody = path.exists() and any((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))  # who has joined plays this study
     if not (played or somebody):
         write_settings(directory, study)
@@ -260,15 +258,5 @@ def _condition_said(condition: Mapping[str, object]) -> str:
     return f"{name}={acts}" if name else acts
 
 
-def is_begun(directory: Path) -> bool:
-    """Whether a directory holds trials or paid calls, so that the size of its study is no longer free."""
-    return bool(_played(directory))
-
-
 def _texts(values: object) -> list[str]:
     return [str(value) for value in values] if isinstance(values, Iterable) else []
-
-
-def _played(directory: Path) -> str:
-    """The first file that holds finished trials or paid calls, or an empty string."""
-    return next((name for name in _KEPT if (path := directory / name).exists() and path.stat().st_size), "")

@@ -23,9 +23,10 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import told_apart, write_settings
-from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing, read_timings
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
@@ -145,8 +146,8 @@ def gather(
         if joined.agents != first.agents:
             write_settings(directory, joined)
         book, there = _CallMerger(journal), dict(journal.trials)
-        with AttemptLog.open(directory) as log:
-            counts = [_take(source, journal, book, log, there) for source in finished]
+        log = AttemptLog(journal.store)
+        counts = [_take(source, journal, book, log, there) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
         beside(journal.trials)

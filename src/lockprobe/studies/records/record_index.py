@@ -1,141 +1,111 @@
-"""The records of a journal without their steps: what was played, how it ended, and where each record stands.
+"""What a study has on record without the steps: what was played and how it ended, counted in the store.
 
-A study of a million trials of strategies takes a gigabyte to load and a tenth of it to count: records that are alike
-but for their places are counted together. Records with what adds up over steps, as usage, are read whole.
+Records that are alike but for their places are counted together. Records with what adds up over steps, as usage, are
+read whole.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
-from array import array
-from pathlib import Path
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.inputs import read_lines
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.records.counted import Counted
-from lockprobe.studies.records.read_records import LinesLeftOut, RecordFilter, records_of
+from lockprobe.studies.records.read_records import LeftOut, RecordFilter
+from lockprobe.studies.records.trial_rows import trial_in, unpacked
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_json import trial_to_json
-from lockprobe.trial.trial_reader import Outline, TrialReader
+from lockprobe.trial.trial_name import TrialName
+from lockprobe.trial.trial_reader import TrialReader
 
 
-class _Kind(NamedTuple):
-    """Records that are alike but for their places.
+class _Place(NamedTuple):
+    """What the store says of a record of where it belongs; its fields are columns."""
 
-    Attributes:
-        number: From 0, in the order in which they were met.
-        trial: One of them.
-        trials: Trials per repetition and condition that the study asks its agent for; 0 if it asks for none.
-        foreign: Why they are of another study; empty if they are not.
-    """
+    key: str
+    agent: str
+    condition: str
+    repetition: int
+    trial: int
+    identity: str
 
-    number: int
-    trial: Trial
-    trials: int
-    foreign: str
+
+_PLACE = ", ".join(_Place._fields)
+
+_ALIKE = (
+    f"select min(id), count(*), sum(steps), {_PLACE} from trial left join asked on agent = asking where current"  # noqa: S608
+    " group by coalesce(alike, id), identity, repetition <= ? and trial <= most order by 1"
+)
+"""Records that are alike and all within the size of the study, or all beyond it."""
 
 
 class RecordIndex:
-    """The records of a journal that count, of each trial the last one, in the order in which they were finished.
+    """The records of a store that count, of each trial the last one.
 
     Args:
-        directory: The directory of the study.
+        store: The store.
         study: The study.
 
     Attributes:
-        left_out: The lines that are no records of its settings, or were replaced.
+        left_out: The records that are not of its settings, or were replaced.
 
     Raises:
-        BadFile: If there is no journal or a line within it is damaged.
+        BadFile: If a record is damaged, here and below.
     """
 
-    def __init__(self, directory: Path, study: Study) -> None:
-        self._path, self._study = records_of(directory), study
-        self._filter, self._reader = RecordFilter(study), TrialReader()
+    def __init__(self, store: Database, study: Study) -> None:
+        self._store, self._study = store, study
+        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
         self._trials = {one: study.trials_of(one) for one in study.agents}
         self._played = {(one, condition.label) for one in study.agents for condition in study.conditions_of(one)}
-        self._rows: dict[str, int] = {}
-        self._kinds: list[_Kind] = []
-        self._known: dict[tuple[int, str], _Kind] = {}
-        self._kind, self._own, self._steps, self._begin, self._length = (array("q") for _ in range(5))
-        left, begin = LinesLeftOut(self._path), 0
-        for number, line in enumerate(read_lines(self._path), 1):
-            if line.endswith(b"\n") and line.strip():
-                try:
-                    self._take(number, line, begin, left)
-                except BadValue as error:
-                    raise left.damaged(number, error) from error
-            begin += len(line)
-        self.left_out = left.counts()
-
-    def __len__(self) -> int:
-        return len(self._rows)
+        self._found, self.left_out = self._count()
 
     def owes(self, key: str) -> bool:
         """Whether a trial is not finished: not on record, or broken by something outside the agent."""
-        row = self._rows.get(key)
-        return row is None or self._kinds[self._kind[row]].trial.owed_again
+        return not self._store.one("select count(*) from trial where current and not owed and key = ?", key)[0]
 
     def counted(self, *, own: bool = True) -> list[Counted]:
         """The records of trials that the study asks for (:meth:`Study.asks_for`), or all with its settings."""
-        numbers, steps = dict[int, int](), dict[int, int]()
-        for row in self._rows.values():
-            if self._own[row] or not own:
-                kind = self._kind[row]
-                numbers[kind] = numbers.get(kind, 0) + 1
-                steps[kind] = steps.get(kind, 0) + self._steps[row]
-        return [Counted(self._kinds[kind].trial, number, steps[kind]) for kind, number in numbers.items()]
+        return [one for is_own, one in self._found if is_own or not own]
 
     def digest(self) -> str:
         """:func:`lockprobe.studies.records.results_hash.records_digest` of the trials that the study asks for."""
-        found, before = hashlib.sha256(), b""
-        with self._path.open("rb") as file:
-            for _, row in sorted((key, row) for key, row in self._rows.items() if self._own[row]):
-                if length := self._length[row]:
-                    found.update(before + os.pread(file.fileno(), length, self._begin[row]) + b"}")
-                else:
-                    found.update(before + trial_to_json(self._kinds[self._kind[row]].trial))
-                before = b"\n"
+        found = hashlib.sha256()
+        for record in self.records():
+            found.update(record + b"\n")
         return found.hexdigest()
 
-    def _take(self, number: int, line: bytes, begin: int, left: LinesLeftOut) -> None:
-        """Add the record on a line, unless it is of another study."""
-        kind = None
-        if (found := self._reader.outline(line)) is None:
-            whole, identity = self._reader.read(line)
-            found = Outline(whole, whole.key, (whole.repetition, whole.trial), len(whole.steps), identity, 0)
-        else:
-            kind = self._known.get((id(found.kind), found.identity))
-        if kind is None:
-            kind = self._new_kind(found)
-            if found.length:
-                self._known[id(found.kind), found.identity] = kind
-        if kind.foreign:
-            left.foreign(number, found.key, kind.foreign)
-            return
-        if (before := self._rows.pop(found.key, None)) is not None:
-            first = self._begin[before]
-            left.again(self._kinds[self._kind[before]].trial, kind.trial, lambda: self._line_at(first) == line)
-        self._rows[found.key] = len(self._kind)
-        repetition, trial = found.place
-        self._kind.append(kind.number)
-        self._own.append(trial <= kind.trials and repetition <= self._study.repetitions)
-        self._steps.append(found.steps)
-        self._begin.append(begin)
-        self._length.append(found.length)
+    def records(self) -> Iterator[bytes]:
+        """The records of the trials that the study asks for as JSON, in the order of their keys."""
+        for *place, record in self._store.rows(f"select {_PLACE}, record from trial where current order by key"):  # noqa: S608
+            if self._is_own(_Place(*place)):
+                yield unpacked(self._store, place[0], record)
 
-    def _new_kind(self, found: Outline) -> _Kind:
-        """A kind of records that was not met before."""
-        trial, foreign = found.kind, self._filter.why_foreign(found.kind, found.identity)
-        asked = trial.fork is None and (trial.spec, trial.condition) in self._played
-        kind = _Kind(len(self._kinds), trial, self._trials[trial.spec] if asked else 0, foreign)
-        self._kinds.append(kind)
-        return kind
+    def _is_own(self, one: _Place) -> bool:
+        asked = self._trials[one.agent] if (one.agent, one.condition) in self._played else 0
+        return (
+            one.trial <= asked
+            and one.repetition <= self._study.repetitions
+            and one.identity == self._identities[one.condition]
+            and one.key == str(TrialName(self._study.name, self._study.label_of(one.agent), *one[2:5]))
+        )
 
-    def _line_at(self, begin: int) -> bytes:
-        with self._path.open("rb") as file:
-            file.seek(begin)
-            return file.readline()
+    def _count(self) -> tuple[list[tuple[bool, Counted]], LeftOut]:
+        """The records of the settings, each with whether the study asks for it; and the others."""
+        asked = self._trials or {"": 0}
+        values = ", ".join("(?, ?)" for _ in asked)
+        rows = self._store.rows(
+            f"with asked (asking, most) as (values {values}) {_ALIKE}",
+            *(value for pair in asked.items() for value in pair),
+            self._study.repetitions,
+        )
+        own, reader, found, foreign, first = RecordFilter(self._study), TrialReader(), [], 0, ""
+        for number, many, steps, *place in rows:
+            (record,) = self._store.one("select record from trial where id = ?", number)
+            trial, where = trial_in(self._store, reader, place[0], record), _Place(*place)
+            if why := own.why_foreign(trial, where.identity):
+                foreign, first = foreign + many, first or f"{trial.key}: {why}"
+            else:
+                found.append((self._is_own(where), Counted(trial, many, steps)))
+        (replaced,) = self._store.one("select count(*) from trial where owed and not current")
+        return found, LeftOut(replaced=replaced, foreign=foreign, first_foreign=first)

@@ -18,6 +18,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.store import read
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -51,11 +52,13 @@ class StudyHashes:
             BadFile: If it is none, or a record is damaged.
         """
         study = read_study(directory)
-        index = RecordIndex(directory, study)
+        with read(directory) as store:
+            index = RecordIndex(store, study)
+            results, found = hash_of_digest(study, index.digest()), index.counted()
         return cls(
             settings=study.settings_hash,
-            results=hash_of_digest(study, index.digest()),
-            finished=sum(one.number for one in index.counted() if not one.trial.owed_again),
+            results=results,
+            finished=sum(one.number for one in found if not one.trial.owed_again),
             planned=planned_now(study, study.own_trials(load(directory)) if study.until else ()),
         )
 
@@ -86,8 +89,8 @@ def hash_of_digest(study: Study, digest: str) -> str:
 
 
 def records_digest(trials: Iterable[Trial]) -> str:
-    """The SHA-256 of the records of trials, in the order of their keys."""
+    """The SHA-256 of the records of trials, a line each in the order of their keys: of ``export --table records``."""
     found = hashlib.sha256()
-    for i, trial in enumerate(sorted(trials, key=lambda trial: trial.key)):
-        found.update((b"\n" if i else b"") + trial_to_json(trial))
+    for trial in sorted(trials, key=lambda trial: trial.key):
+        found.update(trial_to_json(trial) + b"\n")
     return found.hexdigest()

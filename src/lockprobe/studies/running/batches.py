@@ -1,7 +1,7 @@
 """Plays many trials of a strategy on all processors, with the same records as one after the other.
 
-A trial of a strategy takes less than a millisecond. So processes get many plans at once and return lines of the
-journal, which are written in the order of the plans. A short study is played in this process, before another one would
+A trial of a strategy takes less than a millisecond. So processes get many plans at once and return rows of the
+store, which are written in the order of the plans. A short study is played in this process, before another one would
 have started. What a process had taken when it died is played by this one.
 """
 
@@ -12,6 +12,7 @@ import math
 import signal
 import sys
 import time
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -21,16 +22,14 @@ from typing import Protocol
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.parallel import Spawned, end_with_parent
-from lockprobe.studies.records.journal import Timing
+from lockprobe.studies.records.trial_rows import Timing, TrialRow, row_of
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Step, Trial
-from lockprobe.trial.trial_json import trial_to_line
 from lockprobe.trial.trial_reader import TrialReader
 
 OnStep = Callable[[str, Step], None]
-Lines = list[tuple[bytes, Timing]]
 
 _ALONE = 2.0
 """Seconds for which this process plays alone. Others start if as much is left, since each takes a second to start."""
@@ -45,8 +44,8 @@ _AHEAD = 3
 class Finish(Protocol):
     """Takes a finished trial."""
 
-    def __call__(self, trial: Trial, timing: Timing, line: bytes = b"") -> None:
-        """Write it; ``line`` is its line in the journal, if that is made already."""
+    def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
+        """Write it; ``row`` is the same as it is stored, if that is made already."""
         ...
 
 
@@ -98,20 +97,20 @@ def _play_elsewhere(
     pool = Spawned(workers, _begin, *begin)
     try:
         reader = TrialReader()
-        for lines in _in_order(pool, list(waiting), ahead=_AHEAD * workers):
-            for line, timing in lines:
-                trial, _ = reader.read(line)
+        for rows in _in_order(pool, list(waiting), ahead=_AHEAD * workers):
+            for row in rows:
+                trial = reader.read(zlib.decompress(row.record))
                 for step in trial.steps:
                     on_step(trial.key, step)
-                finish(trial, timing, line)
+                finish(trial, row.timing, row)
                 waiting.popleft()
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _in_order(pool: Spawned, plans: Sequence[Plan], *, ahead: int) -> Iterator[Lines]:
-    """The lines of batches in the order of the plans; no more batches are under way than ``ahead``."""
-    under_way: deque[Future[Lines]] = deque()
+def _in_order(pool: Spawned, plans: Sequence[Plan], *, ahead: int) -> Iterator[list[TrialRow]]:
+    """The rows of batches in the order of the plans; no more batches are under way than ``ahead``."""
+    under_way: deque[Future[list[TrialRow]]] = deque()
     for first in range(0, len(plans), _BATCH):
         under_way.append(pool.submit(_play_batch, plans[first : first + _BATCH]))
         if len(under_way) >= ahead:
@@ -132,14 +131,14 @@ def _begin(spec: str, identities: Mapping[str, str]) -> None:
     _playing["agent"] = resolve(spec).make(), identities
 
 
-def _play_batch(plans: Sequence[Plan]) -> Lines:
-    """Play plans in another process, and return their lines and timings."""
+def _play_batch(plans: Sequence[Plan]) -> list[TrialRow]:
+    """Play plans in another process, and return their rows."""
     return asyncio.run(_played(plans, *_playing["agent"]))
 
 
-async def _played(plans: Sequence[Plan], agent: Agent, identities: Mapping[str, str]) -> Lines:
-    lines = []
+async def _played(plans: Sequence[Plan], agent: Agent, identities: Mapping[str, str]) -> list[TrialRow]:
+    rows = []
     for plan in plans:
         trial, timing = await play_timed(plan, agent)
-        lines.append((trial_to_line(trial, identities[trial.condition]), timing))
-    return lines
+        rows.append(row_of(trial, timing, identities[trial.condition]))
+    return rows

@@ -18,8 +18,8 @@ from lockprobe.foundation.errors import ModelFault, PlantFault
 from lockprobe.foundation.plugins import find_plugin
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import broken

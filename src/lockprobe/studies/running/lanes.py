@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable, Sequence
 
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.journal import Timing
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 

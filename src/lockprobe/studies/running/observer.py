@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 

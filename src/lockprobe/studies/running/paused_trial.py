@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan

@@ -39,9 +39,10 @@ from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.extension import extended
-from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing, TrialRow, read_timings
 from lockprobe.studies.running.batches import play_in_batches
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.running.lanes import play_in_lanes
@@ -271,9 +272,9 @@ class _TrialWriter:
         for trial in (*known, *journal.trials.values()):
             self._note(trial)
 
-    def __call__(self, trial: Trial, timing: Timing, line: bytes = b"") -> None:
+    def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
         self._refuse_another(trial)
-        self._journal.append(trial, timing, line)
+        self._journal.append(trial, timing, row)
         self._observer.trial(trial, timing)
         broken = trial.owed_again or (self._program and trial.error is not None)  # a model's final errors are findings
         self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0

@@ -16,7 +16,7 @@ from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.records.journal import Timing
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.loop import Executor, here, play
 from lockprobe.trial.pictures.picture import Picture

@@ -23,8 +23,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import Missing, ModelFault, PlantFault, UserMistake
 from lockprobe.foundation.interrupts import held_back
 from lockprobe.foundation.plugins import allow, allowed
-from lockprobe.studies.records.journal import Timing
 from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import broken
 from lockprobe.trial.patience import PATIENCE

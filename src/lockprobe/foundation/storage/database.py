@@ -1,0 +1,270 @@
+"""One SQLite file that one process writes and any number read meanwhile. A killed process loses nothing it committed.
+
+While it is written it has a log of its own beside it (``-wal``), which is gone when the writer ends: a finished
+directory holds one file, which can be copied. On a file system where SQLite's locks fail it is written without them,
+since whoever writes has the lock of the directory.
+
+A file from elsewhere runs nothing: its tables, indices and triggers must be those of the schema, word for word.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular
+from lockprobe.foundation.storage.atomic_file import Replacement, writing
+from lockprobe.foundation.storage.links import refuse_links
+
+_BESIDE = ("-wal", "-shm", "-journal")
+"""What SQLite adds to the name of a file for those that it keeps beside it."""
+
+_WAIT = 10.0
+"""Seconds that a reader waits for a writer, or a writer for a reader, where only one of them can have the file."""
+
+_SYNC_SECONDS = 0.5
+"""A commit is handed to the system at once; the disk is waited for at most this often, and where it is asked for."""
+
+_WITHOUT_LOCKS = "&vfs=unix-none"
+
+_LOCKS_FAIL = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_PROTOCOL)
+
+SAVE = "what is sound in it: `lockprobe import NEW DIR`, with an empty directory as NEW"
+"""What to do with a damaged file."""
+
+
+class Database:
+    """An open file. Use :meth:`writing` or :meth:`reading`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._db = connection
+        self._lock = threading.RLock()
+        self._synced = time.monotonic()
+        self._opened = _place(path)
+
+    @classmethod
+    @contextmanager
+    def writing(cls, path: Path, schema: str) -> Iterator[Database]:
+        """Open a file to write, which is made if it is missing. The caller keeps other writers away.
+
+        Raises:
+            BadFile: If it cannot be written, is damaged or has other tables, a link inside the directory of a study
+                leads to it, or it has a second name (a hard link), since what is written would change that file too.
+        """
+        for beside in ("", *_BESIDE):
+            refuse_links(path.with_name(path.name + beside))
+        check_regular(path)
+        if not path.exists():
+            _make(path, schema)
+        with writing(path):
+            if path.stat().st_nlink > 1:
+                raise BadFile(path, "has a second name elsewhere (a hard link), which would be written too: copy it")
+        with closing(_opened(path, ("mode=rw", f"mode=rw{_WITHOUT_LOCKS}"), schema, _write_ahead)) as connection:
+            opened = cls(path, connection)
+            try:
+                yield opened
+            finally:
+                opened._end()
+
+    @classmethod
+    @contextmanager
+    def reading(cls, path: Path, schema: str) -> Iterator[Database]:
+        """Open a file to read, also while another process writes it.
+
+        Raises:
+            BadFile: If it cannot be read, is damaged or has other tables, or its last commits lie in a log that cannot
+                be read because nothing can be written beside it.
+        """
+        check_regular(path)
+        beside = [path.with_name(path.name + name) for name in _BESIDE]
+        if links := [one for one in beside if one.is_symlink()]:
+            raise BadFile(links[0], "is a link, which is not followed: remove it")
+        last = () if any(one.exists() and one.stat().st_size for one in beside) else ("mode=ro&immutable=1",)
+        ways = ("mode=ro", f"mode=ro{_WITHOUT_LOCKS}", *last)
+        with closing(_opened(path, ways, schema)) as connection:
+            yield cls(path, connection)
+
+    def rows(self, sql: str, *values: object) -> Iterator[tuple[Any, ...]]:
+        """The rows of a statement that reads, one after the other.
+
+        Raises:
+            BadFile: If the file cannot be read or is damaged.
+        """
+        with _said(self.path):
+            yield from self._db.execute(sql, values)
+
+    def one(self, sql: str, *values: object) -> tuple[Any, ...]:
+        """The first row of a statement that always has one."""
+        return next(self.rows(sql, *values))
+
+    @contextmanager
+    def transaction(self, *, sync: bool = False) -> Iterator[sqlite3.Connection]:
+        """Write statements whole or not at all; ``sync`` waits until the disk itself has them.
+
+        Raises:
+            BadFile: If they cannot be written, as on a full disk. If somebody else deleted or replaced the file, all
+                that was written, these statements too, is in a second file, ``NAME.rescued``.
+        """
+        with self._lock, _said(self.path):
+            now = time.monotonic()
+            sync = sync or now - self._synced > _SYNC_SECONDS
+            self._db.execute(f"pragma synchronous={'full' if sync else 'normal'}")
+            self._db.execute("begin immediate")
+            try:
+                yield self._db
+                self._db.execute("commit")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self._db.execute("rollback")
+                raise
+            self._synced = now if sync else self._synced
+            self.check()
+
+    def check(self) -> None:
+        """Check that the file still has its name.
+
+        Raises:
+            BadFile: If somebody else deleted or replaced it; see :meth:`transaction`.
+        """
+        if (there := _place(self.path)) == self._opened:
+            return
+        if not self.path.parent.is_dir():
+            raise BadFile(self.path, "its directory was deleted or moved while it was being written, so this ends here")
+        done = "replaced" if there else "deleted"
+        rescued = next(one for one in _rescue_names(self.path) if not one.exists())
+        said = f"{done} by somebody else while it was being written (a cloud client?), so this ends here; all that was"
+        try:
+            self._db.execute("vacuum into ?", (str(rescued),))
+        except sqlite3.Error as error:
+            raise BadFile(self.path, f"{said} written is lost with it ({error})") from error
+        raise BadFile(self.path, f"{said} written is in {rescued.name}: put it in its place, and start again")
+
+    def erase(self) -> None:
+        """Leave no byte of what was deleted: it is written anew, and its log is emptied.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
+        with self._lock, _said(self.path):
+            self._db.execute("vacuum")
+            self._db.execute("pragma wal_checkpoint(truncate)")
+
+    def _end(self) -> None:
+        """Put the log into the file, so that it is alone; where a reader has it open the log stays, and is read."""
+        with self._lock, suppress(sqlite3.Error):
+            self._db.execute("pragma synchronous=full")
+            self._db.execute("pragma busy_timeout=1000")
+            self._db.execute("pragma wal_checkpoint(truncate)")
+            self._db.execute("pragma journal_mode=delete")
+
+
+def rescued_files(path: Path) -> list[Path]:
+    """The files next to one that took what was written after it had lost its name."""
+    return sorted(path.parent.glob(f"{path.name}.rescued*"))
+
+
+def _rescue_names(path: Path) -> Iterator[Path]:
+    yield path.with_name(f"{path.name}.rescued")
+    number = 1
+    while True:
+        number += 1
+        yield path.with_name(f"{path.name}.rescued-{number}")
+
+
+def _place(path: Path) -> tuple[int, int] | None:
+    with suppress(OSError):
+        there = path.stat()
+        return there.st_dev, there.st_ino
+    return None
+
+
+def _make(path: Path, schema: str) -> None:
+    """Make an empty file, whole or not at all."""
+    new = Replacement(path, alone=True)
+    try:
+        new.create()
+        with _said(path), closing(sqlite3.connect(new.draft, isolation_level=None)) as connection:
+            connection.executescript(schema)
+        new.sync()
+        new.rename()
+    finally:
+        new.drop()
+
+
+def _opened(path: Path, ways: Sequence[str], schema: str, then: Any = lambda connection: None) -> sqlite3.Connection:
+    """A connection, by the first way that works here; the others are for file systems without locks or to be read."""
+    for way, last in zip(ways, (*[False] * (len(ways) - 1), True), strict=True):
+        with _said(path):
+            connection = sqlite3.connect(
+                f"{path.absolute().as_uri()}?{way}",
+                uri=True,
+                isolation_level=None,
+                timeout=_WAIT,
+                check_same_thread=False,  # one thread at a time writes; see Database.transaction
+            )
+            try:
+                connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
+                connection.execute("pragma trusted_schema=off")
+                there = _tables(connection)
+                then(connection)
+            except sqlite3.Error as error:
+                connection.close()
+                code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+                if not last and code in (*_LOCKS_FAIL, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
+                    continue
+                raise
+        if there != _expected(schema):
+            connection.close()
+            raise BadFile(path, "its tables are not those of this release's studies")
+        return connection
+    raise AssertionError
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Write to a log beside the file, so that readers and the writer do not wait; elsewhere it stays without."""
+    try:
+        connection.execute("pragma journal_mode=wal")
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:  # somebody reads it now
+            raise
+    connection.execute("pragma secure_delete=on")
+
+
+def _tables(connection: sqlite3.Connection) -> list[tuple[object, ...]]:
+    return connection.execute("select type, name, sql from sqlite_master where sql > '' order by name").fetchall()
+
+
+@cache
+def _expected(schema: str) -> list[tuple[object, ...]]:
+    with closing(sqlite3.connect(":memory:")) as connection:
+        connection.executescript(schema)
+        return _tables(connection)
+
+
+@contextmanager
+def _said(path: Path) -> Iterator[None]:
+    """Turn SQLite's errors into mistakes that name the file."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+            raise BadFile(path, f"damaged ({error}); {SAVE}") from error
+        if code == sqlite3.SQLITE_BUSY:
+            raise BadFile(path, f"another program holds it ({error})") from error
+        done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
+        raise BadFile(path, f"cannot be {done} ({_why(error, code)})") from error
+
+
+def _why(error: sqlite3.Error, code: int) -> str:
+    """What the system says where SQLite does not."""
+    return os.strerror(28) if code == sqlite3.SQLITE_FULL else str(error)

@@ -1,0 +1,82 @@
+"""``study.db``: everything that is recorded of a study beside its settings, in one SQLite file.
+
+A finished trial is a row with what is asked for without its steps, beside its record (JSON, compressed). A trial that
+was owed again keeps its earlier rows; the one that counts is ``current``. Calls, attempts and what people did are on
+disk before anybody relies on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import check_regular, is_there
+from lockprobe.foundation.storage.database import Database
+
+STORE = "study.db"
+"""The name of the file in the directory of a study."""
+
+SCHEMA = """
+create table trial (
+  id integer primary key,
+  key text not null,
+  agent text not null,
+  player text not null,
+  condition text not null,
+  repetition int not null,
+  trial int not null,
+  fork text,
+  ending text not null,
+  owed int not null,
+  steps int not null,
+  seconds real not null,
+  cpu text not null,
+  identity text not null,
+  alike blob,
+  current int not null default 1,
+  record blob not null
+) strict;
+create unique index current_trial on trial (key) where current;
+create table call (id integer primary key, key text not null, asked text, answer text) strict;
+create index open_call on call (id) where answer is null;
+create table attempt (id integer primary key, key text not null, entry text not null) strict;
+"""
+
+
+@contextmanager
+def written(directory: Path) -> Iterator[Database]:
+    """The store of a directory, to be written; made if it is missing. The caller has locked the directory.
+
+    Raises:
+        BadFile: As :meth:`Database.writing`.
+    """
+    with Database.writing(directory / STORE, SCHEMA) as store:
+        yield store
+
+
+@contextmanager
+def read(directory: Path | str) -> Iterator[Database]:
+    """The store of a directory, to be read.
+
+    Raises:
+        BadFile: If there is none, or as :meth:`Database.reading`.
+    """
+    path = Path(directory) / STORE
+    check_regular(path)
+    if not path.is_file():
+        raise BadFile(directory, f"no {STORE} here; is it the directory of a study?")
+    with Database.reading(path, SCHEMA) as store:
+        yield store
+
+
+def holds_records(directory: Path) -> bool:
+    """Whether trials, paid calls or steps are stored in a directory, so that its settings are no longer free."""
+    if not is_there(directory / STORE):
+        return False
+    with read(directory) as store:
+        return any(
+            store.one(f"select exists (select 1 from {table})")[0]  # noqa: S608 - our own tables
+            for table in ("trial", "call", "attempt")
+        )

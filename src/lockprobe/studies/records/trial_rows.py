@@ -1,0 +1,164 @@
+"""A finished trial as a row of the store: its record, and beside it what is asked for without reading that."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import LARGEST_INPUT
+from lockprobe.foundation.storage.database import SAVE, Database
+from lockprobe.studies.records.store import read
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_json
+from lockprobe.trial.trial_reader import TrialReader, likeness
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """The duration of one trial, stored beside the record, because records are reproducible and times are not.
+
+    Attributes:
+        key: Key of the trial.
+        seconds: Wall time from its first observation to its end.
+        steps: Steps played in that time.
+        cpu: Model of the processor; empty if not known.
+    """
+
+    key: str
+    seconds: float
+    steps: int
+    cpu: str = ""
+
+
+def read_timings(directory: Path | str) -> list[Timing]:
+    """The durations of the trials, those that were played again without their earlier ones.
+
+    Raises:
+        BadFile: If there is no store, or it is damaged.
+    """
+    with read(directory) as store:
+        found = store.rows("select key, seconds, steps, cpu from trial where current order by id")
+        return [Timing(key=key, seconds=seconds, steps=steps, cpu=cpu) for key, seconds, steps, cpu in found]
+
+
+class TrialRow(NamedTuple):
+    """A trial as it is stored; its fields are the columns of that name."""
+
+    key: str
+    agent: str
+    player: str
+    condition: str
+    repetition: int
+    trial: int
+    fork: str | None
+    ending: str
+    owed: bool
+    steps: int
+    seconds: float
+    cpu: str
+    identity: str
+    alike: bytes | None
+    record: bytes
+
+    @property
+    def timing(self) -> Timing:
+        """How long it took."""
+        return Timing(key=self.key, seconds=self.seconds, steps=self.steps, cpu=self.cpu)
+
+
+def row_of(trial: Trial, timing: Timing, identity: str) -> TrialRow:
+    """A trial as it is stored. ``identity`` says what was played (:meth:`Study.record_identity`)."""
+    record = trial_to_json(trial)
+    return TrialRow(
+        trial.key,
+        trial.spec,
+        trial.player,
+        trial.condition,
+        trial.repetition,
+        trial.trial,
+        None if trial.fork is None else trial.fork.arm,
+        trial.ending,
+        trial.owed_again,
+        len(trial.steps),
+        round(timing.seconds, 6),
+        timing.cpu,
+        identity,
+        likeness(trial, record),
+        zlib.compress(record),
+    )
+
+
+COLUMNS = ", ".join(TrialRow._fields)
+
+INSERT = f"insert into trial ({COLUMNS}) values ({', '.join('?' * len(TrialRow._fields))})"  # noqa: S608 - our own
+
+
+def unpacked(store: Database, key: str, record: bytes) -> bytes:
+    """A stored record as JSON.
+
+    Raises:
+        BadFile: If it is damaged, or larger than a record can be.
+    """
+    opened, why = zlib.decompressobj(), "it does not end"
+    try:
+        found = opened.decompress(record, LARGEST_INPUT)
+    except zlib.error as error:
+        why = str(error)
+    if not opened.eof:
+        raise _damaged(store, key, why)
+    return found
+
+
+def trial_in(store: Database, reader: TrialReader, key: str, record: bytes) -> Trial:
+    """The trial of a stored record.
+
+    Raises:
+        BadFile: If it is damaged, or the record of another trial than its row.
+    """
+    try:
+        trial = reader.read(unpacked(store, key, record))
+    except BadValue as error:
+        raise _damaged(store, key, str(error)) from error
+    if trial.key != key:
+        raise _damaged(store, key, f"it is of {trial.key}")
+    return trial
+
+
+def _damaged(store: Database, key: str, why: str) -> BadFile:
+    return BadFile(store.path, f"{key}: its record is damaged ({why}); {SAVE}")
+
+
+def replaced_records(directory: Path | str) -> list[Trial]:
+    """The records of trials that were owed again, in the order in which they were written.
+
+    Raises:
+        BadFile: If there is no store, or a record is damaged.
+    """
+    reader = TrialReader()
+    with read(directory) as store:
+        found = store.rows("select key, record from trial where not current order by id")
+        return [trial_in(store, reader, key, record) for key, record in found]
+
+
+def contradictions(store: Database) -> Iterator[str]:
+    """Where rows say something else than their records, or a finished trial has a second record.
+
+    Raises:
+        BadFile: If a record is damaged.
+    """
+    reader, last = TrialReader(), dict[str, tuple[bool, bool]]()
+    for current, *columns in store.rows(f"select current, {COLUMNS} from trial order by id"):  # noqa: S608
+        row = TrialRow(*columns)
+        trial = trial_in(store, reader, row.key, row.record)
+        made = row_of(trial, row.timing, row.identity)._replace(record=row.record)
+        if different := [name for name in TrialRow._fields if getattr(made, name) != getattr(row, name)]:
+            yield f"{row.key}: its {', '.join(different)} are not those of its record"
+        over, _ = last.get(row.key, (False, False))
+        if over and not (trial.error is not None and trial.error.again):
+            yield f"{row.key}: a second record of a finished trial"
+        last[row.key] = not trial.owed_again, bool(current)
+    yield from (f"{key}: its last record does not count" for key, (_, current) in last.items() if not current)

@@ -1,0 +1,66 @@
+"""The store of a study as a test reads and edits it: SQL, and records as objects."""
+
+import json
+import sqlite3
+import zlib
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.spec import PEOPLE, group_of
+from lockprobe.foundation.storage.jsonl import without_checksum
+from lockprobe.studies.records.store import STORE, written
+from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
+from lockprobe.trial.trial_json import trial_from_json
+from lockprobe.trial.trial_reader import TrialReader
+
+
+def sql(directory: Path, statement: str, *values: object) -> list[Any]:
+    """What a statement gives; rows of one column as their values. What it writes is written."""
+    with closing(sqlite3.connect(directory / STORE)) as db, db:
+        rows = db.execute(statement, values).fetchall()
+    return [row[0] if len(row) == 1 else row for row in rows]
+
+
+def records(directory: Path) -> list[dict[str, Any]]:
+    """All records as objects, those that were replaced too, in the order in which they were written."""
+    return [json.loads(zlib.decompress(one)) for one in sql(directory, "select record from trial order by id")]
+
+
+def rewrite(
+    directory: Path, objects: Iterable[dict[str, Any]], identities: Sequence[str], seconds: float = 1.0
+) -> None:
+    """Put records in place of all others, each in a row that says what it says; of a trial the last one counts."""
+    with written(directory) as store, store.transaction() as writing:
+        writing.execute("delete from trial")
+        for one, identity in zip(objects, identities, strict=True):
+            row = _row(json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode(), identity, seconds)
+            writing.execute("update trial set current = 0 where key = ?", (row.key,))
+            writing.execute(INSERT, row)
+
+
+def _row(record: bytes, identity: str, seconds: float) -> TrialRow:
+    """A record as it is stored; one that is none has the columns that it would have."""
+    try:
+        trial = TrialReader().read(record)
+    except LockprobeError:
+        raw = json.loads(record)
+        agent = raw["agent"]
+        player = agent if group_of(agent) == PEOPLE else ""
+        place = raw["condition"], raw["repetition"], raw["trial"], None, raw["ending"], False, len(raw["steps"])
+        return TrialRow(
+            raw["key"], group_of(agent), player, *place, seconds, "", identity, None, zlib.compress(record)
+        )
+    timing = Timing(key=trial.key, seconds=seconds, steps=len(trial.steps))
+    return row_of(trial, timing, identity)._replace(record=zlib.compress(record))
+
+
+def store_lines(directory: Path) -> None:
+    """Put the records of ``trials.jsonl`` into the store: the form in which frozen studies are kept."""
+    path = directory / "trials.jsonl"
+    lines = [json.loads(without_checksum(line)) for line in path.read_bytes().splitlines()]
+    identities = [line.pop("identity") for line in lines]
+    rewrite(directory, lines, identities)
+    path.unlink()
