@@ -13,7 +13,6 @@ from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.foundation.storage.jsonl import without_checksum
 from lockprobe.studies.records.store import STORE, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
-from lockprobe.trial.trial_json import trial_from_json
 from lockprobe.trial.trial_reader import TrialReader
 
 
@@ -50,17 +49,26 @@ def _row(record: bytes, identity: str, seconds: float) -> TrialRow:
         agent = raw["agent"]
         player = agent if group_of(agent) == PEOPLE else ""
         place = raw["condition"], raw["repetition"], raw["trial"], None, raw["ending"], False, len(raw["steps"])
-        return TrialRow(
-            raw["key"], group_of(agent), player, *place, seconds, "", identity, None, zlib.compress(record)
-        )
+        return TrialRow(raw["key"], group_of(agent), player, *place, seconds, "", identity, None, zlib.compress(record))
     timing = Timing(key=trial.key, seconds=seconds, steps=len(trial.steps))
     return row_of(trial, timing, identity)._replace(record=zlib.compress(record))
 
 
 def store_lines(directory: Path) -> None:
-    """Put the records of ``trials.jsonl`` into the store: the form in which frozen studies are kept."""
+    """Put the lines of ``trials.jsonl`` and of ``people`` into the store: the form in which frozen studies are kept."""
     path = directory / "trials.jsonl"
     lines = [json.loads(without_checksum(line)) for line in path.read_bytes().splitlines()]
     identities = [line.pop("identity") for line in lines]
     rewrite(directory, lines, identities)
     path.unlink()
+    for path in sorted((directory / "people").glob("*.jsonl")):
+        for number, line in enumerate(path.read_bytes().splitlines(), 1):
+            row = path.stem, number, without_checksum(line).decode()
+            sql(directory, "insert into act values (?, ?, ?)", *row)
+        path.unlink()
+
+
+def acts(directory: Path, identity: str) -> list[dict[str, Any]]:
+    """What is in the diary of a participant, as objects."""
+    found = sql(directory, "select entry from act where participant = ? order by number", identity)
+    return [json.loads(entry) for entry in found]

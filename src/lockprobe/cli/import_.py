@@ -32,7 +32,7 @@ def take(
     diaries = DiaryImport(directory, {source.path: source.trials for source in found})
     people: list[tuple[int, int]] = []
     gathered = gather(
-        directory, found, beside=lambda trials: people.append((diaries.take(trials), diaries.lost(trials)))
+        directory, found, beside=lambda journal: people.append((diaries.take(journal), diaries.lost(journal.trials)))
     )
     ((came, lost),) = people
     if json:

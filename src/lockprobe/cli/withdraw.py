@@ -9,7 +9,8 @@ import typer
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.withdrawal import delete_unnamed_pictures, finish_withdrawal, note_withdrawal
+from lockprobe.people.withdrawal import delete_unnamed_pictures
+from lockprobe.people.withdrawal import withdraw as delete_all
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal
 
@@ -26,10 +27,8 @@ def withdraw(directory: Directory, participant: Participant) -> None:
     """
     study = read_study(directory)
     with Journal.open(directory, study) as journal:
-        if finish_withdrawal(journal) != participant:  # one that was interrupted
-            note_withdrawal(journal, _identity(directory, participant))
-            finish_withdrawal(journal)
-        delete_unnamed_pictures(directory)
+        delete_all(journal, _identity(directory, participant))
+        delete_unnamed_pictures(journal)
     print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")
 
 

@@ -1,35 +1,29 @@
 """Diaries on disk: who joined, with the record of consent, and every act of each participant.
 
-Each participant has one file, ``people/ID.jsonl``, with one line per act, so that all data of one person can be
-deleted. The server flushes a line to disk before the page sees the outcome. Steps of an unfinished trial are only
-here. A finished trial goes to ``trials.jsonl`` like any other; its response times stay in the diary.
+The server flushes an act to disk before the page sees the outcome. Steps of an unfinished trial are only here. A
+finished trial is recorded like any other; its response times stay in the diary.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import closing
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from sqlite3 import Connection
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.foundation.storage.atomic_file import sync_directory, write_private, writing
-from lockprobe.foundation.storage.jsonl import (
-    LineFile,
-    read_values,
-    state_of,
-    with_checksum,
-)
-from lockprobe.foundation.storage.links import make_directory
+from lockprobe.foundation.storage.atomic_file import writing
+from lockprobe.foundation.storage.database import Database
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
+from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ending
@@ -55,7 +49,7 @@ class Slot(StrictModel):
 
 
 class Joined(StrictModel):
-    """The first line: the record of consent.
+    """The first entry: the record of consent.
 
     Attributes:
         identity: A random ID, independent of the person.
@@ -134,36 +128,25 @@ Entry = Joined | Did | Broken | Released
 _adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
 
 
-class DiaryFile:
-    """Appends to the diary of one participant. The file is open only while a line is written.
+class DiaryWriter:
+    """Appends to the diary of one participant in an open store."""
 
-    The line ``joined`` creates the file. Every other line needs the file as this process left it.
-    """
+    def __init__(self, store: Database, identity: str) -> None:
+        self._store, self._identity = store, identity
+        (self._number,) = store.one("select count(*) from act where participant = ?", identity)
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._left = state_of(path)
-
-    def write(self, line: Entry) -> None:
-        """Append a line and flush it to disk.
+    def write(self, entry: Entry) -> None:
+        """Append an entry and flush it to disk.
 
         Raises:
-            BadFile: If it cannot be written, the diary does not exist, or another process has changed it. The file then
-                holds nothing of the line.
+            BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
         """
-        new = isinstance(line, Joined)
-        if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
-            raise BadFile(self.path, "does not exist")
-        with writing(self.path):
-            if new:
-                make_directory(self.path.parent, mode=0o700)
-            with closing(LineFile(self.path, left=self._left, rescue=False)) as file:
-                file.check()
-                file.cut_torn_tail()
-                if new:
-                    sync_directory(self.path.parent)
-                file.append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
-                self._left = file.left
+        with self._store.transaction(sync=True) as writing:
+            there = self._store.one("select count(*) from act where participant = ?", self._identity)
+            if there != (self._number,):
+                raise bad_diary(self._store.path, self._identity, "the diary was deleted")
+            _write_entries(writing, self._identity, self._number + 1, [entry])
+        self._number += 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,12 +190,12 @@ class Diary:
         for slot in self.joined.slots:
             there = 1 <= slot.repetition <= study.repetitions and 1 <= slot.trial <= study.trials
             if not (there and slot.condition in [one.label for one in study.conditions_of(PEOPLE)]):
-                raise BadFile(diary_path(directory, self.identity), "trials of another study")
+                raise bad_diary(directory / STORE, self.identity, "trials of another study")
 
 
-def diary_path(directory: Path, identity: str) -> Path:
-    """The path of a participant's diary in the directory of a study."""
-    return directory / PEOPLE_DIRECTORY / f"{identity}.jsonl"
+def bad_diary(store: Path, identity: str, why: str) -> BadFile:
+    """The error of a diary in a store."""
+    return BadFile(store, f"participant {identity}: {why}")
 
 
 def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
@@ -229,51 +212,44 @@ def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
 
 
 def read_diaries(directory: Path | str) -> list[Diary]:
-    """The diaries of a study in the order in which the participants joined.
+    """The diaries of a study in the order in which the participants joined; empty if nobody has.
 
     Raises:
-        BadFile: If a diary is damaged or a link, or the name of its file is not its participant.
+        BadFile: If a diary is damaged.
     """
-    people = Path(directory) / PEOPLE_DIRECTORY
-    return sorted(_diaries(people), key=lambda diary: (diary.joined.at, diary.identity))
+    if not is_there(Path(directory) / STORE):
+        return []
+    entries: dict[str, list[Entry]] = {}
+    with read(directory) as store:
+        for identity, number, entry in store.rows("select * from act order by participant, number"):
+            try:
+                entries.setdefault(identity, []).append(_adapter.validate_json(entry, strict=True, extra="forbid"))
+            except ValidationError as error:
+                why = f"entry {number}: {error.errors()[0]['msg']}"
+                raise bad_diary(store.path, identity, why) from None
+        found = [_diary(store.path, identity, *of) for identity, of in entries.items()]
+    return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
 
 
-def read_diary(path: Path) -> list[Entry]:
-    """The lines of one diary, without an unfinished last line.
+def _diary(store: Path, identity: str, joined: Entry, *rest: Entry) -> Diary:
+    """The diary that entries are.
 
     Raises:
-        BadFile: If a line is damaged, or the first is not ``joined``.
+        BadFile: If they are none.
     """
-    found = list(read_values(path, _adapter))
-    if found and not isinstance(found[0], Joined):
-        raise BadFile(path, "line 1: names no participant")
-    return found
-
-
-def _diaries(people: Path) -> Iterator[Diary]:
-    if people.is_symlink():
-        raise BadFile(people, "a link, not a directory")
-    for path in sorted(people.glob("*.jsonl")):
-        if path.is_symlink() or not path.is_file():
-            raise BadFile(path, "a diary must be a regular file, not a link")
-        lines = read_diary(path)
-        if not lines:
-            continue
-        joined, *rest = lines
-        assert isinstance(joined, Joined)
-        try:
-            check_participant(participant_spec(joined.identity))
-        except BadValue as mistake:
-            raise BadFile(path, str(mistake)) from None
-        if path.name != f"{joined.identity}.jsonl":
-            raise BadFile(path, f"the diary of another participant, {joined.identity}")
-        then = tuple(line for line in rest if not isinstance(line, Joined))
-        if len(then) < len(rest):
-            raise BadFile(path, "the participant joins twice")
-        turns = [line.turn for line in then if not isinstance(line, Released)]
-        if turns != list(range(2, 2 + len(turns))):
-            raise BadFile(path, "an act is missing or duplicated")
-        yield Diary(joined, then)
+    try:
+        check_participant(participant_spec(identity))
+    except BadValue as mistake:
+        raise bad_diary(store, identity, str(mistake)) from None
+    if not isinstance(joined, Joined) or joined.identity != identity:
+        raise bad_diary(store, identity, "the first entry does not say that this participant joined")
+    then = tuple(line for line in rest if not isinstance(line, Joined))
+    if len(then) < len(rest):
+        raise bad_diary(store, identity, "the participant joins twice")
+    turns = [line.turn for line in then if not isinstance(line, Released)]
+    if turns != list(range(2, 2 + len(turns))):
+        raise bad_diary(store, identity, "an act is missing or duplicated")
+    return Diary(joined, then)
 
 
 def make_private(directory: Path) -> None:
@@ -282,13 +258,20 @@ def make_private(directory: Path) -> None:
         directory.chmod(0o700)
 
 
-def write_diaries(directory: Path, diaries: Iterable[Diary]) -> None:
-    """Write diaries into the directory of a study, each file atomically.
+def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
+    """Write diaries in place of those that there are of the same participants, all or none.
 
     Raises:
-        BadFile: If a diary cannot be written.
+        BadFile: If they cannot be written.
     """
-    for diary in diaries:
-        lines = (with_checksum(line.model_dump_json().encode()) for line in (diary.joined, *diary.lines))
-        content = b"".join(line + b"\n" for line in lines)
-        write_private(diary_path(directory, diary.identity), content)
+    with store.transaction(sync=True) as writing:
+        for diary in diaries:
+            writing.execute("delete from act where participant = ?", (diary.identity,))
+            _write_entries(writing, diary.identity, 1, (diary.joined, *diary.lines))
+
+
+def _write_entries(writing: Connection, identity: str, first: int, entries: Iterable[Entry]) -> None:
+    """Add entries to a diary, within a transaction."""
+    said = (_adapter.dump_json(one, exclude_defaults=False).decode() for one in entries)
+    rows = ((identity, number, entry) for number, entry in enumerate(said, first))
+    writing.executemany("insert into act (participant, number, entry) values (?, ?, ?)", rows)

@@ -14,6 +14,7 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.record import Trial
 
 
@@ -50,20 +51,20 @@ class DiaryImport:
                 elif len(diary.lines) > len(there.lines):
                     self._coming[identity] = Diary(there.joined, diary.lines)
 
-    def take(self, trials: Mapping[str, Trial]) -> int:
-        """Write new and longer diaries and return their number. No other process may be writing there.
+    def take(self, journal: Journal) -> int:
+        """Write new and longer diaries into the directory, which is open, and return their number.
 
-        Skips participants whose trials were all played by others here (``trials``, by key).
+        Skips participants whose trials were all played by others here.
 
         Raises:
             BadFile: If one cannot be written.
         """
-        players = {trial.agent for trial in trials.values()}
+        players = {trial.agent for trial in journal.trials.values()}
         elsewhere = self._played_there - players
         taken = [diary for diary in self._coming.values() if diary.spec not in elsewhere]
         if taken:
             make_private(self._directory)
-        write_diaries(self._directory, taken)
+        write_diaries(journal.store, taken)
         for name in (EXPERIMENT, TEXTS) if taken else ():
             here = self._directory / PEOPLE_DIRECTORY / name
             files = [source / PEOPLE_DIRECTORY / name for source in self._sources]

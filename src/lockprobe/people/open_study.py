@@ -8,6 +8,7 @@ has joined.
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
@@ -25,12 +26,13 @@ from lockprobe.people.practice import examples_of, practice_plan
 from lockprobe.people.text_scenes import TextScenes
 from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_file
 from lockprobe.people.tokens import TOKENS
-from lockprobe.people.withdrawal import delete_unnamed_pictures, finish_withdrawal, put, withdrawn
+from lockprobe.people.withdrawal import delete_unnamed_pictures, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.store import has_joined
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
@@ -132,7 +134,6 @@ async def open_study(
         own_thread() if study.simulated else nullcontext(here) as place,
     ):
         write_settings(directory, study)
-        finish_withdrawal(journal)
         with _undone_if_it_fails(directory) as invited:
             _settle(directory, experiment, words)
             yield OpenStudy(
@@ -148,7 +149,7 @@ async def open_study(
                 page=page,
             )
         if withdrawn(directory):
-            delete_unnamed_pictures(directory)
+            delete_unnamed_pictures(journal)
 
 
 @contextmanager
@@ -159,7 +160,7 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
         BadFile: If existing settings cannot be read.
     """
     people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
-    new, diaries = not people.exists(), _count_diaries(people)
+    new, joined = not people.exists(), has_joined(directory)
     made = [path for name in _MADE if not (path := people / name).exists()]
     mode = directory.stat().st_mode
     settings = {path: read_input(path) for name in _SETTINGS if (path := people / name).is_file()}
@@ -172,7 +173,7 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
         failed = False
         raise
     finally:
-        if failed and not (invited.is_set() or _count_diaries(people) > diaries):
+        if failed and not (invited.is_set() or has_joined(directory) > joined):
             with suppress(OSError, BadFile):
                 directory.chmod(mode)
                 for path in made:
@@ -182,10 +183,6 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
                         write_private(path, content)
                 if new:
                     people.rmdir()
-
-
-def _count_diaries(people: Path) -> int:
-    return sum(1 for _ in people.glob("*.jsonl"))
 
 
 def _check(study: Study, experiment: Experiment) -> None:
@@ -226,6 +223,6 @@ def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
         different |= {name: (there[name], asked[name]) for name in changed}
     if different:
         raise SettingsChanged(path.parent, different)
-    put(path, asked)
+    write_private(path, f"{json.dumps(asked, indent=2)}\n")
     if not diaries and (texts := words_file(experiment.language)).is_file():
         write_private(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))

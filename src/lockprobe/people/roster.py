@@ -7,10 +7,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import takewhile
 
-from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.people.assignment import Given, assigned, boxes_each, conditions_of
-from lockprobe.people.diary import Broken, Did, Entry, Released, Slot, diary_path, read_diaries
+from lockprobe.people.diary import Broken, Did, Entry, Released, Slot, bad_diary, read_diaries
 from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.session import Session
 from lockprobe.plants.catalogue import resolve_plant
@@ -59,7 +58,7 @@ class Roster:
         for diary in read_diaries(opened.directory):
             token, identity = diary.joined.token, diary.identity
             if token and whose.setdefault(token, identity) != identity:
-                raise BadFile(diary_path(opened.directory, identity), f"a copy of the diary of {whose[token]}")
+                raise bad_diary(opened.journal.store.path, identity, f"a copy of the diary of {whose[token]}")
             sessions.append(await Session.restore(opened, diary))
         return cls(opened, sessions)
 

@@ -15,6 +15,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from lockprobe.agents.participant import participant_spec
 from lockprobe.people.consent import CODE, Admission
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
@@ -25,7 +26,6 @@ from lockprobe.people.scenes import Scene
 from lockprobe.people.session import Session
 from lockprobe.people.texts import Words
 from lockprobe.people.tokens import TOKENS, Tokens
-from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
@@ -236,19 +236,14 @@ class ServerState:
             raise ActRefused("elsewhere", "open in another page")
 
     async def _delete(self, session: Session) -> None:
-        """Delete all data of a participant, whose lock is held. After the note they cannot act."""
+        """Delete all data of a participant, whose lock is held. They cannot act any more."""
         await session.let_go()
-        self._finish()  # a deletion that was noted before and failed, perhaps this one
-        if self._roster.called(session.journey.identity) is session:
-            note_withdrawal(self._opened.journal, session.journey.identity)
-            session.gone = True
-            self._finish()
-
-    def _finish(self) -> None:
-        identity = finish_withdrawal(self._opened.journal)
-        if identity is not None and (session := self._roster.called(identity)) is not None:
+        identity, journal = session.journey.identity, self._opened.journal
+        if self._roster.called(identity) is session:
+            journal.delete_participant(participant_spec(identity))
             session.gone = True
             self._roster.remove(session)
+        journal.erase()
 
 
 def _outside(token: str, lease: str, scene: Scene) -> PageReply:

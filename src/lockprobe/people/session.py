@@ -5,11 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AsyncExitStack
-from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
-from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Entry, Released, diary_path
+from lockprobe.people.diary import Broken, Diary, DiaryWriter, Did, Entry, Released, bad_diary
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.refusals import ActRefused
@@ -45,7 +44,7 @@ class Session:
         self._opened = opened
         self._trial: PausedTrial | None = None
         self._unrecorded: tuple[Trial, Timing] | None = None
-        self._file = DiaryFile(self.path)
+        self._diary = DiaryWriter(opened.journal.store, journey.identity)
 
     @classmethod
     async def restore(cls, opened: OpenStudy, diary: Diary) -> Session:
@@ -65,13 +64,11 @@ class Session:
             if opened.journal.owes(key):
                 await session._record_again(box, diary)
             elif not _as_recorded(diary.attempts(box), opened.journal.trials[key], diary.spec):
-                raise BadFile(session.path, f"its steps differ from the record of {key}")
+                raise session._bad(f"its steps differ from the record of {key}")
         return session
 
-    @property
-    def path(self) -> Path:
-        """The path of the diary."""
-        return diary_path(self._opened.directory, self.journey.identity)
+    def _bad(self, why: str) -> BadFile:
+        return bad_diary(self._opened.journal.store.path, self.journey.identity, why)
 
     async def show(self) -> Scene:
         """The scene that the participant is in.
@@ -127,7 +124,7 @@ class Session:
         Raises:
             BadFile: If it cannot be written.
         """
-        self._file.write(self.journey.joined)
+        self._diary.write(self.journey.joined)
 
     async def release(self) -> None:
         """Give the trials that are not finished to others.
@@ -221,7 +218,7 @@ class Session:
             self._trial = await self._begin(box, self.journey.played)
             if self._trial.trial is not None and self._trial.sound:
                 await self.let_go()
-                raise BadFile(self.path, f"the replay of box {box} ends earlier than the play")
+                raise self._bad(f"the replay of box {box} ends earlier than the play")
         return self._trial
 
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
@@ -235,7 +232,7 @@ class Session:
                 plan, steps, facts=facts, words_alone=True, pictures=pictures, place=self._opened.place
             )
         except BadValue as error:
-            raise BadFile(self.path, str(error)) from None
+            raise self._bad(str(error)) from None
 
     def _plan(self, box: int) -> tuple[Plan, Mapping[str, Fact]]:
         """The trial of a box, and the settings of the page for its record."""
@@ -270,7 +267,7 @@ class Session:
         trial = await self._begin(box, diary.attempts(box))
         try:
             if trial.trial is None or not trial.sound:
-                raise BadFile(self.path, f"the replay of box {box} ends differently from the play")
+                raise self._bad(f"the replay of box {box} ends differently from the play")
             self._append(box, trial, *diary.times(box))
         finally:
             await trial.close()
@@ -294,7 +291,7 @@ class Session:
             self._unrecorded = None
 
     def _write(self, line: Entry) -> None:
-        self._file.write(line)
+        self._diary.write(line)
         self.journey.follow(line)
         self.on_line(self, line)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from lockprobe.foundation.errors import BadFile
-from lockprobe.people.diary import Diary, Did, diary_path
+from lockprobe.people.diary import Diary, Did, bad_diary
 from lockprobe.people.responses import Attempt
+from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -41,13 +41,13 @@ def acts_of_steps(
                 act = acts.get(step.step)
                 said = step.decision
                 if act is None or not isinstance(act.act, Attempt):
-                    why = f"step {step.step} of {key} is not in it"
+                    why = f"step {step.step} of {key} is not in the diary"
                 elif (act.act.joint, act.act.claimed) != (said.joint, said.claimed):
-                    why = f"step {step.step} of {key} is {act.act.joint} in it, and {said.joint} in trials.jsonl"
+                    why = f"step {step.step} of {key} is {act.act.joint} in the diary, and {said.joint} on record"
                 else:
                     found[key, step.step] = act
                     continue
-                raise BadFile(diary_path(directory, diary.identity), why)
+                raise bad_diary(directory / STORE, diary.identity, why)
     return found
 
 

@@ -16,6 +16,7 @@ from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.read_records import LeftOut, read_records
+from lockprobe.studies.records.store import has_joined
 from lockprobe.studies.stopping import block_orders, broken_by_agent, counted
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -109,7 +110,7 @@ def open_study(directory: Path) -> OpenedStudy:
         BadFile: If it is not that of a study, or a record or a participant's diary is damaged.
     """
     diaries, gone = list["Diary"](), 0
-    if lexists(directory / PEOPLE_DIRECTORY):  # also a link, which is refused
+    if lexists(directory / PEOPLE_DIRECTORY) or has_joined(directory):
         from lockprobe.people.diary import read_diaries  # with every act of a person, which few studies have
         from lockprobe.people.withdrawal import withdrawn
 

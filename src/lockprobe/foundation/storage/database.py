@@ -152,11 +152,13 @@ class Database:
         """Leave no byte of what was deleted: it is written anew, and its log is emptied.
 
         Raises:
-            BadFile: If it cannot be written.
+            BadFile: If it cannot be written, or somebody reads it and so keeps its log.
         """
         with self._lock, _said(self.path):
             self._db.execute("vacuum")
-            self._db.execute("pragma wal_checkpoint(truncate)")
+            (busy, *_) = self._db.execute("pragma wal_checkpoint(truncate)").fetchone()
+        if busy:
+            raise BadFile(self.path, "is being read by another program, so its log still holds what was deleted")
 
     def _end(self) -> None:
         """Put the log into the file, so that it is alone; where a reader has it open the log stays, and is read."""

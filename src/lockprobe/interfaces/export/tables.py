@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from lockprobe.agents.participant import participant_spec
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.interfaces.export.data_dictionary import PLATFORM
@@ -19,7 +18,6 @@ from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Answers, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
-from lockprobe.people.withdrawal import withdrawing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
@@ -61,19 +59,18 @@ class PeopleRecords:
 
     @classmethod
     def read(cls, directory: Path, *, platform_ids: bool = False) -> PeopleRecords:
-        """The records in the directory of a study, without a participant whose deletion is under way.
+        """The records in the directory of a study.
 
         ``platform_ids`` keeps what the recruitment platform said of participants.
 
         Raises:
             BadFile: If the directory is not a study's, or a file in it is damaged.
         """
-        trials, diaries, leaves = load(directory), read_diaries(directory), withdrawing(directory)
         return cls(
             directory,
             read_study(directory),
-            tuple(trial for trial in trials if leaves is None or trial.agent != participant_spec(leaves)),
-            tuple(without_identity(kept, platform=platform_ids) for kept in diaries if kept.joined.identity != leaves),
+            tuple(load(directory)),
+            tuple(without_identity(kept, platform=platform_ids) for kept in read_diaries(directory)),
             kept_experiment(directory),
         )
 

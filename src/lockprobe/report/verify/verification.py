@@ -19,11 +19,10 @@ from pathlib import Path
 from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.agents.policy import Policy
-from lockprobe.foundation.errors import BadValue, LockprobeError, UserMistake
+from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
-from lockprobe.foundation.storage.jsonl import whole_lines, without_checksum
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.people.responses import Attempt
 from lockprobe.people.step_times import key_of, times_of_steps
@@ -33,7 +32,6 @@ from lockprobe.report.verify.made_again import report_held
 from lockprobe.report.verify.replay import ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.verify.replies import LoggedCalls, replies_held
 from lockprobe.studies.branch import FORKS, fork_plan
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.next_choice import next_choice
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
@@ -112,19 +110,13 @@ class _PlayedAgain:
 
 
 def _records(of: _PlayedAgain) -> Iterator[Check]:
-    """The store is sound and says what its records say; diaries have their checksums; how many trials were errors."""
+    """The store is sound and says what its records say; how many trials ended as an error."""
     opened, directory, failed = of.opened, of.opened.directory, list[str]()
     for folder in (directory, directory / FORKS):
         if is_there(folder / STORE):
             with read(folder) as store:
                 sound = (said for (said,) in store.rows("pragma quick_check") if said != "ok")
                 failed += (f"{store.path.relative_to(directory)}: {said}" for said in (*sound, *contradictions(store)))
-    for path in sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl")):
-        for number, line in whole_lines(path):
-            try:
-                without_checksum(line)
-            except BadValue as error:
-                failed.append(f"{path.relative_to(directory)}, line {number}: {error}")
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"

@@ -23,7 +23,7 @@ from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.settings_hash import in_no_order
-from lockprobe.studies.records.store import STORE, holds_records
+from lockprobe.studies.records.store import STORE, has_joined, holds_records
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import Until
 from lockprobe.trial.condition import TRUTH
@@ -168,7 +168,7 @@ def claim(directory: Path, study: Study) -> None:
     path, played = directory / SETTINGS, holds_records(directory)
     if not path.exists() and played:
         raise BadFile(directory, f"holds {STORE} but no {SETTINGS}: put it back, or give another --out")
-    somebody = path.exists() and any((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))  # who has joined plays this study
+    somebody = path.exists() and has_joined(directory)  # who has joined plays this study
     if not (played or somebody):
         write_settings(directory, study)
         return

@@ -62,6 +62,7 @@ class Journal:
             claim(directory, study)
             with Calls.open(store) as calls:
                 journal = cls(directory, study, store, calls)
+                journal.erase()
                 try:
                     yield journal
                 finally:
@@ -94,24 +95,38 @@ class Journal:
         if not trial.owed_again:
             self.calls.forget(trial.key)
 
-    def delete_player(self, player: str) -> None:
-        """Delete all records of a person, when they withdraw, and leave no byte of them; can be repeated.
+    def delete_participant(self, player: str) -> None:
+        """Delete what a person did and their records, and count that they withdrew. :meth:`erase` leaves no byte.
+
+        Copies that were rescued lose them first. Where somebody else has played a trial of theirs, that record counts.
+
+        Raises:
+            BadFile: If it cannot be written; then nothing is deleted here.
+        """
+        for rescued in rescued_files(self.directory / STORE):
+            with Database.writing(rescued, SCHEMA) as store:
+                _delete(store, player)
+                store.erase()
+        _delete(self.store, player)
+        for key in [key for key, one in self.trials.items() if one.player == player]:
+            del self.trials[key]
+
+    def erase(self) -> None:
+        """Leave no byte of people who withdrew. If it is not done, the next opening does it.
 
         Raises:
             BadFile: If it cannot be written.
         """
-        keys = [key for key, one in self.trials.items() if one.player == player]
-        _delete(self.store, player)
-        for rescued in rescued_files(self.directory / STORE):
-            with Database.writing(rescued, SCHEMA) as store:
-                _delete(store, player)
-        for key in keys:
-            del self.trials[key]
+        if self.store.one("select count(*) from tally where name = 'erasing'")[0]:
+            self.store.erase()
+            with self.store.transaction(sync=True) as writing:
+                writing.execute("delete from tally where name = 'erasing'")
 
 
 def _delete(store: Database, player: str) -> None:
-    """Delete a person's trials; where somebody else has played one too, that record counts again."""
     with store.transaction(sync=True) as writing:
-        writing.execute("delete from trial where player = ?", (player,))
-        writing.execute("update trial set current = 1 where id in (select max(id) from trial group by key)")
-    store.erase()
+        done = writing.execute("delete from act where participant = ?", (player.partition(":")[2],)).rowcount
+        done += writing.execute("delete from trial where player = ?", (player,)).rowcount
+        writing.execute("update trial set current = id in (select max(id) from trial group by key)")
+        count = "insert into tally values (?, 1) on conflict do update set number = number + ?"
+        writing.executemany(count, [("withdrawn", 1), ("erasing", 0)] if done else [])

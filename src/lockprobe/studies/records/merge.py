@@ -109,14 +109,14 @@ def source_of_directory(directory: Path) -> MergeSource:
 
 
 def gather(
-    directory: Path, sources: Sequence[MergeSource], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
+    directory: Path, sources: Sequence[MergeSource], beside: Callable[[Journal], None] = lambda journal: None
 ) -> Gathered:
     """Merge sources into a directory, which is created if missing. Idempotent.
 
     Args:
         directory: The directory of the study.
         sources: The sources; earlier ones have precedence.
-        beside: Called with all trials of the merged directory while it is still locked.
+        beside: Called with the journal of the merged directory while it is still open.
 
     Raises:
         BadValue: If there is no source.
@@ -150,7 +150,7 @@ def gather(
         counts = [_take(source, journal, book, log, there) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
-        beside(journal.trials)
+        beside(journal)
     taken, kept, different, missing = (sum(column) for column in zip(*counts, strict=True))
     return Gathered(
         taken=taken,

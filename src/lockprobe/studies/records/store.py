@@ -42,6 +42,10 @@ create unique index current_trial on trial (key) where current;
 create table call (id integer primary key, key text not null, asked text, answer text) strict;
 create index open_call on call (id) where answer is null;
 create table attempt (id integer primary key, key text not null, entry text not null) strict;
+create table act (
+  participant text not null, number int not null, entry text not null, primary key (participant, number)
+) strict, without rowid;
+create table tally (name text primary key, number int not null) strict, without rowid;
 """
 
 
@@ -80,3 +84,11 @@ def holds_records(directory: Path) -> bool:
             store.one(f"select exists (select 1 from {table})")[0]  # noqa: S608 - our own tables
             for table in ("trial", "call", "attempt")
         )
+
+
+def has_joined(directory: Path) -> bool:
+    """Whether somebody takes part in a directory."""
+    if not is_there(directory / STORE):
+        return False
+    with read(directory) as store:
+        return bool(store.one("select exists (select 1 from act)")[0])
