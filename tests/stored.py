@@ -10,7 +10,6 @@ from typing import Any
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
-from lockprobe.foundation.storage.jsonl import without_checksum
 from lockprobe.studies.records.store import STORE, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
 from lockprobe.trial.trial_reader import TrialReader
@@ -57,15 +56,19 @@ def _row(record: bytes, identity: str, seconds: float) -> TrialRow:
 def store_lines(directory: Path) -> None:
     """Put the lines of ``trials.jsonl`` and of ``people`` into the store: the form in which frozen studies are kept."""
     path = directory / "trials.jsonl"
-    lines = [json.loads(without_checksum(line)) for line in path.read_bytes().splitlines()]
+    lines = [_of_line(line) for line in path.read_bytes().splitlines()]
     identities = [line.pop("identity") for line in lines]
     rewrite(directory, lines, identities)
     path.unlink()
     for path in sorted((directory / "people").glob("*.jsonl")):
         for number, line in enumerate(path.read_bytes().splitlines(), 1):
-            row = path.stem, number, without_checksum(line).decode()
-            sql(directory, "insert into act values (?, ?, ?)", *row)
+            sql(directory, "insert into act values (?, ?, ?)", path.stem, number, json.dumps(_of_line(line)))
         path.unlink()
+
+
+def _of_line(line: bytes) -> dict[str, Any]:
+    """The object on a line, without its checksum."""
+    return {name: value for name, value in json.loads(line).items() if name != "crc"}
 
 
 def acts(directory: Path, identity: str) -> list[dict[str, Any]]:

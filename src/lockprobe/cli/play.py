@@ -11,7 +11,7 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -31,7 +31,6 @@ from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.atomic_file import writing
-from lockprobe.foundation.storage.jsonl import LineFile, one_line
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.options.trial_options import TrialOptions
@@ -135,10 +134,14 @@ def _check_record(path: Path) -> None:
 
 
 def _append(path: Path, trial: Trial) -> None:
-    with closing(LineFile(path)) as file:
-        if not file.left.tail.endswith(b"\n") and file.left.size:
-            file.append(b"")  # a last line without its end is ended, so that this one starts clean
-        file.append(one_line(trial_to_json(trial)))
+    with writing(path), path.open("ab+") as file:
+        if path.stat().st_nlink > 1:
+            raise BadFile(
+                path, "has a second name elsewhere (a hard link), which would be written too: put a copy here"
+            )
+        file.seek(-1 if file.tell() else 0, os.SEEK_END)
+        before = b"" if file.read() in (b"", b"\n") else b"\n"  # a last line without its end is ended
+        file.write(before + trial_to_json(trial) + b"\n")
 
 
 def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:

@@ -99,21 +99,6 @@ def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
     return content
 
 
-def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
-    """The lines of a file, each with its end and at most ``most`` bytes; the last may have no end.
-
-    Raises:
-        BadFile: If it is no regular file, has a longer line, or cannot be read.
-    """
-    with _opened(path) as file:
-        number = 0
-        while line := file.readline(most + 1):
-            number += 1
-            if len(line) > most:
-                raise BadFile(path, f"line {number}: longer than {most} bytes")
-            yield line
-
-
 def parse_json(content: bytes | str, path: Path) -> object:
     """Parse the UTF-8 content of a JSON file; messages name its path.
 
