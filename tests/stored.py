@@ -62,7 +62,13 @@ def store_lines(directory: Path) -> None:
     path.unlink()
     for path in sorted((directory / "people").glob("*.jsonl")):
         for number, line in enumerate(path.read_bytes().splitlines(), 1):
-            sql(directory, "insert into act values (?, ?, ?)", path.stem, number, json.dumps(_of_line(line)))
+            sql(
+                directory,
+                "insert into act (participant, number, entry) values (?, ?, ?)",
+                path.stem,
+                number,
+                json.dumps(_of_line(line)),
+            )
         path.unlink()
 
 

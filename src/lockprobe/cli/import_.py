@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json as json_
-from dataclasses import asdict
+import sys
+from contextlib import ExitStack
+from dataclasses import asdict, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
 
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.formatting import count
+from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
+from lockprobe.studies.records.merge import MergeSource, gather, picture_of, source_of_directory
+from lockprobe.studies.records.salvage import save_sound_rows
 
 _SOURCES = "The directory of another study."
 
@@ -26,14 +32,18 @@ def take(
 ) -> None:
     """Import trials that DIR does not have from other study directories.
 
-    They must be of the same study: all settings except the agents must be equal.
+    They must be of the same study: all settings except the agents must be equal. Of a damaged one, what is sound is
+    taken.
     """
-    found = [_source(path, directory) for path in sources]
-    diaries = DiaryImport(directory, {source.path: source.trials for source in found})
     people: list[tuple[int, int]] = []
-    gathered = gather(
-        directory, found, beside=lambda journal: people.append((diaries.take(journal), diaries.lost(journal.trials)))
-    )
+    with ExitStack() as held:
+        found = [_source(path, directory, held) for path in sources]
+        diaries = DiaryImport(directory, {source.path: source.trials for source in found})
+        gathered = gather(
+            directory,
+            found,
+            beside=lambda journal: people.append((diaries.take(journal), diaries.lost(journal.trials))),
+        )
     ((came, lost),) = people
     if json:
         print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
@@ -59,11 +69,18 @@ def take(
     print(printable(said))
 
 
-def _source(path: Path, directory: Path) -> MergeSource:
+def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
     if path.resolve() == directory.resolve():
         raise BadValue("SOURCE", str(path), "a directory other than DIR")
     if not path.exists():
         raise BadFile(path, "no such file or directory")
     if not (path / SETTINGS).is_file():
         raise BadFile(path, "not a study directory")
-    return source_of_directory(path)
+    try:
+        return source_of_directory(path)
+    except Damaged as damaged:
+        sound = Path(held.enter_context(TemporaryDirectory()))
+        saved = save_sound_rows(path, sound)
+        print(printable(f"{damaged}"), file=sys.stderr)
+        print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
+        return replace(source_of_directory(sound), picture=picture_of(path))

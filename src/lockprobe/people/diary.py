@@ -221,7 +221,7 @@ def read_diaries(directory: Path | str) -> list[Diary]:
         return []
     entries: dict[str, list[Entry]] = {}
     with read(directory) as store:
-        for identity, number, entry in store.rows("select * from act order by participant, number"):
+        for identity, number, entry in store.rows("select participant, number, entry from act order by 1, 2"):
             try:
                 entries.setdefault(identity, []).append(_adapter.validate_json(entry, strict=True, extra="forbid"))
             except ValidationError as error:

@@ -21,7 +21,7 @@ from typing import Any
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular
-from lockprobe.foundation.storage.atomic_file import Replacement, writing
+from lockprobe.foundation.storage.atomic_file import write_file, writing
 from lockprobe.foundation.storage.links import refuse_links
 
 _BESIDE = ("-wal", "-shm", "-journal")
@@ -35,10 +35,17 @@ _SYNC_SECONDS = 0.5
 
 _WITHOUT_LOCKS = "&vfs=unix-none"
 
-_LOCKS_FAIL = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_PROTOCOL)
+_OTHER_WAY = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_PROTOCOL, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
+"""Errors after which a file is opened in another way: where locks fail, and where nothing can be written beside it."""
 
-SAVE = "what is sound in it: `lockprobe import NEW DIR`, with an empty directory as NEW"
-"""What to do with a damaged file."""
+
+class Damaged(BadFile):
+    """Raised when a file or a row of it is damaged; the rest can be saved."""
+
+    def __init__(self, path: Path, why: str) -> None:
+        super().__init__(
+            path, f"{why}; save the rest: `lockprobe import NEW {path.parent}`, where NEW does not exist yet"
+        )
 
 
 class Database:
@@ -64,11 +71,11 @@ class Database:
             refuse_links(path.with_name(path.name + beside))
         check_regular(path)
         if not path.exists():
-            _make(path, schema)
+            write_file(path, _new(schema).serialize(), alone=True)
         with writing(path):
             if path.stat().st_nlink > 1:
                 raise BadFile(path, "has a second name elsewhere (a hard link), which would be written too: copy it")
-        with closing(_opened(path, ("mode=rw", f"mode=rw{_WITHOUT_LOCKS}"), schema, _write_ahead)) as connection:
+        with closing(_opened(path, ("mode=rw", f"mode=rw{_WITHOUT_LOCKS}"), schema, ahead=True)) as connection:
             opened = cls(path, connection)
             try:
                 yield opened
@@ -100,7 +107,8 @@ class Database:
             BadFile: If the file cannot be read or is damaged.
         """
         with _said(self.path):
-            yield from self._db.execute(sql, values)
+            for row in self._db.execute(sql, values):  # noqa: UP028 - what is left of a cursor may outlive its file
+                yield row
 
     def one(self, sql: str, *values: object) -> tuple[Any, ...]:
         """The first row of a statement that always has one."""
@@ -112,7 +120,7 @@ class Database:
 
         Raises:
             BadFile: If they cannot be written, as on a full disk. If somebody else deleted or replaced the file, all
-                that was written, these statements too, is in a second file, ``NAME.rescued``.
+                that was written is in a second file, ``NAME.rescued``.
         """
         with self._lock, _said(self.path):
             now = time.monotonic()
@@ -125,6 +133,7 @@ class Database:
             except BaseException:
                 with suppress(sqlite3.Error):
                     self._db.execute("rollback")
+                self.check()
                 raise
             self._synced = now if sync else self._synced
             self.check()
@@ -189,56 +198,41 @@ def _place(path: Path) -> tuple[int, int] | None:
     return None
 
 
-def _make(path: Path, schema: str) -> None:
-    """Make an empty file, whole or not at all."""
-    new = Replacement(path, alone=True)
-    try:
-        new.create()
-        with _said(path), closing(sqlite3.connect(new.draft, isolation_level=None)) as connection:
-            connection.executescript(schema)
-        new.sync()
-        new.rename()
-    finally:
-        new.drop()
+def _opened(path: Path, ways: Sequence[str], schema: str, *, ahead: bool = False) -> sqlite3.Connection:
+    """A connection, by the first way that works on this file system.
 
-
-def _opened(path: Path, ways: Sequence[str], schema: str, then: Any = lambda connection: None) -> sqlite3.Connection:
-    """A connection, by the first way that works here; the others are for file systems without locks or to be read."""
-    for way, last in zip(ways, (*[False] * (len(ways) - 1), True), strict=True):
-        with _said(path):
-            connection = sqlite3.connect(
-                f"{path.absolute().as_uri()}?{way}",
-                uri=True,
-                isolation_level=None,
-                timeout=_WAIT,
-                check_same_thread=False,  # one thread at a time writes; see Database.transaction
-            )
+    ``ahead`` writes to a log beside the file where that works, so that readers and the writer do not wait.
+    """
+    with _said(path):
+        for way in ways:
             try:
-                connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
-                connection.execute("pragma trusted_schema=off")
-                there = _tables(connection)
-                then(connection)
+                connection = _connected(path, way, ahead=ahead)
+                break
             except sqlite3.Error as error:
-                connection.close()
-                code = getattr(error, "sqlite_errorcode", 0) & 0xFF
-                if not last and code in (*_LOCKS_FAIL, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
-                    continue
-                raise
-        if there != _expected(schema):
+                if way == ways[-1] or _code(error) not in _OTHER_WAY:
+                    raise
+        if _tables(connection) != _tables(_new(schema)):
             connection.close()
             raise BadFile(path, "its tables are not those of this release's studies")
-        return connection
-    raise AssertionError
+    return connection
 
 
-def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Write to a log beside the file, so that readers and the writer do not wait; elsewhere it stays without."""
+def _connected(path: Path, way: str, *, ahead: bool) -> sqlite3.Connection:
+    uri = f"{path.absolute().as_uri()}?{way}"
+    # one thread at a time writes, see Database.transaction
+    connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
     try:
-        connection.execute("pragma journal_mode=wal")
-    except sqlite3.OperationalError as error:
-        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:  # somebody reads it now
-            raise
-    connection.execute("pragma secure_delete=on")
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
+        connection.execute("pragma trusted_schema=off")
+        connection.execute("pragma secure_delete=on")
+        if ahead:
+            with suppress(sqlite3.OperationalError):  # somebody reads it now, or there is no shared memory
+                connection.execute("pragma journal_mode=wal")
+        _tables(connection)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
 def _tables(connection: sqlite3.Connection) -> list[tuple[object, ...]]:
@@ -246,10 +240,11 @@ def _tables(connection: sqlite3.Connection) -> list[tuple[object, ...]]:
 
 
 @cache
-def _expected(schema: str) -> list[tuple[object, ...]]:
-    with closing(sqlite3.connect(":memory:")) as connection:
-        connection.executescript(schema)
-        return _tables(connection)
+def _new(schema: str) -> sqlite3.Connection:
+    """An empty file in memory."""
+    connection = sqlite3.connect(":memory:", check_same_thread=False)
+    connection.executescript(schema)
+    return connection
 
 
 @contextmanager
@@ -258,13 +253,18 @@ def _said(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        code = _code(error)
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
-            raise BadFile(path, f"damaged ({error}); {SAVE}") from error
+            raise Damaged(path, f"damaged ({error})") from error
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
         raise BadFile(path, f"cannot be {done} ({_why(error, code)})") from error
+
+
+def _code(error: sqlite3.Error) -> int:
+    """What went wrong; SQLite adds details in higher bits."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF
 
 
 def _why(error: sqlite3.Error, code: int) -> str:

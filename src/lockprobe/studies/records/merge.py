@@ -90,11 +90,6 @@ def source_of_directory(directory: Path) -> MergeSource:
     Raises:
         BadFile: If it is not the directory of a study, or something in it is damaged.
     """
-
-    def picture(name: str) -> bytes | None:
-        file = directory / ALBUM / name
-        return read_input(file) if file.is_file() else None
-
     trials, calls, timings = tuple(load(directory)), tuple(read_calls(directory)), read_timings(directory)
     return MergeSource(
         path=directory,
@@ -104,8 +99,18 @@ def source_of_directory(directory: Path) -> MergeSource:
         seconds={timing.key: timing.seconds for timing in timings},
         calls=calls,
         attempts=AttemptLog.read(directory),
-        picture=picture,
+        picture=picture_of(directory),
     )
+
+
+def picture_of(directory: Path) -> Callable[[str], bytes | None]:
+    """The function from the name of a picture in a directory to its bytes; None for a missing one."""
+
+    def picture(name: str) -> bytes | None:
+        file = directory / ALBUM / name
+        return read_input(file) if file.is_file() else None
+
+    return picture
 
 
 def gather(

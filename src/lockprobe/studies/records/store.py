@@ -43,8 +43,12 @@ create table call (id integer primary key, key text not null, asked text, answer
 create index open_call on call (id) where answer is null;
 create table attempt (id integer primary key, key text not null, entry text not null) strict;
 create table act (
-  participant text not null, number int not null, entry text not null, primary key (participant, number)
-) strict, without rowid;
+  id integer primary key,
+  participant text not null,
+  number int not null,
+  entry text not null,
+  unique (participant, number)
+) strict;
 create table tally (name text primary key, number int not null) strict, without rowid;
 """
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.inputs import LARGEST_INPUT
-from lockprobe.foundation.storage.database import SAVE, Database
+from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import read
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
@@ -128,8 +128,8 @@ def trial_in(store: Database, reader: TrialReader, key: str, record: bytes) -> T
     return trial
 
 
-def _damaged(store: Database, key: str, why: str) -> BadFile:
-    return BadFile(store.path, f"{key}: its record is damaged ({why}); {SAVE}")
+def _damaged(store: Database, key: str, why: str) -> Damaged:
+    return Damaged(store.path, f"{key}: its record is damaged ({why})")
 
 
 def replaced_records(directory: Path | str) -> list[Trial]:

@@ -1,0 +1,214 @@
+"""A file of SQLite: whole or not at all, whoever else reads, writes, kills or sends it."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing, suppress
+
+import pytest
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage import database as module
+from lockprobe.foundation.storage.database import Database
+
+SCHEMA = "create table line (id integer primary key, text text not null) strict;"
+
+
+@pytest.fixture(params=["locks", "no locks"])
+def path(request, tmp_path, monkeypatch):
+    """A file, also where SQLite's own locks fail: the writer then has the directory's."""
+    if request.param == "no locks":
+        plain = sqlite3.connect
+
+        def without(name, **more):
+            if "mode=" in name and "unix-none" not in name and "immutable" not in name:
+                raise _failed("disk I/O error", sqlite3.SQLITE_IOERR)
+            return plain(name, **more)
+
+        monkeypatch.setattr(module.sqlite3, "connect", without)
+    return tmp_path / "d.db"
+
+
+def _failed(said, code):
+    error = sqlite3.OperationalError(said)
+    error.sqlite_errorcode = code
+    return error
+
+
+def put(store, text, **how):
+    with store.transaction(**how) as writing:
+        writing.execute("insert into line (text) values (?)", (text,))
+
+
+def texts(path):
+    with Database.reading(path, SCHEMA) as store:
+        return [text for (text,) in store.rows("select text from line order by id")]
+
+
+def test_what_is_committed_is_read_while_it_is_written_and_afterwards_from_one_file(path):
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+        assert texts(path) == ["one"]
+        with suppress(ZeroDivisionError), store.transaction() as writing:
+            writing.execute("insert into line (text) values ('never')")
+            raise ZeroDivisionError
+        put(store, "two", sync=True)
+        assert texts(path) == ["one", "two"]
+    assert [one.name for one in path.parent.iterdir()] == ["d.db"]
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "three")
+    assert texts(path) == ["one", "two", "three"]
+
+
+def test_a_log_that_a_kill_left_is_read_and_taken_in(tmp_path):
+    path = tmp_path / "d.db"
+    script = (
+        f"import os, signal; from pathlib import Path; from lockprobe.foundation.storage.database import Database\n"
+        f"with Database.writing(Path({str(path)!r}), {SCHEMA!r}) as store:\n"
+        "    for number in range(9):\n"
+        "        with store.transaction() as writing:\n"
+        "            writing.execute('insert into line (text) values (?)', (str(number),))\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert path.with_name("d.db-wal").exists()
+    assert texts(path) == [*map(str, range(9))]
+    with Database.writing(path, SCHEMA):
+        pass
+    assert not path.with_name("d.db-wal").exists()
+    assert texts(path) == [*map(str, range(9))]
+
+
+def test_a_finished_file_is_read_where_nothing_can_be_written(path, monkeypatch):
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+    plain = sqlite3.connect
+
+    def read_only(name, **more):  # what a directory without the right to write does, also to root
+        if "mode=" in name and "immutable" not in name:
+            raise _failed("unable to open database file", sqlite3.SQLITE_CANTOPEN)
+        return plain(name, **more)
+
+    monkeypatch.setattr(module.sqlite3, "connect", read_only)
+    assert texts(path) == ["one"]
+    path.with_name("d.db-wal").write_bytes(b"commits")
+    with pytest.raises(BadFile, match="d.db: cannot be read .unable to open"):
+        texts(path)
+
+
+@pytest.mark.parametrize("change", ["deleted", "replaced"])
+def test_who_deletes_or_replaces_it_ends_the_writing_and_all_is_beside_it(path, change):
+    for number in ("", "-2"):
+        with Database.writing(path, SCHEMA) as store:
+            put(store, "one")
+            path.unlink()
+            if change == "replaced":
+                path.write_bytes(b"another")
+            for _ in range(2):
+                with pytest.raises(BadFile, match=f"{change} by somebody else .* is in d.db.rescued"):
+                    put(store, "two")
+            path.unlink(missing_ok=True)
+        assert texts(path.with_name(f"d.db.rescued{number}"))[0] == "one"
+        for beside in ("-wal", "-shm"):
+            path.with_name(f"d.db{beside}").unlink(missing_ok=True)
+
+
+def test_a_directory_that_was_moved_does_not_come_back(tmp_path):
+    (tmp_path / "d").mkdir()
+    with Database.writing(tmp_path / "d" / "d.db", SCHEMA) as store:
+        put(store, "one")
+        (tmp_path / "d").rename(tmp_path / "e")
+        with pytest.raises(BadFile, match="its directory was deleted or moved"):
+            put(store, "two")
+    assert [one.name for one in tmp_path.iterdir()] == ["e"]
+
+
+def _link(path):
+    path.with_name("elsewhere").write_bytes(b"")
+    path.symlink_to(path.with_name("elsewhere"))
+
+
+def _log_that_is_a_link(path):
+    path.with_name("elsewhere").write_bytes(b"")
+    path.with_name(f"{path.name}-wal").symlink_to(path.with_name("elsewhere"))
+
+
+def _hard_link(path):
+    with Database.writing(path, SCHEMA):
+        pass
+    path.with_name("elsewhere").hardlink_to(path)
+
+
+def _trigger(path):
+    with Database.writing(path, SCHEMA), closing(sqlite3.connect(path)) as db:
+        db.execute("create trigger bad after insert on line begin select load_extension('x'); end")
+
+
+def _view(path):
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("create view line as select 1 as id, readfile('/etc/passwd') as text")
+
+
+@pytest.mark.parametrize(
+    ("there", "reads", "said"),
+    [
+        (lambda path: path.write_bytes(b"rubbish " * 999), True, "damaged .file is not a database"),
+        (lambda path: path.write_bytes(b""), True, "its tables are not those"),
+        (os.mkdir, True, "a directory, not a regular file"),
+        (os.mkfifo, True, "a pipe, not a regular file"),
+        (_trigger, True, "its tables are not those"),
+        (_view, True, "its tables are not those"),
+        (_log_that_is_a_link, True, "is a link"),
+        (_link, False, "is a link inside the directory of a study"),
+        (_hard_link, False, "has a second name elsewhere"),
+    ],
+)
+def test_what_somebody_put_there_is_refused_in_one_line(tmp_path, there, reads, said):
+    (tmp_path / "study.json").touch()
+    path = tmp_path / "d.db"
+    if there is _log_that_is_a_link:
+        with Database.writing(path, SCHEMA):
+            pass
+    there(path)
+    for opening in (Database.writing, Database.reading)[: 1 + reads]:
+        with pytest.raises(BadFile, match=said) as refused, opening(path, SCHEMA):
+            pass
+        assert "\n" not in str(refused.value)
+
+
+def test_a_damaged_page_is_said_to_be_damaged_and_how_to_save_the_rest(tmp_path):
+    path = tmp_path / "d.db"
+    with Database.writing(path, SCHEMA) as store, store.transaction() as writing:
+        writing.executemany("insert into line (text) values (?)", [("x" * 500,)] * 99)
+    content = bytearray(path.read_bytes())
+    content[4096:12288] = b"\xff" * 8192
+    path.write_bytes(content)
+    with pytest.raises(BadFile, match=r"d.db: damaged .*`lockprobe import NEW DIR`"):
+        texts(path)
+
+
+def test_on_a_full_disk_nothing_of_a_transaction_is_there_and_the_next_one_is(tmp_path):
+    path = tmp_path / "d.db"
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+        with store.transaction() as writing:
+            writing.execute("pragma max_page_count=10")
+        with pytest.raises(BadFile, match="cannot be written .No space left on device"):
+            put(store, "x" * 100_000)
+        put(store, "two")
+    assert texts(path) == ["one", "two"]
+
+
+def test_what_is_erased_leaves_no_byte_even_where_a_log_was_left(tmp_path):
+    path = tmp_path / "d.db"
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "secret-one " * 999)
+        put(store, "kept")
+        with store.transaction() as writing:
+            writing.execute("delete from line where text like 'secret%'")
+        store.erase()
+        assert all(b"secret" not in one.read_bytes() for one in tmp_path.iterdir())
+    assert texts(path) == ["kept"]
