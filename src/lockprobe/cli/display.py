@@ -191,9 +191,8 @@ class JsonLines(Plain):
         """Print the conditions without a valid trial."""
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
 
-    def recorded(self, directory: Path) -> None:
+    def recorded(self, found: StudyHashes) -> None:
         """Keep the hashes of settings and records for the last event."""
-        found = StudyHashes.of(directory)
         self._hashes = {"settings_hash": found.settings, "results_hash": found.results}
 
     def reported(

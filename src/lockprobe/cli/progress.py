@@ -366,11 +366,11 @@ class Plain(Observer):
         if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):
             self.say(f"All calls: {said}")
 
-    def recorded(self, directory: Path) -> None:
+    def recorded(self, found: StudyHashes) -> None:
         """Say the hash of the records after the last trial of the run."""
         self.close()
         if self._report is not None:
-            self.say(results_line(StudyHashes.of(directory)))
+            self.say(results_line(found))
 
     def reported(
         self, path: Path | None, left_out: Sequence[LeftOutSection] = (), found: Results | None = None

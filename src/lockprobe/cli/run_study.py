@@ -21,6 +21,7 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import counted
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.results_hash import StudyHashes, note_hash
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
@@ -81,7 +82,9 @@ def play_study(
             return status  # people have yet to be invited
         live.end()
         if journal.trials:
-            observer.recorded(directory)
+            hashes = StudyHashes.of(directory)
+            note_hash(journal.store, hashes)
+            observer.recorded(hashes)
         left_out: list[LeftOutSection] = []
         something = journal.trials or reached is None
         page = _report(directory, limits, left_out) if report and something else None

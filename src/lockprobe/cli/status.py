@@ -20,7 +20,6 @@ from lockprobe.cli.result import read_result
 from lockprobe.cli.tally import in_boundaries
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
-from lockprobe.foundation.storage.database import Database
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.progress import flow_of
@@ -34,7 +33,7 @@ from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
-from lockprobe.studies.records.results_hash import hash_of_digest
+from lockprobe.studies.records.results_hash import stored_hash
 from lockprobe.studies.records.store import read
 from lockprobe.studies.stopping import answers_by_agent, planned_now
 from lockprobe.studies.study import Study
@@ -50,8 +49,8 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     with read(directory) as store:
         index = RecordIndex(store, study)
         facts: dict[str, object] = {"settings_hash": study.settings_hash}
-        facts |= {"results_hash": hash_of_digest(study, index.digest())}
-        facts |= _in_progress(directory, index) | _took(store)
+        facts |= {"results_hash": stored_hash(store, study, index)}
+        facts |= _in_progress(directory, index)
     everything, left_out = index.counted(own=False), index.left_out
     of_forks = bool(everything) and all(one.trial.fork is not None for one in everything)
     records = everything if of_forks else index.counted()
@@ -59,7 +58,12 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     planned = _planned(directory, study, records, of_forks=of_forks)
     facts |= {"of_forks": of_forks, **_played(study, records, planned, of_forks=of_forks)}
     facts |= {"not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records)}
-    facts |= {"pictures": len({name for one in records for name in one.trial.picture_names})}
+    facts |= {
+        "steps": int(index.steps),
+        "pictures": len({name for one in records for name in one.trial.picture_names}),
+        "seconds_playing": round(index.seconds, 1),
+        "steps_per_minute": round(60 * index.steps / index.seconds, 1) if index.seconds else None,
+    }
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign}
     invalid = [] if of_forks else invalid_conditions(study, records)
@@ -156,16 +160,6 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
         },
         "tidied": dict(tidied.most_common()),
         "tidied_decisions": sum(bool(step.decision.tidied) for step in steps),
-    }
-
-
-def _took(store: Database) -> dict[str, object]:
-    """The time of all playing, that of trials that were played again too."""
-    seconds, steps = store.one("select total(seconds), coalesce(sum(steps), 0) from trial")
-    return {
-        "steps": steps,
-        "seconds_playing": round(seconds, 1),
-        "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
     }
 
 

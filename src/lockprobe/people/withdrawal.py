@@ -23,7 +23,7 @@ def withdrawn(directory: Path | str) -> int:
     if not is_there(Path(directory) / STORE):
         return 0
     with read(directory) as store:
-        return int(store.one("select total(number) from tally where name = 'withdrawn'")[0])
+        return int(store.one("select total(value) from note where name = 'withdrawn'")[0])
 
 
 def withdraw(journal: Journal, identity: str) -> None:

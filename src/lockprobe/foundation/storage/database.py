@@ -114,6 +114,10 @@ class Database:
         """The first row of a statement that always has one."""
         return next(self.rows(sql, *values))
 
+    def first(self, sql: str, *values: object) -> tuple[Any, ...] | None:
+        """The first row of a statement that may have none."""
+        return next(self.rows(sql, *values), None)
+
     @contextmanager
     def transaction(self, *, sync: bool = False) -> Iterator[sqlite3.Connection]:
         """Write statements whole or not at all; ``sync`` waits until the disk itself has them.

@@ -117,10 +117,10 @@ class Journal:
         Raises:
             BadFile: If it cannot be written.
         """
-        if self.store.one("select count(*) from tally where name = 'erasing'")[0]:
+        if self.store.one("select count(*) from note where name = 'erasing'")[0]:
             self.store.erase()
             with self.store.transaction(sync=True) as writing:
-                writing.execute("delete from tally where name = 'erasing'")
+                writing.execute("delete from note where name = 'erasing'")
 
 
 def _delete(store: Database, player: str) -> None:
@@ -128,5 +128,6 @@ def _delete(store: Database, player: str) -> None:
         done = writing.execute("delete from act where participant = ?", (player.partition(":")[2],)).rowcount
         done += writing.execute("delete from trial where player = ?", (player,)).rowcount
         writing.execute("update trial set current = id in (select max(id) from trial group by key)")
-        count = "insert into tally values (?, 1) on conflict do update set number = number + ?"
-        writing.executemany(count, [("withdrawn", 1), ("erasing", 0)] if done else [])
+        writing.execute("delete from note where name = 'results'")
+        count = "insert into note values (?, 1) on conflict do update set value = value + 1"
+        writing.executemany(count, [("withdrawn",), ("erasing",)] if done else [])

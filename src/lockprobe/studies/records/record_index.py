@@ -7,8 +7,8 @@ read whole.
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.records.counted import Counted
@@ -18,25 +18,17 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.trial_name import TrialName
 from lockprobe.trial.trial_reader import TrialReader
 
-
-class _Place(NamedTuple):
-    """What the store says of a record of where it belongs; its fields are columns."""
-
-    key: str
-    agent: str
-    condition: str
-    repetition: int
-    trial: int
-    identity: str
-
-
-_PLACE = ", ".join(_Place._fields)
-
-_ALIKE = (
-    f"select min(id), count(*), sum(steps), {_PLACE} from trial left join asked on agent = asking where current"  # noqa: S608
-    " group by coalesce(alike, id), identity, repetition <= ? and trial <= most order by 1"
-)
-"""Records that are alike and all within the size of the study, or all beyond it."""
+_GROUPS = """
+select min(id), identity, count(*), sum(steps), total(seconds), total(own), total(iif(own, steps, 0))
+from (
+  select *, repetition <= ? and trial <= most as own
+  from trial left join (
+    select json_extract(value, '$[0]') as asking, json_extract(value, '$[1]') as most from json_each(?)
+  ) on agent = asking
+  where current and alike is {}
+) group by {}
+"""
+"""Records that are alike, or each of the others: how many, and how many within the size of the study."""
 
 
 class RecordIndex:
@@ -48,6 +40,7 @@ class RecordIndex:
 
     Attributes:
         left_out: The records that are not of its settings, or were replaced.
+        steps, seconds: Of all playing, that of trials that were played again too.
 
     Raises:
         BadFile: If a record is damaged, here and below.
@@ -58,7 +51,24 @@ class RecordIndex:
         self._identities = {one.label: study.record_identity(one) for one in study.conditions}
         self._trials = {one: study.trials_of(one) for one in study.agents}
         self._played = {(one, condition.label) for one in study.agents for condition in study.conditions_of(one)}
-        self._found, self.left_out = self._count()
+        self._own, self._all, foreign, first = list[Counted](), list[Counted](), 0, ""
+        replaced, self.steps, self.seconds = store.one(
+            "select total(owed), total(steps), total(seconds) from trial where not current"
+        )
+        reader, own = TrialReader(), RecordFilter(study)
+        asked = study.repetitions, json.dumps([*self._trials.items()])
+        together = store.rows(_GROUPS.format("not null", "alike, identity"), *asked)
+        alone = store.rows(_GROUPS.format("null", "id"), *asked)
+        for number, identity, many, steps, seconds, own_many, own_steps in sorted((*together, *alone)):
+            self.steps, self.seconds = self.steps + steps, self.seconds + seconds
+            trial = trial_in(store, reader, *store.one("select key, record from trial where id = ?", number))
+            if why := own.why_foreign(trial, identity):
+                foreign, first = foreign + many, first or f"{trial.key}: {why}"
+                continue
+            self._all.append(Counted(trial, many, steps))
+            if own_many and trial.fork is None and (trial.spec, trial.condition) in self._played:
+                self._own.append(Counted(trial, int(own_many), int(own_steps)))
+        self.left_out = LeftOut(replaced=int(replaced), foreign=foreign, first_foreign=first)
 
     def owes(self, key: str) -> bool:
         """Whether a trial is not finished: not on record, or broken by something outside the agent."""
@@ -66,7 +76,7 @@ class RecordIndex:
 
     def counted(self, *, own: bool = True) -> list[Counted]:
         """The records of trials that the study asks for (:meth:`Study.asks_for`), or all with its settings."""
-        return [one for is_own, one in self._found if is_own or not own]
+        return self._own if own else self._all
 
     def digest(self) -> str:
         """:func:`lockprobe.studies.records.results_hash.records_digest` of the trials that the study asks for."""
@@ -77,35 +87,15 @@ class RecordIndex:
 
     def records(self) -> Iterator[bytes]:
         """The records of the trials that the study asks for as JSON, in the order of their keys."""
-        for *place, record in self._store.rows(f"select {_PLACE}, record from trial where current order by key"):  # noqa: S608
-            if self._is_own(_Place(*place)):
-                yield unpacked(self._store, place[0], record)
-
-    def _is_own(self, one: _Place) -> bool:
-        asked = self._trials[one.agent] if (one.agent, one.condition) in self._played else 0
-        return (
-            one.trial <= asked
-            and one.repetition <= self._study.repetitions
-            and one.identity == self._identities[one.condition]
-            and one.key == str(TrialName(self._study.name, self._study.label_of(one.agent), *one[2:5]))
-        )
-
-    def _count(self) -> tuple[list[tuple[bool, Counted]], LeftOut]:
-        """The records of the settings, each with whether the study asks for it; and the others."""
-        asked = self._trials or {"": 0}
-        values = ", ".join("(?, ?)" for _ in asked)
-        rows = self._store.rows(
-            f"with asked (asking, most) as (values {values}) {_ALIKE}",
-            *(value for pair in asked.items() for value in pair),
-            self._study.repetitions,
-        )
-        own, reader, found, foreign, first = RecordFilter(self._study), TrialReader(), [], 0, ""
-        for number, many, steps, *place in rows:
-            (record,) = self._store.one("select record from trial where id = ?", number)
-            trial, where = trial_in(self._store, reader, place[0], record), _Place(*place)
-            if why := own.why_foreign(trial, where.identity):
-                foreign, first = foreign + many, first or f"{trial.key}: {why}"
-            else:
-                found.append((self._is_own(where), Counted(trial, many, steps)))
-        (replaced,) = self._store.one("select count(*) from trial where owed and not current")
-        return found, LeftOut(replaced=replaced, foreign=foreign, first_foreign=first)
+        study, places = self._study, "key, agent, condition, repetition, trial, identity, record"
+        for key, agent, condition, repetition, trial, identity, record in self._store.rows(
+            f"select {places} from trial where current order by key"  # noqa: S608 - our own columns
+        ):
+            if (
+                (agent, condition) in self._played
+                and trial <= self._trials[agent]
+                and repetition <= study.repetitions
+                and identity == self._identities[condition]
+                and key == str(TrialName(study.name, study.label_of(agent), condition, repetition, trial))
+            ):
+                yield unpacked(self._store, key, record)

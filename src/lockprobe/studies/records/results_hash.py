@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Self
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
@@ -54,7 +55,7 @@ class StudyHashes:
         study = read_study(directory)
         with read(directory) as store:
             index = RecordIndex(store, study)
-            results, found = hash_of_digest(study, index.digest()), index.counted()
+            results, found = stored_hash(store, study, index), index.counted()
         return cls(
             settings=study.settings_hash,
             results=results,
@@ -71,6 +72,36 @@ def check_hash(what: str, given: str | None) -> None:
     """
     if given is not None and not re.fullmatch(f"[0-9a-fA-F]{{{_DIGITS}}}", given.strip()):
         raise BadValue(what, given, f"the {_DIGITS} hexadecimal digits that lockprobe run and status print")
+
+
+def stored_hash(store: Database, study: Study, index: RecordIndex) -> str:
+    """:func:`results_hash` of a store; where nothing was recorded since a run has noted it, as it was noted.
+
+    Raises:
+        BadFile: If a record is damaged.
+    """
+    noted = store.first("select value from note where name = 'results'")
+    state = _state(store, study.settings_hash)
+    if noted is not None and str(noted[0]).startswith(state):
+        return str(noted[0]).removeprefix(state)
+    return hash_of_digest(study, index.digest())
+
+
+def note_hash(store: Database, found: StudyHashes) -> None:
+    """Note the hash of the results, so that nobody has to read all records for it again.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    with store.transaction() as writing:
+        noted = _state(store, found.settings) + found.results
+        writing.execute("insert or replace into note values ('results', ?)", (noted,))
+
+
+def _state(store: Database, settings: str) -> str:
+    """What the hash depends on: records are only added, and a withdrawal forgets the note."""
+    (last,) = store.one("select max(id) from trial")
+    return f"{settings} {last} "
 
 
 def results_hash(study: Study, trials: Iterable[Trial]) -> str:

@@ -39,6 +39,8 @@ create table trial (
   record blob not null
 ) strict;
 create unique index current_trial on trial (key) where current;
+create index counted on trial (alike, identity, agent, repetition, trial, steps, seconds) where current;
+create index replaced on trial (id) where not current;
 create table call (id integer primary key, key text not null, asked text, answer text) strict;
 create index open_call on call (id) where answer is null;
 create table attempt (id integer primary key, key text not null, entry text not null) strict;
@@ -49,7 +51,7 @@ create table act (
   entry text not null,
   unique (participant, number)
 ) strict;
-create table tally (name text primary key, number int not null) strict, without rowid;
+create table note (name text primary key, value any not null) strict, without rowid;
 """
 
 
