@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.foundation.cluster import Cluster, Node
+from lockprobe.foundation.workers import Cluster, Node
 
 
 class Here:

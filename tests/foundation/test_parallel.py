@@ -11,7 +11,7 @@ import pytest
 
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.interrupts import interruptible
-from lockprobe.foundation.parallel import THIS_PROCESS, Processes
+from lockprobe.foundation.workers import THIS_PROCESS, Processes
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def test_another_thread_changes_nothing(handler):
 
 STARTING = """
 import os, signal, time
-from lockprobe.foundation.parallel import Processes
+from lockprobe.foundation.workers import Processes
 if __name__ == "__main__":
     try:
         if not BEGUN:

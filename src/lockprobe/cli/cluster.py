@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lockprobe.foundation.cluster import Cluster
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.workers import Cluster
 
 
 @contextmanager

@@ -19,8 +19,8 @@ from lockprobe.cli.printing import new_table, plain_console, print_table, time_l
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.foundation.formatting import percent
-from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.workers import Processes
 from lockprobe.simulation.power import boxes as of_boxes
 from lockprobe.simulation.power.flip_rates import P, default_worlds, flip_power, stated_world
 from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD

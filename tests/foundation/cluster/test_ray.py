@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import pytest
 from loopback_cluster import loopback_cluster
 
-from lockprobe.foundation.cluster import Cluster
+from lockprobe.foundation.workers import Cluster
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load

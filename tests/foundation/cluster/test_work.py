@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from lockprobe.foundation.cluster import Cluster, Lost, work
-from lockprobe.foundation.cluster.connection import _standard_error, _unreachable
 from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.workers import Cluster, Lost, work
+from lockprobe.foundation.workers.ray_connection import _standard_error, _unreachable
 
 
 class RayError(Exception):

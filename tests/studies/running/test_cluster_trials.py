@@ -3,15 +3,15 @@
 from contextlib import contextmanager
 
 import pytest
+from lockprobe.studies.running.cluster_trials import can_travel
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.cluster import Lost
 from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import read_timings
-from lockprobe.studies.running.cluster_trials import can_travel
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_line

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
+from lockprobe.foundation.workers import THIS_PROCESS, Pool
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition

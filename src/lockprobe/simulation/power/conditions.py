@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.workers import Pool
 from lockprobe.simulation.power.blocks import Played, played_blocks
 from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, power
 from lockprobe.statistics.course import is_baseline

@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.workers import THIS_PROCESS, Pool
 from lockprobe.statistics.proportions import proportion
 
 TRIALS = (15, 30, 60, 120, 240)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.call_log import Calls
@@ -14,16 +16,18 @@ from lockprobe.trial.record import Trial
 
 
 async def play_in_lanes(
-    plans: Sequence[Plan],
+    queue: deque[Plan],
     play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
     finish: Callable[[Trial, Timing], None],
     calls: Calls,
     *,
     lanes: int = 1,
     at_the_end: int = 0,
+    seconds: float = math.inf,
 ) -> None:
     """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
 
+    After so many seconds no trial is opened any more; the others stay in the queue.
     An error other than a broken trial ends all trials, and those under way are cancelled. A trial is opened only if the
     budget of ``calls`` covers it. If the budget is reached, no trial is opened, and each open one goes on until it is
     refused a call itself. ``finish`` gets every finished trial.
@@ -32,7 +36,7 @@ async def play_in_lanes(
         BudgetReached: If the budget is reached; once, when no trial is open any more.
         UserMistake: As ``play`` and ``finish`` raise it.
     """
-    queue, spent = deque(plans), list[BudgetReached]()
+    end, spent = time.monotonic() + seconds, list[BudgetReached]()
 
     async def trial(plan: Plan) -> None:
         try:
@@ -44,7 +48,7 @@ async def play_in_lanes(
 
     def admits() -> bool:
         """Whether another trial can be opened."""
-        return bool(queue) and not spent and calls.admit(queue[0])
+        return bool(queue) and not spent and time.monotonic() < end and calls.admit(queue[0])
 
     while lanes == 1 and not at_the_end and admits():
         await trial(queue.popleft())

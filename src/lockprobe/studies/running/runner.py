@@ -1,10 +1,9 @@
 """Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
 
 All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.loop.play` -> journal. Only the
-concurrency differs. Strategies play in this process, one trial after the other, and in others too if it takes longer
-(:mod:`lockprobe.studies.running.batches`). Trials of hosted models are open at the same time, because they wait for a
-provider. Local models and simulated plants need a processor, so they play in worker processes
-(:mod:`lockprobe.studies.running.workers`), or on a cluster (:mod:`lockprobe.studies.running.cluster_trials`). If
+place differs. Trials of hosted models are open at the same time in this process, because they wait for a provider.
+Local models and simulated plants need a processor, so they play in worker processes, or on a cluster
+(:mod:`lockprobe.studies.running.elsewhere`). Strategies begin in this process, and go on there if it takes longer. If
 somebody attends the plant, everything plays in this process, one trial after the other.
 
 Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
@@ -15,7 +14,10 @@ connection stays idle.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -25,7 +27,6 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.foundation.cluster import Cluster
 from lockprobe.foundation.errors import (
     FINAL,
     AgentsGivenUp,
@@ -36,32 +37,35 @@ from lockprobe.foundation.errors import (
     UserMistake,
 )
 from lockprobe.foundation.interrupts import interruptible
+from lockprobe.foundation.workers import Cluster, Pool, Processes
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.extension import extended
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing, TrialRow, read_timings
-from lockprobe.studies.running.batches import play_in_batches
-from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
+from lockprobe.studies.running.elsewhere import can_travel, play_elsewhere
 from lockprobe.studies.running.lanes import play_in_lanes
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
-from lockprobe.studies.running.workers import play_in_workers
 from lockprobe.studies.stopping import GIVE_UP_AFTER
 from lockprobe.studies.study import Study
-from lockprobe.trial.loop import here
+from lockprobe.trial.loop import Executor
+from lockprobe.trial.loop import here as in_this_thread
 from lockprobe.trial.model_call import OWED_ANEW, Call
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Agent, Closable
+from lockprobe.trial.protocols import Closable
 from lockprobe.trial.record import Fact, Step, Trial
 
 _AT_THE_END = 2
 """By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
 have them it leaves 2 % of the bound unused at 32 connections, where opening none more leaves 9 % and opening all at
 once from the start leaves 1 %, but has no trial finished until the very end."""
+
+_ALONE = 2.0
+"""Seconds for which this process plays a strategy alone. Others start if as much is left; each takes a second to."""
 
 _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
@@ -180,25 +184,26 @@ def _play(
     """Play the owed trials of one agent."""
     if not plans:
         return
-    album = journal.directory / ALBUM
-    lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
-    finish = _TrialWriter(source, journal, observer, lanes, known)
-    attended = study.attended
-    if limits.cluster is not None and not attended and can_travel(study, source):
-        play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
-        return
-    if not attended and (
-        source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1)
-    ):
-        play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
-        return
-    if source.engine == "inline" and limits.workers > 1 and can_travel(study, source):
-        play_in_batches(plans, limits.workers, observer.step, finish, journal.identities)
-        return
-    threaded = source.engine == "network" and not attended and not _light(study)
-    with own_thread() if threaded else nullcontext(here) as place:
-        play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
-        asyncio.run(_play_here(plans, source, play, finish, journal.calls, lanes=lanes, at_the_end=at_the_end))
+    album, queue = Album(journal.directory / ALBUM), deque(plans)
+    finish = _TrialWriter(source, journal, observer, _lanes(study, source, limits.access, len(plans))[0], known)
+    here = partial(_play_here, queue, study, source, journal, limits.access, observer, finish, album)
+    quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
+    pool: Pool | None = None
+    if not study.attended and source.engine != "network":
+        if limits.cluster is not None and can_travel(study, source):
+            pool = limits.cluster
+        elif source.engine == "process" or (limits.workers > 1 and (not quick or can_travel(study, source))):
+            pool = Processes(limits.workers)
+    if quick and isinstance(pool, Processes):
+        began = time.monotonic()
+        here(seconds=_ALONE)
+        each = (time.monotonic() - began) / (len(plans) - len(queue))
+        pool = pool if each * len(queue) > _ALONE else None
+    if pool is None:
+        here()
+    else:
+        identities = journal.identities
+        play_elsewhere(queue, pool, observer.step, finish, identities=identities, album=album, live=not quick)
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -331,25 +336,38 @@ def _light(study: Study) -> bool:
     return not study.simulated and not study.has_pictures
 
 
-async def _play_here(
-    plans: list[Plan],
+def _play_here(
+    queue: deque[Plan],
+    study: Study,
     source: AgentSource,
-    play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
+    journal: Journal,
+    access: Access,
+    observer: Observer,
     finish: _TrialWriter,
-    calls: Calls,
+    album: Album,
     *,
-    lanes: int,
-    at_the_end: int,
+    seconds: float = math.inf,
 ) -> None:
-    agent = source.make()
-    try:
-        if source.engine == "network":
-            finish.expect(agent.facts)
-        await play_in_lanes(plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end)
-    finally:
-        if isinstance(agent, Closable):
-            with closed_in_one_line("agent", source.spec):
-                await agent.aclose()
+    """Play plans in this process, for so many seconds, at least one; the others stay in the queue."""
+    lanes, at_the_end = _lanes(study, source, access, len(queue))
+    threaded = source.engine == "network" and not study.attended and not _light(study)
+
+    async def played(place: Executor) -> None:
+        agent = source.make()
+        play = partial(
+            play_timed, agent=agent, on_step=observer.step, keep=album.keep, calls=journal.calls, place=place
+        )
+        try:
+            if source.engine == "network":
+                finish.expect(agent.facts)
+            await play_in_lanes(queue, play, finish, journal.calls, lanes=lanes, at_the_end=at_the_end, seconds=seconds)
+        finally:
+            if isinstance(agent, Closable):
+                with closed_in_one_line("agent", source.spec):
+                    await agent.aclose()
+
+    with own_thread() if threaded else nullcontext(in_this_thread) as place:
+        asyncio.run(played(place))
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:

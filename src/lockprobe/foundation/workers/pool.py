@@ -1,0 +1,266 @@
+"""Hands out jobs to workers and collects their results: every job has exactly one.
+
+A worker is hired for every processor. It sets itself up once and then works on the jobs that it receives, which are
+about a quarter of a second of work at once. A worker may be lost with what it was doing: its process dies, or a node of
+a cluster goes away. Its jobs are then given to others, each alone, and what it may still return is ignored. A job that
+has lost as many workers as the pool allows is :class:`Lost`. The work ends only if workers are lost three times in a
+row with nothing finished in between.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic, TypeVar
+
+from lockprobe.foundation.errors import Missing
+
+_J = TypeVar("_J")
+_R = TypeVar("_R")
+
+Begin = Callable[[], Callable[[_J], _R]]
+"""Called once in every worker; returns the function that works on a job. It is sent by name."""
+
+_IN_A_ROW = 3
+"""The most losses of workers in a row."""
+
+_AT_ONCE = 0.25
+"""Seconds of work that are sent at once. A call takes some milliseconds."""
+
+_LOOK = 1.0
+"""Seconds after which a pool is looked at for new processors and for workers that do not answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """The result of a job whose workers were all lost.
+
+    Attributes:
+        why: The reason why the last worker was lost.
+        explained: Whether it is that of the job, which gave itself up: then it says nothing of the pool.
+    """
+
+    why: str
+    explained: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The answer of a worker that has set itself up."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """The answer of a worker to a batch of jobs."""
+
+    results: list[Any]
+    seconds: float
+
+    @classmethod
+    def of(cls, work: Callable[[Any], Any], jobs: Sequence[Any]) -> BatchResult:
+        """Do a batch of jobs."""
+        began = time.perf_counter()
+        return cls([work(job) for job in jobs], time.perf_counter() - began)
+
+
+class Pool(ABC):
+    """A place where workers are hired.
+
+    Attributes:
+        losses: Workers that a job may lose, alone, before it is lost.
+        patience: Seconds after which a silent worker is given up; 20 times the longest answer if that is longer.
+        remedy: What helps if workers keep being lost.
+    """
+
+    losses: ClassVar[int]
+    patience: ClassVar[float]
+    remedy: str
+
+    def each(
+        self, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None] = lambda said: None
+    ) -> Iterator[tuple[_J, _R | Lost]]:
+        """Yield each job with its one result, in the order in which results arrive.
+
+        Args:
+            begin: Sets up a worker.
+            jobs: The jobs.
+            hear: Called with what a worker says meanwhile (:func:`tell`), where the place can hear it.
+
+        Raises:
+            UserMistake: As ``begin`` or a job raises it.
+            Missing: If workers keep being lost with nothing finished in between.
+        """
+        work = _Driver(self, begin, jobs, hear)
+        try:
+            yield from work.results()
+        finally:
+            work.stop()
+
+    def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
+        """The results in the order of the jobs. ``work`` is a function of a module, and has no state.
+
+        Raises:
+            Missing: If a job is lost.
+        """
+        kept, following = dict[int, _R](), 0
+        for (number, _), result in self.each(_NumberedWork(work), list(enumerate(jobs))):
+            if isinstance(result, Lost):
+                raise Missing(f"a worker was lost before its work was done ({result.why})", self.remedy)
+            kept[number] = result
+            while following in kept:
+                yield kept.pop(following)
+                following += 1
+
+    @abstractmethod
+    def processors(self) -> int:
+        """How many workers there can be now."""
+
+    @abstractmethod
+    def hire(self, begin: Begin[Any, Any]) -> tuple[Any, Any]:
+        """A new worker, and the reference of its first answer, :class:`Ready`."""
+
+    @abstractmethod
+    def send(self, worker: Any, jobs: Sequence[Any]) -> Any:
+        """Send an idle worker a batch, and return the reference of its answer."""
+
+    @abstractmethod
+    def answered(self, references: Sequence[Any], seconds: float, hear: Callable[[Any], None]) -> list[Any]:
+        """The references that have an answer; wait up to so many seconds for the first."""
+
+    @abstractmethod
+    def answer(self, reference: Any) -> Ready | BatchResult | Lost:
+        """The answer of a reference; raises what the worker raised."""
+
+    @abstractmethod
+    def dismiss(self, worker: Any) -> None:
+        """End a worker; what it is doing is lost."""
+
+
+def tell(said: object) -> None:
+    """Tell the one who hands out jobs something from a worker, while it works; nobody may hear it."""
+    _Telling.how(said)
+
+
+class _Telling:
+    how: Callable[[object], None] = staticmethod(lambda said: None)
+
+
+def tell_by(how: Callable[[object], None]) -> None:
+    """What :func:`tell` does in this process."""
+    _Telling.how = staticmethod(how)
+
+
+@dataclass(frozen=True, slots=True)
+class _NumberedWork(Generic[_J, _R]):
+    """A stateless function applied to numbered jobs, for :meth:`Pool.map`."""
+
+    work: Callable[[_J], _R]
+
+    def __call__(self) -> Callable[[tuple[int, _J]], _R]:
+        return lambda job: self.work(job[1])
+
+
+@dataclass(slots=True)
+class _QueuedJob(Generic[_J]):
+    value: _J
+    losses: int = 0
+    alone: bool = False
+
+
+@dataclass(slots=True)
+class _Call(Generic[_J]):
+    """A pending call of a worker; its first has no jobs and sets the worker up."""
+
+    worker: Any
+    jobs: list[_QueuedJob[_J]] = field(default_factory=list)
+    since: float = field(default_factory=time.monotonic)
+
+
+class _Driver(Generic[_J, _R]):
+    """The driver's side of :meth:`Pool.each`."""
+
+    def __init__(self, pool: Pool, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None]) -> None:
+        self._pool, self._begin, self._hear = pool, begin, hear
+        self._queue = deque(_QueuedJob(job) for job in jobs)
+        self._calls: dict[Any, _Call[_J]] = {}
+        self._lost_in_a_row = 0
+        self._counted = -math.inf
+        self._seconds = _AT_ONCE  # of one job, as measured
+        self._longest = 0.0
+        self._processors = 0
+        self._looked = -_LOOK
+
+    def results(self) -> Iterator[tuple[_J, _R | Lost]]:
+        while self._queue or any(call.jobs for call in self._calls.values()):
+            self._hire()
+            for reference in self._pool.answered(list(self._calls), _LOOK, self._hear):
+                yield from self._receive(reference)
+            patience = max(self._pool.patience, 20 * self._longest)
+            late = [one for one, call in self._calls.items() if call.jobs and time.monotonic() - call.since > patience]
+            for reference in late:
+                yield from self._requeue_lost(reference, Lost("it did not answer"))
+
+    def stop(self) -> None:
+        for call in self._calls.values():
+            self._pool.dismiss(call.worker)
+        self._calls.clear()
+
+    def _hire(self) -> None:
+        """Hire workers up to the number of processors or jobs; processors may join and leave."""
+        if time.monotonic() - self._looked >= _LOOK:
+            self._looked = time.monotonic()
+            self._processors = max(1, self._pool.processors())
+        busy = sum(bool(call.jobs) for call in self._calls.values())
+        wanted = min(self._processors, busy + len(self._queue))
+        for _ in range(wanted - len(self._calls)):
+            worker, reference = self._pool.hire(self._begin)
+            self._calls[reference] = _Call(worker)
+
+    def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
+        call, answer = self._calls[reference], self._pool.answer(reference)
+        if isinstance(answer, Lost):
+            yield from self._requeue_lost(reference, answer)
+            return
+        if isinstance(answer, BatchResult):
+            self._lost_in_a_row, self._counted = 0, time.monotonic()
+            self._longest = max(self._longest, time.monotonic() - call.since)
+            self._seconds = (self._seconds + answer.seconds / len(call.jobs)) / 2
+        del self._calls[reference]
+        if jobs := self._next_batch():  # at once, so that it works while its results are written down
+            self._calls[self._pool.send(call.worker, [job.value for job in jobs])] = _Call(call.worker, jobs)
+        else:
+            self._pool.dismiss(call.worker)
+        if isinstance(answer, BatchResult):
+            for job, result in zip(call.jobs, answer.results, strict=True):
+                yield job.value, result
+
+    def _next_batch(self) -> list[_QueuedJob[_J]]:
+        """The next batch: jobs for about a quarter of a second, fewer at the end; a lost job goes alone."""
+        most = min(_AT_ONCE / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
+        jobs: list[_QueuedJob[_J]] = []
+        while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].alone):
+            jobs.append(self._queue.popleft())
+            if jobs[0].alone:
+                break
+        return jobs
+
+    def _requeue_lost(self, reference: Any, lost: Lost) -> Iterator[tuple[_J, Lost]]:
+        """Requeue the jobs of a lost worker at the end; yield those that lost too many alone."""
+        call = self._calls.pop(reference)
+        self._pool.dismiss(call.worker)
+        if call.since > self._counted and not lost.explained:  # what is lost together, as with its node, is one loss
+            self._lost_in_a_row, self._counted = self._lost_in_a_row + 1, time.monotonic()
+        for job in call.jobs:
+            job.losses += len(call.jobs) == 1
+            job.alone = True
+            if job.losses >= self._pool.losses or (lost.explained and len(call.jobs) == 1):
+                yield job.value, lost
+            else:
+                self._queue.append(job)
+        if self._lost_in_a_row >= _IN_A_ROW:
+            often = f"{_IN_A_ROW} times in a row, with nothing finished in between"
+            raise Missing(f"workers were lost {often} ({lost.why})", self._pool.remedy)
