@@ -116,7 +116,7 @@ class _Player:
     def __call__(self) -> Callable[[Plan], tuple[TrialRow, tuple[Picture, ...]]]:
         allow(*self.code)
         PATIENCE.stuck = lose
-        agent, runner = resolve(self.spec).make(), asyncio.Runner()
+        agent = resolve(self.spec).make()
 
         def on_step(key: str, step: Step) -> None:
             if self.live:
@@ -128,7 +128,7 @@ class _Player:
             def keep(picture: Picture) -> None:
                 taken[picture.name] = picture
 
-            trial, timing = runner.run(play_timed(plan, agent, on_step, keep))
+            trial, timing = asyncio.run(play_timed(plan, agent, on_step, keep))
             return row_of(trial, timing, self.identities[trial.condition]), tuple(taken.values())
 
         return play

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from lockprobe.foundation.errors import BadValue, Missing
-from lockprobe.foundation.workers import Cluster, Lost, work
+from lockprobe.foundation.workers import Cluster, Lost, cluster, pool
 from lockprobe.foundation.workers.ray_connection import _standard_error, _unreachable
 
 
@@ -78,7 +78,7 @@ class FakeRay:
 
 @pytest.fixture(autouse=True)
 def known_versions(monkeypatch):
-    monkeypatch.setattr(work, "_versions", lambda: {"lockprobe": "1", "Ray": "2", "Python": "3"})
+    monkeypatch.setattr(cluster, "_versions", lambda: {"lockprobe": "1", "Ray": "2", "Python": "3"})
 
 
 def squares():
@@ -132,7 +132,7 @@ def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
 
 def test_losses_in_a_row_end_the_work():
     with pytest.raises(
-        Missing, match="lost its workers 3 times in a row, with nothing finished in between .ActorDiedError"
+        Missing, match="workers were lost 3 times in a row, with nothing finished in between .ActorDiedError"
     ):
         results_of(FakeRay(lose=lambda actor, jobs: "ActorDiedError"))
 
@@ -144,7 +144,7 @@ def test_a_node_with_many_processors_is_one_loss():
 
 
 def test_any_number_of_losses_is_normal_if_something_is_finished_in_between(monkeypatch):
-    monkeypatch.setattr(work, "_AT_ONCE", 0.0)
+    monkeypatch.setattr(pool, "_AT_ONCE", 0.0)
     lost = set()
 
     def lose(actor, jobs):
@@ -159,7 +159,7 @@ def test_any_number_of_losses_is_normal_if_something_is_finished_in_between(monk
 
 
 def test_an_actor_that_does_not_answer_is_given_up(monkeypatch):
-    monkeypatch.setattr(work, "_PATIENCE", 0.04)
+    monkeypatch.setattr(Cluster, "patience", 0.04)
     ray = FakeRay(processors=1, silent=lambda actor, jobs: actor == 1 and jobs is not None)
     assert sorted(results_of(ray, range(5))) == [(job, job * job) for job in range(5)]
     assert ray.actors == 2
@@ -177,7 +177,7 @@ def test_what_a_job_raises_is_raised_here_and_what_a_node_lacks_is_said_with_its
 
 def test_other_versions_are_refused(monkeypatch):
     found = iter([{"lockprobe": "1", "Ray": "2", "Python": "3.12"}])
-    monkeypatch.setattr(work, "_versions", lambda: next(found, {"lockprobe": "1", "Ray": "2", "Python": "3.11"}))
+    monkeypatch.setattr(cluster, "_versions", lambda: next(found, {"lockprobe": "1", "Ray": "2", "Python": "3.11"}))
     with pytest.raises(Missing, match=r"has Python 3.12, this machine 3.11: install the same on all"):
         results_of(FakeRay(processors=1), [0])
 

@@ -1,9 +1,9 @@
-"""Trials that are played elsewhere and written down here."""
+"""Trials that are played in other processes and on a cluster: the same records, and a loss costs one trial."""
 
+import os
 from contextlib import contextmanager
 
 import pytest
-from lockprobe.studies.running.cluster_trials import can_travel
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import Missing
@@ -12,9 +12,11 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import read_timings
+from lockprobe.studies.running import runner
+from lockprobe.studies.running.elsewhere import can_travel
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
-from lockprobe.trial.trial_json import trial_to_line
+from lockprobe.trial.trial_json import trial_to_json
 
 SMALL = {"p": [0, 0.4], "trials": 3, "repetitions": 1}
 
@@ -25,7 +27,7 @@ class Backwards:
     def __init__(self, lost=()):
         self.lost, self.asked = set(lost), []
 
-    def each(self, begin, jobs):
+    def each(self, begin, jobs, hear):
         work = begin()
         for number, job in reversed(list(enumerate(jobs))):
             self.asked.append(job.key)
@@ -41,28 +43,45 @@ class Seen(Observer):
 
 
 @contextmanager
-def played(directory, planned, cluster=None, observer=None):
+def played(directory, planned, cluster=None, observer=None, workers=1):
     with Journal.open(directory, planned) as journal:
-        run(planned, journal, limits=Limits(cluster=cluster), observer=observer)
+        run(planned, journal, limits=Limits(cluster=cluster, workers=workers), observer=observer)
         yield journal
 
 
 def lines(directory):
-    return sorted(trial_to_line(trial, "") for trial in load(directory))
+    return sorted(trial_to_json(trial) for trial in load(directory))
 
 
 def pictures(directory):
     return {path.name: path.read_bytes() for path in (directory / "pictures").iterdir()}
 
 
-def test_records_and_pictures_are_those_of_one_process(tmp_path):
+def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(tmp_path):
     small = "fast-twin?width=320&height=240"
     planned = study("modalities", agent=["viewer"], plant=small, p=[0.4], trials=1, repetitions=1, max_steps=2)
-    with played(tmp_path / "here", planned), played(tmp_path / "there", planned, cluster := Backwards()):
+    cluster, seen = Backwards(), Seen()
+    with (
+        played(tmp_path / "here", planned),
+        played(tmp_path / "there", planned, cluster),
+        played(tmp_path / "processes", planned, observer=seen, workers=2),
+    ):
         assert len(cluster.asked) == planned.size
+    for place in ("there", "processes"):
+        assert lines(tmp_path / place) == lines(tmp_path / "here")
+        assert pictures(tmp_path / place) == pictures(tmp_path / "here") != {}
+        assert all(timing.cpu for timing in read_timings(tmp_path / place))
+    told = [(trial.key, step) for trial in load(tmp_path / "here") for step in trial.steps]
+    assert sorted(seen.steps, key=repr) == sorted(told, key=repr)  # each once, as it was played
+
+
+def test_a_strategy_goes_on_in_processes_if_it_takes_longer(tmp_path, monkeypatch):
+    planned = study("flips", agent=["random", "cognitive:perseverant"], p=[0, 0.4], trials=150, repetitions=1)
+    monkeypatch.setattr(runner, "_ALONE", 0.05)
+    with played(tmp_path / "here", planned), played(tmp_path / "there", planned, observer=(seen := Seen()), workers=2):
+        pass
     assert lines(tmp_path / "there") == lines(tmp_path / "here")
-    assert pictures(tmp_path / "there") == pictures(tmp_path / "here") != {}
-    assert all(timing.cpu for timing in read_timings(tmp_path / "there"))
+    assert len(seen.steps) == sum(len(trial.steps) for trial in load(tmp_path / "there"))
 
 
 def test_every_step_is_reported_when_its_trial_arrives(tmp_path):
@@ -71,12 +90,39 @@ def test_every_step_is_reported_when_its_trial_arrives(tmp_path):
     assert seen.steps == [(trial.key, step) for trial in load(tmp_path) for step in trial.steps]
 
 
+MORTAL = """
+import os
+from lockprobe.trial.record import Decision
+class Mortal:
+    facts = {}
+    async def decide(self, situation, rng):
+        if situation.task.target == "A":
+            os._exit(9)
+        return Decision(joint=situation.task.joints[len(situation.past) % 4])
+"""
+
+
+def test_an_agent_that_ends_its_process_costs_its_trials_an_error_and_they_are_owed(tmp_path, monkeypatch):
+    (tmp_path / "mortals.py").write_text(MORTAL)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.syspath_prepend(tmp_path)
+    planned = study("flips", agent=["python:mortals:Mortal"], plant="fast-twin", p=[0], trials=6, repetitions=1, seed=2)
+    with played(tmp_path / "S", planned, workers=2):
+        pass
+    broken = [trial for trial in load(tmp_path / "S") if trial.error is not None]
+    assert 0 < len(broken) < planned.size
+    assert {trial.labels[trial.joints.index(trial.target)] for trial in broken} == {"A"}
+    assert {(one.error.boundary, one.error.message, one.owed_again) for one in broken} == {
+        ("plant", "python:mortals:Mortal lost its worker: a worker process died, exit status 9", True)
+    }
+
+
 def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
     planned = study("flips", agent=["random"], **SMALL)
     with played(tmp_path, planned, Backwards(lost=[2])) as journal:
         (broken,) = [trial for trial in journal.trials.values() if trial.ending == "error"]
         assert broken.error.boundary == "plant"
-        assert broken.error.message == "the workers of random on the cluster were lost (ActorDiedError)"
+        assert broken.error.message == "random lost its worker: ActorDiedError"
         assert journal.owes(broken.key)
     with played(tmp_path, planned, again := Backwards()):
         assert again.asked == [broken.key]

@@ -14,7 +14,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
-from lockprobe.trial.trial_json import trial_to_line
+from lockprobe.trial.trial_json import trial_to_json
 
 pytestmark = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed")  # importing it comes later
 
@@ -32,7 +32,7 @@ class Killer(Observer):
 
 
 def lines(directory):
-    return sorted(trial_to_line(trial, "") for trial in load(directory))
+    return sorted(trial_to_json(trial) for trial in load(directory))
 
 
 def test_a_study_on_three_nodes_is_the_study_of_one_process(tmp_path):
