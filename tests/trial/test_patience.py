@@ -7,10 +7,12 @@ import re
 import pytest
 
 from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.workers import Processes
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.running.elsewhere import play_elsewhere
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.running.workers import play_in_workers
 from lockprobe.trial import patience
 
 AGENTS = """\
@@ -90,9 +92,16 @@ def test_a_call_that_does_not_come_back_is_named_while_it_hangs(tmp_path, capsys
     assert lines[0].endswith("nothing finished is lost by Ctrl-C, twice if need be")
 
 
-def test_a_worker_in_which_an_agent_hangs_is_replaced():
+def test_a_worker_in_which_an_agent_hangs_is_replaced(tmp_path):
     plans = 3 * [*planned("Dead").plans("python:hangs:Dead")][:1]
-    trials = []
-    play_in_workers(plans, 2, lambda key, step: None, lambda trial, timing: trials.append(trial))
+    trials, album = [], Album(tmp_path)
+    play_elsewhere(
+        plans,
+        Processes(2),
+        lambda key, step: None,
+        lambda trial, timing: trials.append(trial),
+        identities={},
+        album=album,
+    )
     assert [trial.error.boundary for trial in trials] == ["model"] * 3
     assert all(re.match(hangs("Dead", "time.sleep", r"[\d.]+"), one.error.message) for one in trials)
