@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lockprobe.simulation.power.blocks import Played, played_blocks
-from lockprobe.studies.decisions import Family, Question, decisions, played_out, wanted
+from lockprobe.studies.decisions import Family, Question, decisions, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.stopping import answers, families
@@ -23,7 +23,7 @@ def outcomes(success, blocks, seed, broken=0.0):
 
 def look_by_look(asked, whole, until):
     """The course as the runner takes it: five blocks at a time, with no knowledge of what follows."""
-    size = len(whole["t"][0])
+    size = len(next(iter(whole.values()))[0])
     seen = {label: (np.full(size, np.nan), np.zeros(size, dtype=bool)) for label in whole}
     bought = dict.fromkeys(whole, 0)
     for start in range(0, size, LOOK_EVERY):
@@ -50,34 +50,21 @@ PARTS = [
     [
         (ONE_FAMILY, (0.2, 0.9, 0.5, 0.2), DECIDED, 0.0),
         (ONE_FAMILY, (0.99, 0.99, 0.8, 0.5), DECIDED, 0.03),
-        (PARTS, (0.01, 0.02, 0.5, 0.6), DECIDED, 0.0),
         (PARTS, (0.2, 0.8, 0.3, 0.5), DECIDED, 0.0),
         (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), WIDTH, 0.0),
     ],
 )
-def test_the_course_from_all_outcomes_is_that_of_looking_every_five_blocks(asked, success, until, broken):
-    ends = set()
-    for seed in range(1 if until is WIDTH else 2):
-        whole = outcomes(success, 92 if until is WIDTH else 132, seed, broken)
-        found, (expected, bought) = played_out(asked, whole, until), look_by_look(asked, whole, until)
-        assert found.decisions == expected
-        assert found.bought == bought
-        ends |= {*bought.values()}
-    assert len(ends) > 1  # conditions were dropped at different looks
+def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, until, broken):
+    """Conditions are dropped at different looks; what would have been played of them changes nothing."""
+    whole = outcomes(success, 92 if until is WIDTH else 132, 0, broken)
+    found, bought = look_by_look(asked, whole, until)
+    assert len({*bought.values()}) > 1
+    for label, end in bought.items():
+        whole[label][0][end:] = 0
+    assert look_by_look(asked, whole, until) == (found, bought)
 
 
-def test_a_dropped_condition_is_not_seen_again_by_the_family():
-    """What would have been played of it turns the other way, and changes nothing."""
-    for seed in range(2):
-        whole = outcomes((0.5, 0.95, 0.75, 0.72), 120, seed)
-        found = played_out(ONE_FAMILY, whole, DECIDED)
-        end = found.bought["a"]
-        whole["a"][0][end:] = 0
-        assert played_out(ONE_FAMILY, whole, DECIDED) == found
-        assert look_by_look(ONE_FAMILY, whole, DECIDED) == (found.decisions, found.bought)
-
-
-def test_a_simulated_study_decides_and_buys_what_the_runner_does(tmp_path):
+def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
     most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
     planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
@@ -86,14 +73,14 @@ def test_a_simulated_study_decides_and_buys_what_the_runner_does(tmp_path):
     whole = {
         one.label: (blocks[:, i].astype(float), np.zeros(most, dtype=bool)) for i, one in enumerate(planned.conditions)
     }
-    found = played_out(families(planned, agent), whole, planned.until)
+    found, bought = look_by_look(families(planned, agent), whole, planned.until)
     trials = run_study(planned, tmp_path / "run")
-    assert found.bought == {one.label: sum(t.condition == one.label for t in trials) for one in planned.conditions}
+    assert bought == {one.label: sum(t.condition == one.label for t in trials) for one in planned.conditions}
     real = answers(planned, agent, trials)
-    assert [(one.question, one.verdict, one.at) for one in found.decisions] == [
+    assert [(one.question, one.verdict, one.at) for one in found] == [
         (one.question, one.verdict, one.at) for one in real
     ]
-    assert len({*found.bought.values()}) > 1
+    assert len({*bought.values()}) > 1
 
 
 def test_a_study_of_controls_stops_when_a_mechanism_is_named():
@@ -101,12 +88,12 @@ def test_a_study_of_controls_stops_when_a_mechanism_is_named():
     solved = {"truth": 0, "lie": 1, "truth-truth": 0, "lie-truth": 0, "truth-lie": 1, "lie-lie": 1, "remark": 0}
     arms = {arm: (np.full(200, float(of)), np.zeros(200, dtype=bool)) for arm, of in solved.items()}
     asked = families(study("why", agent="human-inspired"), "human-inspired")
-    course = played_out(asked, arms, DECIDED)
-    found = {one.question.name: (one.verdict, one.at) for one in course.decisions}
+    course, bought = look_by_look(asked, arms, DECIDED)
+    found = {one.question.name: (one.verdict, one.at) for one in course}
     last = max(found[name][1] for name in ("total", "false last after true", "false last after false"))
     assert found["total"][0] == "effect"
     assert {verdict for verdict, at in found.values() if at == last} >= {"not needed"}
-    assert max(course.bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 20
+    assert max(bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 20
 
 
 def test_what_breaks_could_have_made_decides_nothing():

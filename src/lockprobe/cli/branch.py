@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as json_
 import os
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,7 +13,6 @@ import typer
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
-from lockprobe.cli.format_cost import money
 from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.progress import Plain
@@ -29,7 +27,6 @@ from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.fork_costs import fork_costs
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal
@@ -88,7 +85,7 @@ def branch(
         times=times,
     )
     if estimate:
-        _estimate(asked, directory, json=json)
+        _estimate(asked, json=json)
         return
     access = Access(connections=connections, timeout=timeout, retries=retries)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
@@ -132,19 +129,18 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         raise typer.Exit(BROKE)
 
 
-def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
-    """Print the number of forks and their possible cost, estimated from the calls of their trials."""
-    costs = fork_costs(asked, directory)
+def _estimate(asked: Branching, *, json: bool) -> None:
+    """Print how many forks there are, and their steps at most; --budget bounds what they cost."""
+    steps = asked.study.max_steps
+    found = {
+        asked.study.label_of(agent): [steps - plan.fork.name.at for plan in asked.plans(agent) if plan.fork is not None]
+        for agent in asked.agents
+    }
     if json:
-        print(json_.dumps([{**asdict(one), "agent": asked.study.label_of(one.agent)} for one in costs]))
+        print(json_.dumps([{"agent": one, "forks": len(most), "steps": sum(most)} for one, most in found.items()]))
         return
-    for one in costs:
-        said = f"{asked.study.label_of(one.agent)}: {count(one.forks, 'fork')}, at most {count(one.steps, 'step')}"
-        if one.hosted:
-            cost = "cost not known" if one.dollars is None else f"about {money(one.dollars)}"
-            most = "" if one.most_dollars is None else f", if none is solved {money(one.most_dollars)}"
-            said += f"; {cost}{most}, estimated from the recorded calls"
-        print(printable(said))
+    for one, most in found.items():
+        print(printable(f"{one}: {count(len(most), 'fork')}, at most {count(sum(most), 'step')}"))
 
 
 class _Watched(PassedOn):

@@ -156,7 +156,6 @@ class JsonLines(Plain):
             "budget",
             spent=self._spent_at_last(reached),
             budget=reached.budget,
-            lacking=reached.of,
             needed=reached.needed,
             owed=owed,
             trials=trials,

@@ -14,8 +14,7 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.estimate import Estimate, Expected, estimates
-from lockprobe.studies.costs.expected_trials import spread
+from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
 from lockprobe.studies.records.read_records import load
@@ -70,14 +69,13 @@ def estimate_lines(found: Estimate) -> list[str]:
         f"{_span(low.input_tokens, high.input_tokens)} tokens in ({found.repeated:.0%} of them sent before), "
         f"{_span(low.output_tokens, high.output_tokens)} out"
     )
-    outlook = [_outlook_line(found, one) for one in found.outlook]
     if found.most_dollars is None:
-        return [first, *outlook, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
+        return [first, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
     cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
     kept = "" if cached == _fresh(found, low, high) else f" ({cached} with its provider's cache)"
     most = f"at most {money(found.most_dollars)} whatever it replies"
     paid = f"  about {_fresh(found, low, high)}{kept}; {most}; {of_price(found.price)}"
-    return [first, paid, *outlook, *([_LESS] if outlook else [])]
+    return [first, paid, *([_LESS] if found.until else [])]
 
 
 _LESS = "  a smaller --budget is fine: what is decided when it ends holds, and a larger one goes on from there"
@@ -87,20 +85,6 @@ def _whole(found: Estimate) -> str:
     """Which trials an estimate is of, where not all of them need to be played."""
     until = "decided" if found.until == "decided" else f"{found.until} points"
     return f"until {until}, at most {found.trials:,} trials, which take " if found.until else ""
-
-
-def _outlook_line(found: Estimate, one: Expected) -> str:
-    """What is expected until a study is decided, with the assumption in front."""
-    trials, studies = spread(one.totals), len(one.totals)
-    low, high = about(trials.low), about(trials.high)
-    many = f"{low} trials" if low == high else f"{low} to {high} trials, {about(trials.mean)} in the mean"
-    calls = _span(one.expected.calls, one.full.calls)
-    paid = "" if found.price is None else f", {_fresh(found, one.expected, one.full)}"
-    done = "all" if one.decided == studies else f"{one.decided}" if one.decided else "none"
-    return (
-        f"  if {one.assumption.says}: {many}, which take about {calls} calls{paid}; everything is decided in {done} of "
-        f"{studies} simulated studies"
-    )
 
 
 def _fresh(found: Estimate, low: Usage, high: Usage) -> str:
@@ -120,16 +104,6 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
             "dollars_cached": found.dollars(usage, cached=True),
         }
 
-    def outlook(expected: Expected) -> dict[str, object]:
-        return {
-            "assumption": asdict(expected.assumption),
-            "trials": asdict(spread(expected.totals)),
-            "studies": len(expected.totals),
-            "decided": expected.decided,
-            "expected": one(expected.expected),
-            "full": one(expected.full),
-        }
-
     return {
         "agent": found.called,
         "trials": found.trials,
@@ -144,7 +118,7 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
         },
         "repeated_prefix_share": round(found.repeated, 4),
         "price": None if found.price is None else asdict(found.price),
-        **({"until": found.until, "outlook": [outlook(one) for one in found.outlook]} if found.until else {}),
+        **({"until": found.until} if found.until else {}),
     }
 
 

@@ -305,9 +305,8 @@ class Plain(Observer):
         """Say that the budget is spent, how many trials of the study are owed, and how to go on."""
         self.close()
         spent = self._at_most(self._spent_at_last(reached))
-        lacking = "a call" if reached.of == "call" else f"another trial, which can take {money(reached.needed)}"
         self.say(
-            f"Budget reached: {spent} of {money(reached.budget)} spent, too little is left for {lacking}; "
+            f"Budget reached: {spent} of {money(reached.budget)} spent, too little is left for a call; "
             f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
         )
 

@@ -103,9 +103,10 @@ def run(
             print_estimates(planned, directory, json=json)
             return
         from lockprobe.cli.format_cost import say_unlimited
-        from lockprobe.cli.run_study import allowed_budget, play_study
+        from lockprobe.cli.run_study import play_study
+        from lockprobe.studies.costs.budget import Budget
 
-        allowed = allowed_budget(planned, budget, directory)
+        allowed = None if budget is None else Budget(planned, budget)
         say_unlimited(planned, budget)
         if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
             raise typer.Exit(status)

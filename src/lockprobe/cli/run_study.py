@@ -9,15 +9,13 @@ from functools import partial
 from pathlib import Path
 
 from lockprobe.cli.display import watch
-from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.cli.result import read_result
-from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached, UserMistake
+from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import counted
 from lockprobe.studies.records.journal import Journal
@@ -155,14 +153,3 @@ def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> 
 
     tell = partial(print, "Report:", file=sys.stderr)
     return write_report(directory, tell=tell, left_out=left_out.append)
-
-
-def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:
-    """The budget of a study. At the start it has to cover at least one trial."""
-    if budget is None:
-        return None
-    allowed = Budget(planned, budget)
-    least, agent = allowed.least
-    if least > budget and not (directory / SETTINGS).exists():
-        raise BadValue("budget", money(budget), f"more: one trial of {agent} can take {money(least)} by its estimate")
-    return allowed

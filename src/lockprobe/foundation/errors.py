@@ -196,12 +196,12 @@ def kind_and_words(error: BaseException) -> str:
 class BudgetReached(LockprobeError):
     """Raised when less is left than what comes next could cost. A trial stops here and resumes from its next call.
 
-    All amounts are US dollars; ``needed`` is the maximum cost of the next call, or the estimate of the next trial.
+    All amounts are US dollars; ``needed`` is the maximum cost of the next call.
     """
 
-    def __init__(self, spent: float, budget: float, needed: float, of: Literal["call", "trial"] = "call") -> None:
-        super().__init__(f"${spent:.4f} of ${budget:.4f} spent; the next {of} could cost ${needed:.4f}")
-        self.spent, self.budget, self.needed, self.of = spent, budget, needed, of
+    def __init__(self, spent: float, budget: float, needed: float) -> None:
+        super().__init__(f"${spent:.4f} of ${budget:.4f} spent; the next call could cost ${needed:.4f}")
+        self.spent, self.budget, self.needed = spent, budget, needed
 
 
 class TrialFault(LockprobeError):

@@ -1,7 +1,6 @@
 """The rule of a study that stops when it is decided, over outcomes alone: what is decided, and what is still played.
 
-The runner applies it to the trials on record, and ``lockprobe power`` to simulated ones. What it says of a block
-depends on no later block, so that the course of a study follows from the outcomes of all blocks (:func:`played_out`).
+The runner applies it to the trials on record. What it says of a block depends on no later block.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, decided_at_every_look
 from lockprobe.statistics.why.mechanism import NEEDS
-from lockprobe.studies.until import LOOK_EVERY, Until
+from lockprobe.studies.until import Until
 
 Array = NDArray[np.float64]
 
@@ -25,9 +24,6 @@ Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]
 Verdict = Literal["effect", "small", "narrow", "not needed"]
 """The difference is not 0; it is smaller than the margin; its interval is as narrow as asked; a mechanism is named, so
 that no other contrast of arms is needed."""
-
-_FIRST_REACH = 40
-"""Blocks that are looked at first where all are known; then twice as many each time. It changes no decision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,19 +80,6 @@ class Decision:
     verdict: Verdict | None
     at: int | None
     way: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class PlayedOut:
-    """The course of a study to its end.
-
-    Attributes:
-        decisions: What was decided.
-        bought: Condition -> blocks in which it was played.
-    """
-
-    decisions: tuple[Decision, ...]
-    bought: Mapping[str, int]
 
 
 def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> tuple[Decision, ...]:
@@ -208,36 +191,3 @@ def numbers_of(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
 def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
     """The conditions that are played on after this many blocks: those that a question needs which they left open."""
     return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
-
-
-def played_out(families: Sequence[Family], outcomes: Outcomes, until: Until) -> PlayedOut:
-    """The course of a study whose outcomes would be these: what it decides, and what it plays until then.
-
-    Args:
-        families: What is asked.
-        outcomes: The outcomes of every condition in every block up to the most, whether they are played or not.
-        until: When the study stops.
-    """
-    size = max(len(solved) for solved, _ in outcomes.values())
-    ends, look, reach = dict.fromkeys(outcomes, size), 0, min(size, _FIRST_REACH)
-    while True:
-        seen = {label: _up_to(min(ends[label], reach), reach, *one) for label, one in outcomes.items()}
-        found = decisions(families, seen, until)
-        while look < size and look <= reach:
-            kept = wanted(found, look)
-            if dropped := [label for label, end in ends.items() if end > look and label not in kept]:
-                ends |= dict.fromkeys(dropped, look)
-                if not kept:
-                    return PlayedOut(found, ends)
-                break  # what was dropped is not seen from here on, which changes later decisions on the others
-            look += LOOK_EVERY
-        else:
-            if reach == size:
-                return PlayedOut(found, ends)
-            reach = min(size, 2 * reach)
-
-
-def _up_to(end: int, size: int, solved: Array, broken: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """The outcomes of the blocks before ``end``, and none of those up to ``size``."""
-    there = np.arange(size) < end
-    return np.where(there, solved[:size], np.nan), broken[:size] & there

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
 from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:
@@ -196,14 +196,6 @@ class CallBook(Protocol):
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         """The earlier call at this step and turn with this request and a reply; None if there is none."""
-        ...
-
-    async def turn(self, worst: Usage) -> None:
-        """Wait until the trial may make its next call, before a connection is taken for it.
-
-        Args:
-            worst: The maximum cost of one attempt.
-        """
         ...
 
     async def reserve(self, call: Call) -> None:

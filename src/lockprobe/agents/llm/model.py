@@ -142,7 +142,6 @@ class _InOneTrial:
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 return _recalled(known, known.reply)
             worst = at_most(messages, self._settings, self._known)
-            await self._book.turn(worst)
             async with self._line.slots:
                 asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
                 await self._book.reserve(asked)

@@ -156,12 +156,8 @@ class Calls:
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
-        calls = list(calls)
         for key, replies in kept_replies(calls).items():
             self._kept.setdefault(key, []).extend(replies)
-        if self._budget is not None:
-            for call in calls:
-                self._budget.learn(call)
 
     @property
     def on_their_way(self) -> int:
@@ -172,25 +168,6 @@ class Calls:
     def longest_wait(self) -> float:
         """Age of the oldest call in flight, seconds; 0 without one."""
         return time.monotonic() - min((began for *_, began in self._on_their_way.values()), default=time.monotonic())
-
-    def admit(self, plan: Plan) -> bool:
-        """Open a trial; False if open ones have to end first, because the budget does not cover it beside them.
-
-        Raises:
-            BudgetReached: If no trial is open and the budget does not cover this one.
-        """
-        return self._budget is None or self._budget.admit(plan)
-
-    def end(self, key: str) -> None:
-        """Close a trial that was admitted."""
-        if self._budget is not None:
-            self._budget.end(key)
-            self._wake()
-
-    async def turn(self, key: str, worst: Usage) -> None:
-        """Wait until a trial may make its next call: earlier trials could need what the budget has left."""
-        while self._budget is not None and not self._budget.has_turn(key, worst):
-            await self._news()
 
     async def reserve(self, call: Call) -> None:
         """Write a call to disk before each attempt, and reserve the maximum cost of the attempt.
@@ -293,9 +270,6 @@ class _TrialCalls:
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
-
-    async def turn(self, worst: Usage) -> None:
-        await self._calls.turn(self._key, worst)
 
     async def reserve(self, call: Call) -> None:
         await self._calls.reserve(self._placed(call))

@@ -9,7 +9,7 @@ grows by a reply and an observation with every step.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,7 +17,6 @@ import numpy as np
 from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.boxes.solve import random_curve
-from lockprobe.studies.costs.expected_trials import Assumption, outlooks
 from lockprobe.studies.costs.request_sizes import PromptSizes, Request
 from lockprobe.studies.costs.spending import hosted, most_dollars
 from lockprobe.studies.stopping import at_most
@@ -31,24 +30,6 @@ _REASONING = 1000
 
 _Stand = tuple[Condition, int, int]
 """Where trials stand: their condition, the replies that are on record, and the step that was reached."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Expected:
-    """What one agent is expected to cost until its study is decided, under an assumption.
-
-    Attributes:
-        assumption: What is taken to be true.
-        totals: Trials that it plays, one number for each simulated study.
-        decided: In how many of these studies everything is decided within the most.
-        expected, full: Usage as in :class:`Estimate`, of the mean number of trials.
-    """
-
-    assumption: Assumption
-    totals: tuple[int, ...]
-    decided: int
-    expected: Usage
-    full: Usage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +47,6 @@ class Estimate:
         price: The provider's price; None if it is not known.
         called: What the study calls the agent.
         until: When the study stops, if that is before all trials are played; else empty.
-        outlook: What is expected until then, under each assumption.
     """
 
     agent: str
@@ -79,7 +59,6 @@ class Estimate:
     repeated: float
     price: Price | None
     until: str = ""
-    outlook: tuple[Expected, ...] = ()
 
     def dollars(self, usage: Usage, *, cached: bool) -> float | None:
         """The cost of a usage in US dollars, with the provider's cache at its best or without; None if not known."""
@@ -185,22 +164,7 @@ class _AgentEstimator:
             repeated=whole.repeated / whole.expected.input if whole.expected.input else 0.0,
             price=self._facts.price,
             until=str(self._study.until or ""),
-            outlook=tuple(self._expected(owed)) if owed else (),
         )
-
-    def _expected(self, owed: Counter[_Stand]) -> Iterator[Expected]:
-        """What is expected until the study is decided: of each condition the expected share of its owed trials."""
-        if self._study.until is None:
-            return
-        for one in outlooks(self._study, self._agent, self._trials.values()):
-            usage = self._usage({stand: trials * one.shares[stand[0].label] for stand, trials in owed.items()})
-            yield Expected(
-                assumption=one.assumption,
-                totals=one.totals,
-                decided=one.decided,
-                expected=usage.expected.usage,
-                full=usage.full.usage,
-            )
 
     def _usage(self, owed: Mapping[_Stand, float]) -> _Usages:
         """The usage of trials by condition, replies on record, and steps reached."""

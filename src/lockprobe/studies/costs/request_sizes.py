@@ -78,7 +78,6 @@ class PromptSizes:
         else:
             self._text = [form + total for total in accumulate(map(_size, talks[0]))][::2]
         self.output = tokens(_reply_in(course[-1], HYPOTHESIS))
-        self._last = conversation(course[-1], images=self._images)
 
     def _start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
         """Tokens of the common prefix of two requests."""
@@ -108,10 +107,6 @@ class PromptSizes:
         size, repeated = longer * self._size(step), self.repeated(step, longer)
         cached = repeated if repeated >= SMALLEST_CACHED else 0.0
         return Request(input=size, cached=cached, stored=size - cached if size >= SMALLEST_CACHED else 0.0)
-
-    def last(self) -> Usage:
-        """Upper bound of the usage of the last call of a typical trial, whatever the reply to it."""
-        return at_most(self._last, self._settings, self._facts)
 
     def most(self, first: int, trials: int) -> Usage:
         """Upper bound of the usage of this many trials from step ``first`` (from 1) on, whatever the replies."""

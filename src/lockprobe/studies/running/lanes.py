@@ -1,4 +1,4 @@
-"""Plays the trials of one agent in this process, several at once, as far as the budget covers them."""
+"""Plays the trials of one agent in this process, several at once, until the budget is reached."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 
 from lockprobe.foundation.errors import BudgetReached
-from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
@@ -19,7 +18,6 @@ async def play_in_lanes(
     queue: deque[Plan],
     play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
     finish: Callable[[Trial, Timing], None],
-    calls: Calls,
     *,
     lanes: int = 1,
     at_the_end: int = 0,
@@ -28,9 +26,9 @@ async def play_in_lanes(
     """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
 
     After so many seconds no trial is opened any more; the others stay in the queue.
-    An error other than a broken trial ends all trials, and those under way are cancelled. A trial is opened only if the
-    budget of ``calls`` covers it. If the budget is reached, no trial is opened, and each open one goes on until it is
-    refused a call itself. ``finish`` gets every finished trial.
+    An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
+    trial is opened any more, and each open one goes on until it is refused a call itself. ``finish`` gets every
+    finished trial.
 
     Raises:
         BudgetReached: If the budget is reached; once, when no trial is open any more.
@@ -43,12 +41,10 @@ async def play_in_lanes(
             finish(*await play(plan))
         except BudgetReached as reached:
             spent.append(reached)
-        finally:
-            calls.end(plan.key)
 
     def admits() -> bool:
         """Whether another trial can be opened."""
-        return bool(queue) and not spent and time.monotonic() < end and calls.admit(queue[0])
+        return bool(queue) and not spent and time.monotonic() < end
 
     while lanes == 1 and not at_the_end and admits():
         await trial(queue.popleft())

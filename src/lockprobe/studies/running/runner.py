@@ -360,7 +360,7 @@ def _play_here(
         try:
             if source.engine == "network":
                 finish.expect(agent.facts)
-            await play_in_lanes(queue, play, finish, journal.calls, lanes=lanes, at_the_end=at_the_end, seconds=seconds)
+            await play_in_lanes(queue, play, finish, lanes=lanes, at_the_end=at_the_end, seconds=seconds)
         finally:
             if isinstance(agent, Closable):
                 with closed_in_one_line("agent", source.spec):
