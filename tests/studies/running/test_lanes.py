@@ -1,53 +1,22 @@
 """Trials of one agent that are open at the same time: how many, in which order, and what ends them."""
 
 import asyncio
+from collections import deque
 from types import SimpleNamespace
 
 import pytest
 
 from lockprobe.foundation.errors import BudgetReached, Missing
+from lockprobe.studies.running import lanes
 from lockprobe.studies.running.lanes import play_in_lanes
-
-
-class Rich:
-    """A log of calls whose budget covers everything; notes which trials are open."""
-
-    def __init__(self):
-        self.open = []
-
-    def admit(self, plan):
-        self.open.append(plan.key)
-        return True
-
-    def end(self, key):
-        self.open.remove(key)
-
-
-class Poor(Rich):
-    """Its budget covers so many trials beside each other, and so many in all."""
-
-    def __init__(self, beside, in_all):
-        super().__init__()
-        self.beside, self.left = beside, in_all
-
-    def admit(self, plan):
-        if len(self.open) >= min(self.beside, self.left):
-            if not self.open:
-                raise BudgetReached(1.0, 1.0, 0.5, of="trial")
-            return False
-        return super().admit(plan)
-
-    def end(self, key):
-        super().end(key)
-        self.left -= 1
 
 
 class Course:
     """Trials that take as many turns of the event loop as asked; notes how many are open at every moment."""
 
-    def __init__(self, turns, calls=None):
-        self.turns, self.calls = turns, calls or Rich()
-        self.plans = [SimpleNamespace(key=number) for number in range(len(turns))]
+    def __init__(self, turns):
+        self.turns = turns
+        self.plans = deque(SimpleNamespace(key=number) for number in range(len(turns)))
         self.open, self.most, self.began, self.finished, self.cancelled = 0, 0, [], [], []
         self.open_while = []
 
@@ -73,7 +42,7 @@ class Course:
         self.finished.append(trial.key)
 
     def run(self, **how):
-        asyncio.run(play_in_lanes(self.plans, self.play, self.finish, self.calls, **how))
+        asyncio.run(play_in_lanes(self.plans, self.play, self.finish, **how))
 
 
 def test_so_many_are_open_and_every_one_is_played_once():
@@ -126,7 +95,7 @@ def test_where_a_run_is_ended_from_outside_nothing_is_left_running():
     course = Course([10**6] * 4)
 
     async def ended():
-        run = asyncio.ensure_future(play_in_lanes(course.plans, course.play, course.finish, course.calls, lanes=2))
+        run = asyncio.ensure_future(play_in_lanes(course.plans, course.play, course.finish, lanes=2))
         await asyncio.sleep(0.01)
         run.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -137,25 +106,9 @@ def test_where_a_run_is_ended_from_outside_nothing_is_left_running():
     assert sorted(course.cancelled) == [0, 1]
 
 
-def test_no_trial_is_opened_that_the_budget_does_not_cover_beside_the_others():
-    course = Course([5, 3, 4, 6, 2, 2, 2, 2], Poor(beside=2, in_all=5))
-    with pytest.raises(BudgetReached) as reached:
-        course.run(lanes=4, at_the_end=8)
-    assert reached.value.of == "trial"
-    assert sorted(course.finished) == course.began == [0, 1, 2, 3, 4]
-    assert max(opened for _, opened in course.open_while) == 2
-
-
-def test_every_trial_that_was_opened_is_closed_however_it_ends():
-    class Broken(Course):
-        async def turn(self, plan):
-            await asyncio.sleep(0)
-            if plan == 1:
-                raise BudgetReached(1.0, 1.0, 0.5)
-            if plan == 2:
-                raise Missing("gone", "mend it")
-
-    course = Broken([9, 1, 3, 9])
-    with pytest.raises(Missing):
-        course.run(lanes=4)
-    assert course.calls.open == []
+def test_after_so_many_seconds_no_trial_is_opened_and_the_others_stay(monkeypatch):
+    course = Course([1] * 5)
+    monkeypatch.setattr(lanes.time, "monotonic", lambda: len(course.finished))
+    course.run(seconds=2.5)
+    assert course.finished == [0, 1, 2]
+    assert [plan.key for plan in course.plans] == [3, 4]
