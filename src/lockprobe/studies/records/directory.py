@@ -39,6 +39,10 @@ _MADE = (SETTINGS, STORE)
 """Files that a start creates."""
 
 
+_LOCK = ".lock"
+"""The file that is locked where directories are not."""
+
+
 class StudyDirectory:
     """A study directory locked for writing by this process; created if missing.
 
@@ -68,12 +72,13 @@ class StudyDirectory:
         except OSError as error:
             self._remove_new()
             raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
+        self._locked = [self._handle]
         try:
-            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._lock()
         except BlockingIOError:
-            os.close(self._handle)
+            self._close()
             raise DirectoryBusy(self._path) from None
-        except OSError:  # a file system that locks no directories; the records are locked all the same
+        except OSError:  # a file system without locks
             pass
         self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
         settings = self._path / SETTINGS
@@ -88,7 +93,22 @@ class StudyDirectory:
             if failed and not self.used:
                 self._undo()
         finally:
-            os.close(self._handle)
+            self._close()
+
+    def _lock(self) -> None:
+        """Lock the directory against other writers, or a file in it where the file system locks no directories."""
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:
+            file = os.open(self._path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+            self._locked.append(file)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def _close(self) -> None:
+        for handle in self._locked:
+            os.close(handle)
 
     def _undo(self) -> None:
         """Restore the directory, unless it was replaced or people were invited."""
@@ -96,7 +116,7 @@ class StudyDirectory:
             invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
             if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
                 return
-            for name in _MADE:
+            for name in (*_MADE, _LOCK):
                 if name not in self._there:
                     (self._path / name).unlink(missing_ok=True)
             settings = self._path / SETTINGS
