@@ -81,3 +81,16 @@ def acts(directory: Path, identity: str) -> list[dict[str, Any]]:
     """What is in the diary of a participant, as objects."""
     found = sql(directory, "select entry from act where participant = ? order by number", identity)
     return [json.loads(entry) for entry in found]
+
+
+def rewrite_acts(directory: Path, identity: str, entries: Iterable[dict[str, Any]]) -> None:
+    """Put entries in place of the diary of a participant."""
+    sql(directory, "delete from act where participant = ?", identity)
+    for number, entry in enumerate(entries, 1):
+        sql(
+            directory,
+            "insert into act (participant, number, entry) values (?, ?, ?)",
+            identity,
+            number,
+            json.dumps(entry),
+        )

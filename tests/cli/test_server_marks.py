@@ -1,8 +1,7 @@
 """A server that is set up wrongly is named once in a run, with what to set; one odd reply is none."""
 
-import json
-
 from provider_server import completion, truthful
+from stored import records
 
 from lockprobe.cli.run import run
 from lockprobe.cli.server_marks import ENOUGH, ServerMarks
@@ -44,5 +43,5 @@ def test_a_run_says_so_in_one_line_and_status_counts(tmp_path, provider, capsys)
     assert "'</think>'" in lines[0]
     status(out)
     told = capsys.readouterr().out
-    steps = sum(len(json.loads(line)["steps"]) for line in (out / "trials.jsonl").read_text().splitlines())
+    steps = sum(len(record["steps"]) for record in records(out))
     assert f"tidied      {steps} of {steps} replies before they were read: reasoning in the text {steps}" in told

@@ -5,10 +5,12 @@ import json
 import os
 import stat
 from collections import Counter
+from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
+from sqlite3 import connect
 
 import pytest
-from builders import with_right_checksums
 from seated import (
     WORDS,
     Clock,
@@ -24,6 +26,7 @@ from seated import (
     under,
     without_page,
 )
+from stored import acts, records, rewrite_acts, sql
 
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips, read_condition
@@ -36,8 +39,9 @@ from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import TEXTS, read_words
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import LeftOut, left_out, load
-from lockprobe.studies.records.trial_rows import Timing, read_timings
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import STORE
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.condition import Condition
 
@@ -176,11 +180,9 @@ def test_english_words_are_refused_beside_texts_in_another_language(tmp_path):
     asyncio.run(opens(with_words(tmp_path, german, study=under("truth", "drop?p=0.3 + tremble?p=0.1"))))
 
 
-def forgotten(directory, lines=1):
+def forgotten(directory, trials=1):
     """As if the server had been killed after the last act was on disk, and before the trial was."""
-    for name in ("trials.jsonl", "timings.jsonl"):
-        whole = (directory / name).read_text().splitlines(keepends=True)
-        (directory / name).write_text("".join(whole[:-lines]))
+    sql(directory, "delete from trial where id in (select id from trial order by id desc limit ?)", trials)
 
 
 @pytest.mark.parametrize("modality", ["symbolic", "rgb"])
@@ -191,50 +193,62 @@ def test_a_trial_that_was_over_and_not_written_down_is_written_down(tmp_path, mo
     else:
         study = STUDY
         (shown,) = take_part(tmp_path, study, short())
-    before, clocks = load(tmp_path), read_timings(tmp_path)
-    files = (tmp_path / "trials.jsonl").read_bytes(), (tmp_path / "timings.jsonl").read_bytes()
+    before = sql(tmp_path, "select * from trial")
     forgotten(tmp_path)
-    assert len(load(tmp_path)) == len(before) - 1
+    assert sql(tmp_path, "select * from trial") == before[:-1]
 
     async def again():
         async with opened(tmp_path, study, short()) as reception:
             return await reception.enter(shown.token, {})
 
     assert asyncio.run(again()).scene == shown.scene
-    assert ((tmp_path / "trials.jsonl").read_bytes(), read_timings(tmp_path)) == (files[0], clocks)
-    assert (tmp_path / "timings.jsonl").read_bytes() == files[1]
+    assert sql(tmp_path, "select * from trial") == before
 
 
-def test_a_trial_that_cannot_be_played_again_as_it_was_stops_everything(tmp_path):
+def _without_a_step(lines):
+    del lines[min(n for n, line in enumerate(lines) if line.get("box") == 2)]
+    for turn, line in enumerate(lines[1:], 2):
+        line["turn"] = turn
+
+
+def _with_another_last_step(lines):
+    last = [line for line in lines if line.get("scene") == "box"][-1]
+    last["act"]["joint"] = "A" if last["act"]["joint"] != "A" else "B"
+
+
+def _with_other_trials(lines):
+    lines[0]["slots"][0]["trial"] = 9
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (_without_a_step, {True: "its steps differ from the record of flips", False: "step .* as it was shown before"}),
+        (
+            _with_another_last_step,
+            {True: "its steps differ from the record of flips", False: "step .* as it was shown before"},
+        ),
+        (_with_other_trials, dict.fromkeys((True, False), "trials of another study")),
+    ],
+)
+def test_a_diary_that_disagrees_with_the_record_or_with_what_is_played_again_is_named(tmp_path, recorded, change, said):
     (shown,) = take_part(tmp_path, STUDY, short())
-    forgotten(tmp_path)
-    path = tmp_path / "people" / f"{shown.identity}.jsonl"
-    lines = path.read_text().splitlines(keepends=True)
-    last = max(n for n, line in enumerate(lines) if '"scene":"box"' in line)
-    path.write_text("".join(lines[: last - 1] + lines[last:]))
-    with pytest.raises(BadFile, match=shown.identity):
+    if not recorded:
+        forgotten(tmp_path)
+    lines = acts(tmp_path, shown.identity)
+    change(lines)
+    rewrite_acts(tmp_path, shown.identity, lines)
+    with pytest.raises(BadFile, match=f"study.db: participant {shown.identity}: {said[recorded]}"):
         begun(tmp_path)
 
 
-def test_a_diary_of_another_study_is_refused(tmp_path):
-    shown = begun(tmp_path)
-    path = tmp_path / "people" / f"{shown.identity}.jsonl"
-    path.write_text(path.read_text().replace('"trial":1', '"trial":9'))
-    with_right_checksums(path)
-    with pytest.raises(BadFile, match="trials of another study"):
+def test_a_copy_of_a_diary_makes_no_second_participant(tmp_path):
+    identity = begun(tmp_path).identity
+    joined, *rest = acts(tmp_path, identity)
+    rewrite_acts(tmp_path, "aaaa1111", [joined | {"identity": "aaaa1111"}, *rest])
+    with pytest.raises(BadFile, match="a copy of the diary"):
         begun(tmp_path)
-
-
-def test_a_diary_whose_first_line_was_torn_is_nobody(tmp_path):
-    shown = begun(tmp_path)
-    path = tmp_path / "people" / f"{shown.identity}.jsonl"
-    path.write_bytes(path.read_bytes().splitlines()[0][:-5])
-
-    async def comes_back():
-        async with opened(tmp_path, STUDY, short()) as reception:
-            return (await reception.enter(shown.token, {})).scene.kind, len(read_diaries(tmp_path))
-
-    assert asyncio.run(comes_back()) == ("consent", 0)
 
 
 def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
@@ -255,7 +269,7 @@ def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
     assert len({trial.key for trial in trials}) == len(trials) == study.size
     for trial in trials:
         assert as_played(trial) == as_played(without_page(study, trial, "ideal-observer"))
-    slots = [diary_of(tmp_path, path.stem)[0].slots for path in (tmp_path / "people").glob("*.jsonl")]
+    slots = [diary.joined.slots for diary in read_diaries(tmp_path)]
     for place in range(3):
         assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
 
@@ -281,10 +295,9 @@ def test_other_texts_are_refused_once_somebody_has_joined_and_the_same_from_anot
 
 def test_texts_of_people_who_came_from_elsewhere_are_theirs(tmp_path):
     take_part(tmp_path, STUDY, short())
-    for path in (tmp_path / "people").glob("*.jsonl"):
-        token = diary_of(tmp_path, path.stem)[0].token
-        path.write_text(path.read_text().replace(token, ""))
-        with_right_checksums(path)
+    for diary in read_diaries(tmp_path):
+        joined, *rest = acts(tmp_path, diary.identity)
+        rewrite_acts(tmp_path, diary.identity, [joined | {"token": ""}, *rest])
     assert asyncio.run(opens(with_words(tmp_path, WORDS.model_copy(update={"title": "Another title"})))) == 1
 
 
@@ -302,20 +315,12 @@ def test_a_record_names_the_page_on_which_the_box_was_begun(tmp_path, lost):
         return shown.scene.kind == "over" and shown.scene.number == 2
 
     asyncio.run(goes_on())
-    before = (tmp_path / "trials.jsonl").read_bytes()
+    before = sql(tmp_path, "select * from trial")
     if lost:
         forgotten(tmp_path, 2)
         asyncio.run(opens(with_words(tmp_path, WORDS, page="3")))
-    assert (tmp_path / "trials.jsonl").read_bytes() == before
+    assert sql(tmp_path, "select * from trial") == before
     assert [trial.facts["page"] for trial in load(tmp_path)] == ["1", "2"]
-
-
-def test_a_diary_that_was_copied_makes_no_second_participant(tmp_path):
-    shown = begun(tmp_path)
-    path = tmp_path / "people" / f"{shown.identity}.jsonl"
-    path.with_name("abcd1234.jsonl").write_bytes(path.read_bytes())
-    with pytest.raises(BadFile, match="another participant"):
-        begun(tmp_path)
 
 
 def test_who_plays_a_trial_that_came_from_elsewhere_finished_goes_on_with_the_next(tmp_path):
@@ -338,31 +343,8 @@ def test_who_plays_a_trial_that_came_from_elsewhere_finished_goes_on_with_the_ne
     places = asyncio.run(comes_back())
     assert isinstance(diary_of(here, left.identity)[-1], Did)
     assert [trial.agent for trial in load(here)] == [comes.agent, f"participant:{left.identity}"]
-    assert left_out(here) == LeftOut(unfinished_lines=0, replaced=0, repeated=0)
+    assert len(records(here)) == 2
     assert places == [3, 3]
-
-
-def test_a_diary_that_was_copied_under_another_name_is_refused(tmp_path):
-    identity = begun(tmp_path).identity
-    diary = tmp_path / "people" / f"{identity}.jsonl"
-    copy = diary.with_name("aaaa1111.jsonl")
-    copy.write_bytes(diary.read_bytes().replace(identity.encode(), b"aaaa1111"))
-    with_right_checksums(copy)
-    with pytest.raises(BadFile, match="a copy of the diary"):
-        begun(tmp_path)
-
-
-def test_a_diary_that_tells_of_other_steps_than_the_record_is_refused(tmp_path):
-    (shown,) = take_part(tmp_path, STUDY, short())
-    diary = tmp_path / "people" / f"{shown.identity}.jsonl"
-    lines = diary.read_text("utf-8").splitlines(keepends=True)
-    at = max(i for i, line in enumerate(lines) if '"kind":"attempt"' in line)
-    joint = json.loads(lines[at])["act"]["joint"]
-    lines[at] = lines[at].replace(f'"joint":"{joint}"', '"joint":"%s"' % ("A" if joint != "A" else "B"))
-    diary.write_text("".join(lines), "utf-8")
-    with_right_checksums(diary)
-    with pytest.raises(BadFile, match="its steps differ"):
-        begun(tmp_path)
 
 
 def test_without_its_secret_a_study_with_participants_is_not_opened(tmp_path):
@@ -392,7 +374,10 @@ class Failed(Exception):
 
 
 def everything(directory):
-    return {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+    """The content of all files; of the store what is in its tables."""
+    there = {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+    with closing(connect(directory / STORE)) as store:
+        return there | {Path(STORE): [*store.iterdump()]}
 
 
 def fail(directory, experiment=None, *, invited=False):
@@ -451,7 +436,11 @@ def test_once_people_are_invited_all_stays(tmp_path):
     assert (tmp_path / "study" / "study.json").exists()
 
 
-def test_once_somebody_has_joined_all_stays(tmp_path):
+@pytest.mark.parametrize("there", [False, True])
+def test_once_somebody_has_joined_all_stays(tmp_path, there):
+    if there:  # the directory of people alone, as after its texts were put there
+        (tmp_path / "people").mkdir()
+
     async def serving():
         async with opened(tmp_path, STUDY, short()) as reception:
             shown = await reception.enter(None, {})
@@ -460,5 +449,5 @@ def test_once_somebody_has_joined_all_stays(tmp_path):
 
     with pytest.raises(Failed):
         asyncio.run(serving())
-    assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
+    assert len(read_diaries(tmp_path)) == 1
     assert (tmp_path / "people" / "experiment.json").exists()

@@ -4,11 +4,13 @@ import pytest
 from builders import small_study
 from taking_part import START, take_part
 
-from lockprobe.people.diary import Broken, DiaryFile, Did, Released, read_diaries
+from lockprobe.people.diary import Broken, DiaryWriter, Did, Released, read_diaries
 from lockprobe.people.journey import Journey
 from lockprobe.people.progress import flow_of
 from lockprobe.people.responses import Answers
-from lockprobe.people.withdrawal import put, withdrawn
+from lockprobe.people.withdrawal import withdraw, withdrawn
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.store import written
 
 TWO_EACH = small_study(["participant"], p=[0.0, 0.4], trials=2)
 
@@ -21,8 +23,8 @@ def directory(tmp_path):
 
 
 def ends_with(directory, line):
-    diary = DiaryFile(directory / "people" / "bbbb02.jsonl")
-    diary.write(line)
+    with written(directory) as store:
+        DiaryWriter(store, "bbbb02").write(line)
 
 
 def flow_in(directory):
@@ -67,13 +69,12 @@ def test_a_box_that_broke_is_over(directory):
     assert counts(directory) == (2, 2, 0, 0)
 
 
-def test_who_withdrew_is_counted_and_nothing_else(directory, tmp_path_factory):
-    put(directory / "people" / "withdrawn.json", {"withdrawn": 3})
-    assert counts(directory) == (5, 1, 1, 3)
-    alone = tmp_path_factory.mktemp("alone")
-    (alone / "people").mkdir()
-    put(alone / "people" / "withdrawn.json", {"withdrawn": 1})
-    assert counts(alone) == (1, 0, 0, 1)
+def test_who_withdrew_is_counted_once_and_nothing_else(directory):
+    with Journal.open(directory, TWO_EACH) as journal:
+        for identity, left in (("cccc03", (2, 1, 1, 0)), ("bbbb02", (2, 1, 0, 1)), ("aaaa01", (2, 0, 0, 2))):
+            for _ in range(2):
+                withdraw(journal, identity)
+                assert counts(directory) == left
 
 
 def test_rounds_of_questions_on_the_instructions_are_counted_by_person(directory):

@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 from seated import Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part, to_first
 
-from lockprobe.people.diary import Joined, Released
+from lockprobe.people.diary import Released, read_diaries
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Agree, Next
 from lockprobe.people.roster import Roster
@@ -22,8 +22,7 @@ def at_first_step(shown):
 
 
 def slots_given(directory):
-    lines = [line for path in sorted((directory / "people").glob("*.jsonl")) for line in diary_of(directory, path.stem)]
-    return [slot for line in lines if isinstance(line, Joined) for slot in line.slots]
+    return [slot for diary in read_diaries(directory) for slot in diary.joined.slots]
 
 
 def test_as_many_take_part_as_there_are_trials_for_and_each_is_played_once(tmp_path):
@@ -228,7 +227,7 @@ def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypa
 
     other, shown = asyncio.run(rush())
     assert [one.scene.kind for one in shown] == ["page", "page"]
-    assert not (tmp_path / "people" / f"{other}.jsonl").exists()
+    assert other not in [diary.identity for diary in read_diaries(tmp_path)]
     take_part(tmp_path, study, short(), clock=clock)
 
 
@@ -263,7 +262,7 @@ def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
     for _ in range(8):  # each is sent away for the next
         take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
         clock.now += 48 * HOURS
-    joined = [diary_of(tmp_path, path.stem)[0] for path in (tmp_path / "people").glob("*.jsonl")]
+    joined = [diary.joined for diary in read_diaries(tmp_path)]
     assert Counter(one.slots[0].condition for one in joined) == {one.label: 2 for one in study.conditions}
     assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
     assert set(Counter(tuple(slot.condition for slot in one.slots) for one in joined).values()) == {2}

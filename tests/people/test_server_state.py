@@ -19,8 +19,9 @@ from seated import (
     under,
     without_page,
 )
+from stored import acts, records, rewrite_acts
 
-from lockprobe.people.diary import Did
+from lockprobe.people.diary import Did, read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
@@ -91,7 +92,7 @@ def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
         "view": "panel", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
         "history_open": True, "feedback": False,
     }  # fmt: skip
-    assert "xyz" not in (tmp_path / "trials.jsonl").read_text()
+    assert "xyz" not in str(records(tmp_path))
     assert read_study(tmp_path).agents == ("participant",)
     assert all(map(read_study(tmp_path).asks_for, trials))
 
@@ -141,7 +142,7 @@ def test_it_goes_on_where_it_stood_after_every_single_act(tmp_path, restart, stu
     asyncio.run(broken_off())
     once, often = (load(tmp_path / name) for name in ("once", "often"))
     assert [as_played(trial) for trial in often] == [as_played(trial) for trial in once]
-    assert (tmp_path / "often" / "trials.jsonl").read_text().count("\n") == len(once)
+    assert len(records(tmp_path / "often")) == len(once)
 
 
 def test_an_act_whose_reply_was_lost_is_answered_again_and_counts_once(tmp_path):
@@ -175,11 +176,11 @@ def test_the_same_act_sent_many_times_at_once_counts_once(tmp_path):
             assert len([line for line in diary_of(tmp_path, box.identity) if isinstance(line, Did) and line.box]) == 1
 
     asyncio.run(at_once())
-    assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
+    assert len(read_diaries(tmp_path)) == 1
 
 
-@pytest.mark.parametrize("left", [0, 0.5, 0.99])
-def test_an_act_of_which_only_a_part_reached_the_disk_is_sent_again_and_counts_once(tmp_path, left):
+@pytest.mark.parametrize("reached", [False, True])
+def test_an_act_that_reached_the_disk_or_did_not_before_a_kill_is_sent_again_and_counts_once(tmp_path, reached):
     study = people_study()
 
     async def killed() -> None:
@@ -189,14 +190,12 @@ def test_an_act_of_which_only_a_part_reached_the_disk_is_sent_again_and_counts_o
             for _ in range(3):
                 act, before = await player.act(box), box
                 box = await reception.act(box.token, box.lease, box.turn, act, {})
-        path = tmp_path / "people" / f"{box.identity}.jsonl"
-        whole = path.read_bytes()
-        last = whole.splitlines(keepends=True)[-1]
-        path.write_bytes(whole[: len(whole) - len(last) + int(left * len(last))])
+        whole = acts(tmp_path, box.identity)
+        rewrite_acts(tmp_path, box.identity, whole if reached else whole[:-1])
         async with opened(tmp_path, study, short()) as reception:
             again = await reception.act(before.token, before.lease, before.turn, act, {})
             assert (again.scene, again.turn) == (box.scene, box.turn)
-            assert path.read_bytes().count(b"\n") == whole.count(b"\n")
+            assert len(acts(tmp_path, box.identity)) == len(whole)
             await go_on(reception, player, again)
 
     asyncio.run(killed())
@@ -208,11 +207,11 @@ def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_writt
     async def every() -> None:
         async with opened(tmp_path, people_study(), short()) as reception:
             shown = await to_first(Box, reception, await reception.enter(None, {}))
-            before = (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes()
+            before = acts(tmp_path, shown.identity)
             other = CHOICE.model_copy(update={"rt": 2.0})
             last = await reception.act(shown.token, shown.lease, shown.turn, CHOICE, {})
-            after = (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes()
-            assert after.startswith(before)
+            after = acts(tmp_path, shown.identity)
+            assert after[:-1] == before
             for turn, act, code in [
                 (last.turn - 1, other, "stale"),
                 (last.turn + 1, CHOICE, "stale"),
@@ -225,7 +224,7 @@ def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_writt
                 with pytest.raises(ActRefused) as refusal:
                     await reception.act(last.token, last.lease, turn, act, {})
                 assert refusal.value.code == code
-            assert (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes() == after
+            assert acts(tmp_path, shown.identity) == after
             assert (await reception.enter(last.token, {})).scene == last.scene
 
     asyncio.run(every())
@@ -282,7 +281,7 @@ def test_who_has_no_token_of_this_study_is_refused(tmp_path):
                 assert refusal.value.code == "malformed"
 
     asyncio.run(forged())
-    assert not list((tmp_path / "people").glob("*.jsonl"))
+    assert read_diaries(tmp_path) == []
 
 
 def test_nothing_is_kept_before_somebody_agrees_or_of_who_does_not(tmp_path):

@@ -1,11 +1,9 @@
 """What one participant does is on disk before more is shown, or it has not been done."""
 
 import asyncio
-import json
 from dataclasses import dataclass, replace
 
 import pytest
-from builders import with_right_checksums
 from pydantic import ValidationError
 from seated import (
     Clock,
@@ -26,6 +24,7 @@ from seated import (
     without_page,
 )
 from seen import PhotographedPlant
+from stored import acts, records, rewrite_acts
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Broken, Did
@@ -43,7 +42,7 @@ from lockprobe.people.scenes import (
 )
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.condition import Condition
 
@@ -86,7 +85,7 @@ def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path)
         ("how", text), ("age", "old"), ("why", "because"),
     ]  # fmt: skip
     assert [(line.item, line.right) for line in lines if line.scene == "check"] == [("1", False)]
-    assert "<script>" not in (tmp_path / "trials.jsonl").read_text()
+    assert not any("<script>" in str(record) for record in records(tmp_path))
 
 
 def wrong_answers(scene):
@@ -204,33 +203,12 @@ def test_a_step_is_on_disk_when_it_is_shown_with_its_times_and_what_was_told(tmp
         shown = await to_first(Box, reception, shown)
         act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1234.5)
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
-        line = json.loads((tmp_path / "people" / f"{shown.identity}.jsonl").read_text().splitlines()[-1])
+        line = acts(tmp_path, shown.identity)[-1]
         assert line["act"] == act.model_dump()
         assert (line["box"], line["step"], line["turn"], line["told"]) == (1, 1, shown.turn - 1, shown.scene.panel.told)
         assert line["ended"] is None
 
     sitting(tmp_path, STUDY, one_step)
-
-
-def test_what_could_not_be_written_has_not_been_done(tmp_path, monkeypatch):
-    async def full_disk(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        path = tmp_path / "people" / f"{shown.identity}.jsonl"
-        before, act = path.read_bytes(), Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
-        with monkeypatch.context() as patched:
-            patched.setattr("os.fsync", _full)
-            with pytest.raises(BadFile, match="No space"):
-                await reception.act(shown.token, shown.lease, shown.turn, act, {})
-        assert path.read_bytes() == before
-        assert (await reception.enter(shown.token, {})).scene == shown.scene
-        again = await reception.enter(shown.token, {})
-        return await reception.act(again.token, again.lease, again.turn, act, {})
-
-    assert sitting(tmp_path, STUDY, full_disk).scene.step == 2
-
-
-def _full(handle):
-    raise OSError(28, "No space left on device")
 
 
 def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, monkeypatch):
@@ -250,7 +228,7 @@ def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, 
         await go_on(reception, player, shown)
 
     sitting(tmp_path, STUDY, full_disk)
-    assert len(load(tmp_path)) == (tmp_path / "trials.jsonl").read_text().count("\n") == 2
+    assert len(load(tmp_path)) == len(records(tmp_path)) == 2
 
 
 def test_what_would_be_another_history_is_not_shown(tmp_path):
@@ -260,10 +238,8 @@ def test_what_would_be_another_history_is_not_shown(tmp_path):
         return await reception.act(shown.token, shown.lease, shown.turn, act, {})
 
     shown = sitting(tmp_path, STUDY, first)
-    path = tmp_path / "people" / f"{shown.identity}.jsonl"
-    told = diary_of(tmp_path, shown.identity)[-1].told
-    path.write_text(path.read_text().replace(told, told.replace("At 1", "At 0")))
-    with_right_checksums(path)
+    *before, last = acts(tmp_path, shown.identity)
+    rewrite_acts(tmp_path, shown.identity, [*before, last | {"told": last["told"].replace("At 1", "At 0")}])
 
     async def later():
         async with opened(tmp_path, STUDY, short()) as reception:
@@ -313,7 +289,7 @@ def test_the_practice_is_no_trial(tmp_path):
 
     shown = sitting(tmp_path / "b", STUDY, done, experiment=Experiment())
     assert shown.scene.practice
-    assert (tmp_path / "b" / "trials.jsonl").read_bytes() == b""
+    assert records(tmp_path / "b") == []
 
 
 def test_an_act_that_is_broken_off_has_been_done_or_not(tmp_path):
@@ -355,7 +331,7 @@ def test_what_is_finished_on_record_is_never_written_over(tmp_path, monkeypatch)
     slots = diary_of(tmp_path / "here", shown.identity)[0].slots
     assert (comes.condition, comes.repetition, comes.trial) == (slots[0].condition, slots[0].repetition, slots[0].trial)
     assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent, f"participant:{shown.identity}"]
-    assert left_out(tmp_path / "here").repeated == 0
+    assert len(records(tmp_path / "here")) == 2
 
 
 STUDY = people_study(max_steps=5)

@@ -1,9 +1,9 @@
 """Behind each step of a person's trial stands one act of theirs, or the records are refused."""
 
-import json
-
 import pytest
-from builders import small_study, with_right_checksums
+from builders import small_study
+from stored import acts as entries
+from stored import rewrite_acts
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile
@@ -64,30 +64,25 @@ def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory,
     [
         (
             lambda line: {**line, "act": {**line["act"], "joint": "C" if line["act"]["joint"] != "C" else "D"}},
-            "in trials.jsonl",
+            " on record",
         ),
-        (lambda line: {**line, "act": {**line["act"], "claimed": "moved"}}, "in trials.jsonl"),
-        (lambda line: {**line, "step": 40}, "is not in it"),
+        (lambda line: {**line, "act": {**line["act"], "claimed": "moved"}}, " on record"),
+        (lambda line: {**line, "step": 40}, "is not in the diary"),
     ],
 )
 def test_a_diary_that_says_something_else_than_the_record_is_refused(directory, change, said):
-    path = directory / "people" / f"{ANN}.jsonl"
-    lines = [json.loads(line) for line in path.read_bytes().splitlines()]
+    lines = entries(directory, ANN)
     first = next(i for i, line in enumerate(lines) if line.get("box") == 1)
     lines[first] = change(lines[first])
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    with_right_checksums(path)
-    with pytest.raises(BadFile, match=said):
+    rewrite_acts(directory, ANN, lines)
+    with pytest.raises(BadFile, match=f"study.db: participant {ANN}: step .*{said}"):
         acts(directory)
 
 
 @pytest.mark.parametrize("slot", [{"repetition": -1}, {"trial": 3}, {"condition": "flip?p=0.5"}])
 def test_a_diary_of_another_study_is_refused(directory, slot):
-    path = directory / "people" / f"{BOB}.jsonl"
-    joined, *rest = path.read_text().splitlines()
-    joined = json.loads(joined)
-    joined["slots"][1] |= slot
-    path.write_text("\n".join([json.dumps(joined), *rest, ""]))
-    with_right_checksums(path)
+    lines = entries(directory, BOB)
+    lines[0]["slots"][1] |= slot
+    rewrite_acts(directory, BOB, lines)
     with pytest.raises(BadFile, match="trials of another study"):
         acts(directory)

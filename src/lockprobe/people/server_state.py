@@ -144,8 +144,6 @@ class ServerState:
                 session.lease = lease
                 if not session.gone:
                     return await self._reply(token, lease, session)
-                if self._roster.called(session.journey.identity) is session:  # a deletion that is not finished yet
-                    return _outside(token, lease, self._opened.texts.closed("withdrawn"))
         return _outside(token, lease, admission.ask(platform, code))
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> PageReply:
@@ -207,6 +205,7 @@ class ServerState:
             async with session.lock:
                 self._check_lease(session, lease)
                 await self._delete(session)
+        self._opened.journal.erase()  # also what failed before
         return _outside(token, lease, self._opened.texts.closed("withdrawn"))
 
     async def _reply(self, token: str, lease: str, session: Session) -> PageReply:
@@ -243,7 +242,6 @@ class ServerState:
             journal.delete_participant(participant_spec(identity))
             session.gone = True
             self._roster.remove(session)
-        journal.erase()
 
 
 def _outside(token: str, lease: str, scene: Scene) -> PageReply:

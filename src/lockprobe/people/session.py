@@ -124,6 +124,7 @@ class Session:
         Raises:
             BadFile: If it cannot be written.
         """
+        self._opened.journal.used = True
         self._diary.write(self.journey.joined)
 
     async def release(self) -> None:

@@ -6,7 +6,8 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import play_study, small_study, with_right_checksums, write_study
+from builders import play_study, small_study, write_study
+from stored import acts, rewrite_acts
 from taking_part import START, take_part
 
 from lockprobe.interfaces.export import tidy_rows, trial_rows
@@ -15,8 +16,7 @@ from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, people_tab
 from lockprobe.people.diary import Diary, Did, Released, read_diaries, write_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.responses import Answers
-from lockprobe.people.withdrawal import note_withdrawal
-from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
@@ -24,6 +24,7 @@ ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
 
 @pytest.fixture
 def directory(tmp_path):
+    (tmp_path / "people").mkdir()
     return write_study(tmp_path, STUDY, play_study(replace(STUDY, agents=("random",))))
 
 
@@ -121,11 +122,11 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], answers={"why": ""})
     take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
     take_part(directory, STUDY, CEM, [(0.0, 2, 1), (0.4, 2, 2)], left_after=1)
-    path = directory / "people" / f"{ANN}.jsonl"
-    no_device = '"pointer":null,"viewport":null'
-    text = path.read_text("utf-8").replace(no_device, '"pointer":"touch","viewport":[390,844]', 2)
-    path.write_text(text.replace(no_device, '"pointer":"mouse","viewport":[1280,800]'), "utf-8")
-    with_right_checksums(path)
+    lines = acts(directory, ANN)
+    for number, line in enumerate(line for line in lines if "pointer" in line.get("act", {})):
+        device = ("touch", [390, 844]) if number < 2 else ("mouse", [1280, 800])
+        line["act"] |= zip(("pointer", "viewport"), device, strict=True)
+    rewrite_acts(directory, ANN, lines)
     rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
     assert [row["conditions"] for row in rows.values()] == [
         "flip?p=0.4; truth",
@@ -141,29 +142,16 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 0, CEM: 0}
 
 
-def test_nothing_is_read_of_somebody_whose_deletion_was_cut_off(directory):
-    take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
-    take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
-    with Journal.open(directory, STUDY) as journal:
-        note_withdrawal(journal, ANN)  # and the server is killed
-    found = tables(directory)
-    assert {row["participant"] for row in found["acts"].rows} == {BOB}
-    assert {row["participant"] for row in found["trials"].rows} == {"", BOB}
-
-
 def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], left_after=0)
-    path = directory / "people" / f"{ANN}.jsonl"
-    turn = path.read_bytes().count(b"\n") + 1
-    with path.open("a") as file:
-        file.write(f'{{"kind":"broken","at":1790000900.0,"turn":{turn},"box":2}}\n')
-        file.write('{"kind":"released","at":1790000999.0}\n')
-    with_right_checksums(path)
+    lines = acts(directory, ANN)
+    broken = {"kind": "broken", "at": 1790000900.0, "turn": len(lines) + 1, "box": 2}
+    rewrite_acts(directory, ANN, [*lines, broken, {"kind": "released", "at": 1790000999.0}])
     found = tables(directory)
     (row,) = found["participants"].rows
     assert (row["boxes_finished"], row["boxes_broken"], row["released"], row["left_in_box"]) == (1, 1, 1, "")
     last = found["acts"].rows[-1]
-    assert (last["scene"], last["position"], last["turn"]) == ("broken", 2, turn)
+    assert (last["scene"], last["position"], last["turn"]) == ("broken", 2, broken["turn"])
 
 
 @pytest.mark.parametrize(
@@ -216,7 +204,8 @@ def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screene
         )
         for n in (1, 2)
     ]
-    write_diaries(directory, [Diary(joined, (*rounds, Released(at=joined.at + 3, why="screened")))])
+    with opened(directory) as store:
+        write_diaries(store, [Diary(joined, (*rounds, Released(at=joined.at + 3, why="screened")))])
     found = tables(directory)
     row, other = sorted(found["participants"].rows, key=lambda row: row["participant"])
     assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)

@@ -3,7 +3,6 @@
 import asyncio
 import gzip
 import json
-import os
 import random
 import re
 import resource
@@ -17,15 +16,17 @@ from urllib.parse import urlsplit
 
 import pytest
 from served import STUDY, at_the_box, logged, served, visiting, written
+from stored import acts
 from visitor import in_short, without_the_page
 
 import lockprobe
 from lockprobe import load
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.database import Database
 from lockprobe.interventions.conditions import flips
-from lockprobe.people.diary import DiaryFile
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.texts import read_words
+from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names
 
@@ -66,26 +67,26 @@ def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, 
 
 def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_path, monkeypatch):
     """At most nine, each called by the one before: guards and private helpers count, Starlette and gzip do not."""
-    calls, sync = [], os.fsync
+    calls, transaction = [], Database.transaction
 
-    def synced(handle):
+    def begun(store, **how):
         frames = (frame for frame, _ in walk_stack(sys._getframe()))
         ours = [frame.f_code.co_qualname for frame in frames if Path(frame.f_code.co_filename).is_relative_to(SOURCE)]
-        calls.append(ours[::-1])
-        return sync(handle)
+        calls.append((ours[::-1], how))
+        return transaction(store, **how)
 
     async def act():
         async with served(tmp_path) as place, visiting(place) as one:
             await at_the_box(one)
             with monkeypatch.context() as patched:
-                patched.setattr("os.fsync", synced)
+                patched.setattr(Database, "transaction", begun)
                 await one.do()
 
     asyncio.run(act())
-    assert calls == [[
+    assert calls == [([
         "Guard.__call__", "_ParticipantApi.act", "ServerState.act", "Session.do", "Session._attempt", "Session._write",
-        "DiaryFile.write", "LineFile.append",
-    ]]  # fmt: skip
+        "DiaryWriter.write",
+    ], {"sync": True})]  # fmt: skip
 
 
 def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):
@@ -171,7 +172,7 @@ def test_who_agrees_many_times_at_once_joins_once(tmp_path):
 
     replies = asyncio.run(visit())
     joined = {reply["participant"] for reply in replies} - {None}
-    assert len(joined) == len(list((tmp_path / "people").glob("*.jsonl"))) == 3  # as many as there are boxes for
+    assert len(joined) == len(read_diaries(tmp_path)) == 3  # as many as there are boxes for
     why = Counter(reply["scene"].get("why") for reply in replies)
     assert (why["taken"], why["full"]) == (15, 12)
 
@@ -371,7 +372,8 @@ PATHS = [
     b"/static/page.js/",
     b"//evil.example/",
     b"/people/secret",
-    b"/trials.jsonl",
+    b"/study.db",
+    b"/study.db-wal",
     b"/study.json",
     b"/admin/",
     b"/api/",
@@ -498,7 +500,7 @@ def test_script_in_free_text_is_text(tmp_path):
             return one
 
     one = asyncio.run(visit())
-    assert json.dumps(SCRIPT)[1:-1] in (tmp_path / "people" / f"{one.identity}.jsonl").read_text("utf-8")
+    assert SCRIPT in [line["act"]["answer"] for line in acts(tmp_path, one.identity) if line.get("scene") == "ask"]
     assert not any(b"alert" in reply for reply in replies_to(one))
 
 
@@ -538,45 +540,23 @@ def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_pat
     assert re.search(r" 500 broken POST /api/open KeyError at web/test_app.py:\d+$", line)
 
 
-def test_what_a_full_disk_does_not_take_has_not_been_done(tmp_path, monkeypatch):
-    def full(diary, line):
-        raise BadFile(diary.path, "cannot be written (No space left on device)")
-
+@pytest.mark.parametrize("room", [0, 20, 4096])
+def test_what_a_full_disk_takes_in_part_or_not_has_not_been_done(tmp_path, room):
     async def visit():
         async with served(tmp_path) as place, visiting(place) as one:
             await at_the_box(one, step=2)
-            before, decision = written(tmp_path), await one.decide()
-            act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
-            with monkeypatch.context() as patched:
-                patched.setattr(DiaryFile, "write", full)
-                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
-                assert (answer.status_code, answer.json()["error"]) == (500, "broken")
-                assert str(tmp_path) not in answer.text
-                assert written(tmp_path) == before
-            await one.act(**act)
-            await one.play()
-
-    asyncio.run(visit())
-    for trial in load(tmp_path):
-        assert in_short(trial) == in_short(without_the_page(STUDY, trial, "human-inspired"))
-
-
-@pytest.mark.parametrize("room", [0, 20])
-def test_of_a_line_that_a_full_disk_takes_in_part_nothing_stays(tmp_path, room):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one, step=2)
-            (diary,) = (tmp_path / "people").glob("*.jsonl")
-            before, decision = written(tmp_path), await one.decide()
+            log = tmp_path / f"{STORE}-wal"
+            before, decision = acts(tmp_path, one.identity), await one.decide()
             act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
             soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (diary.stat().st_size + room, hard))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (log.stat().st_size + room, hard))
             try:
                 answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
             finally:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
             assert (answer.status_code, answer.json()["error"]) == (500, "broken")
-            assert written(tmp_path) == before
+            assert str(tmp_path) not in answer.text
+            assert acts(tmp_path, one.identity) == before
             await one.act(**act)
             await one.play()
 

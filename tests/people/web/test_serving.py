@@ -10,6 +10,7 @@ import socket
 import pytest
 from seated import diaries_of
 from served import EXPERIMENT, STUDY, at_the_box, served, visiting
+from stored import records
 from visitor import Visitor, in_short, server, start, without_the_page
 from wire import Wire
 
@@ -21,6 +22,7 @@ from lockprobe.people.texts import read_words
 from lockprobe.people.web import serving
 from lockprobe.people.web.serving import ServerOptions, opened
 from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.store import STORE
 
 SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))
 """People at once."""
@@ -60,7 +62,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
     assert len(who) == len(visitors)
     trials = load(directory)
     assert len(trials) == len({trial.key for trial in trials}) == 2 * len(visitors)
-    assert len((directory / "trials.jsonl").read_bytes().splitlines()) == len(trials)
+    assert len(records(directory)) == len(trials)
     played = {agent: {} for agent in who}
     for trial in trials:
         assert study.asks_for(trial)
@@ -291,9 +293,9 @@ def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, 
 
     def replace_records(where):
         (tmp_path / "new").touch()
-        (tmp_path / "new").replace(where.directory / "trials.jsonl")
+        (tmp_path / "new").replace(where.directory / STORE)
 
     words = read_words(EXPERIMENT.language)
     door = ServerOptions(port=free_port())
-    with pytest.raises(BadFile, match="trials.jsonl: replaced by somebody else"):
+    with pytest.raises(BadFile, match="study.db: replaced by somebody else"):
         asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))

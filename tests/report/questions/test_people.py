@@ -8,9 +8,10 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 from seated import under
 from taking_part import take_part
 
-from lockprobe.people.withdrawal import put
+from lockprobe.people.withdrawal import withdraw
 from lockprobe.report.page import page_of, tables_of
 from lockprobe.report.results import results
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
@@ -109,7 +110,9 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
     path = write_study(tmp_path / "study", study, [])
     take_part(path, study, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
     take_part(path, study, "bbbb02", [(0.0, 1, 1), (0.4, 1, 2)], left_after=1, check=False)
-    put(path / "people" / "withdrawn.json", {"withdrawn": 1})
+    take_part(path, study, "cccc03", [(0.0, 1, 3)])
+    with Journal.open(path, study) as journal:
+        withdraw(journal, "cccc03")
     found = results(path)
     ends = {"consented": 3, "withdrawn": 1, "screened": 0, "left_open": 1, "finished": 1, "analysed": 2}
     assert values(found, "people", modality="").items() >= ends.items()

@@ -184,7 +184,7 @@ class Database:
 
 def rescued_files(path: Path) -> list[Path]:
     """The files next to one that took what was written after it had lost its name."""
-    return sorted(path.parent.glob(f"{path.name}.rescued*"))
+    return sorted(one for one in path.parent.glob(f"{path.name}.rescued*") if not one.name.endswith(_BESIDE))
 
 
 def _rescue_names(path: Path) -> Iterator[Path]:

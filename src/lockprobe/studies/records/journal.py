@@ -34,7 +34,7 @@ class Journal:
         calls: The log of provider calls.
         identities: Label of a condition -> the identity of its records (:meth:`Study.record_identity`).
         left_out: The other records when it was opened.
-        used: Whether steps of a trial are on disk; set it to True, and an error removes nothing.
+        used: Whether steps of a trial are on disk or somebody joined; set it to True, and an error removes nothing.
     """
 
     def __init__(self, directory: Path, study: Study, store: Database, calls: Calls) -> None:
