@@ -169,7 +169,9 @@ class Database:
         """
         with self._lock, _said(self.path):
             self._db.execute("vacuum")
+            self._db.execute("pragma busy_timeout=1000")  # a server waits here
             (busy, *_) = self._db.execute("pragma wal_checkpoint(truncate)").fetchone()
+            self._db.execute(f"pragma busy_timeout={_WAIT * 1000:.0f}")
         if busy:
             raise BadFile(self.path, "is being read by another program, so its log still holds what was deleted")
 

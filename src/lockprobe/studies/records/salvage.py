@@ -45,6 +45,10 @@ def save_sound_rows(directory: Path, into: Path) -> int:
                     row["current"] = 1
                 diaries.update([row["participant"]] if table == "act" else [])
                 writing.execute(f"insert into {table} ({names}) values ({marks})", tuple(row.values()))  # noqa: S608
+        with suppress(BadFile):
+            writing.executemany(
+                "insert into note values (?, ?)", damaged.rows("select * from note where name <> 'results'")
+            )
         (saved,) = store.one("select count(*) from trial where current")
     shutil.copyfile(directory / SETTINGS, into / SETTINGS)
     return int(saved)
