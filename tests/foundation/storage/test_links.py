@@ -7,14 +7,12 @@ import pytest
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import NewDirectory, remove_file, write_file, write_private
-from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.foundation.storage.links import make_directory, refuse_links
 
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
     "file by one process": lambda path: write_file(path, "new", alone=True),
     "private": lambda path: write_private(path, "new"),
-    "lines": LineFile,
     "directory": make_directory,
     "new directory": NewDirectory,
     "file in a directory": lambda path: write_file(path / "x", "new"),
@@ -67,13 +65,10 @@ def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
         refuse_links(tmp_path / "other", within=tmp_path)
 
 
-def test_what_has_a_second_name_is_not_appended_to_and_is_replaced_as_a_whole(study, tmp_path):
-    os.link(tmp_path / "victim", study / "trials.jsonl")
-    with pytest.raises(BadFile, match="has a second name elsewhere"):
-        LineFile(study / "trials.jsonl")
-    write_file(study / "trials.jsonl", "new")
+def test_what_has_a_second_name_is_replaced_as_a_whole(study, tmp_path):
+    os.link(tmp_path / "victim", study / "report.html")
+    write_file(study / "report.html", "new")
     assert (tmp_path / "victim").read_text() == "mine"
-    LineFile(study / "trials.jsonl").close()
 
 
 def test_a_link_at_the_name_of_a_draft_is_not_followed(study, tmp_path):

@@ -4,15 +4,24 @@ from multiprocessing import active_children
 
 import pytest
 from builders import small_study
+from stored import sql
 
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import COLUMNS, TrialRow, row_of
 from lockprobe.studies.running import batches
 from lockprobe.studies.running.batches import play_in_batches
-from lockprobe.trial.trial_json import trial_to_line
 
 STUDY = small_study(["human-inspired"], trials=20)
 PLANS = list(STUDY.plans("human-inspired"))
 IDENTITIES = {one.label: STUDY.record_identity(one) for one in STUDY.conditions}
+
+
+def untimed(row):
+    return row._replace(seconds=0.0, cpu="")
+
+
+def made_here(trial, timing):
+    return untimed(row_of(trial, timing, IDENTITIES[trial.condition]))
 
 
 def played(finish, on_step=lambda key, step: None):
@@ -21,16 +30,16 @@ def played(finish, on_step=lambda key, step: None):
 
 @pytest.fixture(scope="module")
 def alone():
-    """The lines of the trials, played in this process, and where each was made."""
-    lines = []
+    """The rows of the trials, played in this process."""
+    rows = []
 
-    def finish(trial, timing, line=b""):
-        assert not line
-        lines.append(trial_to_line(trial, IDENTITIES[trial.condition]))
+    def finish(trial, timing, row=None):
+        assert row is None
+        rows.append(made_here(trial, timing))
 
     played(finish)
-    assert len(lines) == len(PLANS)
-    return lines
+    assert len(rows) == len(PLANS)
+    return rows
 
 
 @pytest.fixture
@@ -40,38 +49,38 @@ def elsewhere(monkeypatch):
     monkeypatch.setattr(batches, "_BATCH", 7)
 
 
-def test_other_processes_write_the_same_lines_in_the_same_order(alone, elsewhere):
-    lines, made, steps = [], [], []
+def test_other_processes_write_the_same_rows_in_the_same_order(alone, elsewhere):
+    rows, made, steps = [], [], []
 
-    def finish(trial, timing, line=b""):
-        made.append(bool(line))
+    def finish(trial, timing, row=None):
+        made.append(row is not None)
         assert (timing.key, timing.steps) == (trial.key, len(trial.steps))
         assert steps[-timing.steps :] == [(trial.key, step.step) for step in trial.steps]
-        lines.append(line or trial_to_line(trial, IDENTITIES[trial.condition]))
+        rows.append(untimed(row) if row else made_here(trial, timing))
 
     played(finish, lambda key, step: steps.append((key, step.step)))
-    assert lines == alone
+    assert rows == alone
     assert made == [False] + [True] * (len(PLANS) - 1)
     assert not active_children()
 
 
 def test_what_a_process_had_taken_when_it_died_is_played_by_this_one(alone, elsewhere):
-    lines = []
+    rows = []
 
-    def finish(trial, timing, line=b""):
-        lines.append(trial_to_line(trial, IDENTITIES[trial.condition]))
-        if len(lines) == 9:
+    def finish(trial, timing, row=None):
+        rows.append(made_here(trial, timing))
+        if len(rows) == 9:
             for process in active_children():
                 process.kill()
 
     played(finish)
-    assert lines == alone
+    assert rows == alone
 
 
 def test_an_interrupt_ends_the_other_processes(elsewhere):
     finished = []
 
-    def finish(trial, timing, line=b""):
+    def finish(trial, timing, row=None):
         finished.append(trial.key)
         if len(finished) == 10:
             raise KeyboardInterrupt
@@ -82,13 +91,14 @@ def test_an_interrupt_ends_the_other_processes(elsewhere):
     assert not active_children()
 
 
-def test_a_journal_takes_a_line_as_it_is_and_counts_replays(tmp_path, alone):
+def test_a_journal_takes_a_row_as_it_is(tmp_path, alone):
     with Journal.open(tmp_path, STUDY) as journal:
         made = []
 
-        def finish(trial, timing, line=b""):
+        def finish(trial, timing, row=None):
             made.append(trial)
             journal.append(trial, timing, alone[len(made) - 1])
 
         played(finish)
-    assert (tmp_path / "trials.jsonl").read_bytes().splitlines() == alone
+    stored = [TrialRow(*row) for row in sql(tmp_path, f"select {COLUMNS} from trial order by id")]
+    assert stored == alone

@@ -14,7 +14,7 @@ from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.cluster_trials import can_travel
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
-from lockprobe.trial.trial_json import trial_to_line
+from lockprobe.trial.trial_json import trial_to_json
 
 SMALL = {"p": [0, 0.4], "trials": 3, "repetitions": 1}
 
@@ -48,7 +48,7 @@ def played(directory, planned, cluster=None, observer=None):
 
 
 def lines(directory):
-    return sorted(trial_to_line(trial, "") for trial in load(directory))
+    return sorted(trial_to_json(trial) for trial in load(directory))
 
 
 def pictures(directory):
