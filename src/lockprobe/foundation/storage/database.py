@@ -252,10 +252,14 @@ def _said(path: Path) -> Iterator[None]:
     """Turn SQLite's errors into mistakes that name the file."""
     try:
         yield
+    except UnicodeDecodeError as error:  # of what SQLite would say of the damage
+        raise Damaged(path, "damaged (a text is not UTF-8)") from error
     except sqlite3.Error as error:
         code = _code(error)
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise Damaged(path, f"damaged ({error})") from error
+        if str(error).startswith("Could not decode"):  # and then the whole text
+            raise Damaged(path, "damaged (a text is not UTF-8)") from None
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
