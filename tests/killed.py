@@ -2,11 +2,15 @@
 
 import os
 import signal
+import sqlite3
 import subprocess
 import time
+from contextlib import closing, suppress
 
 import forked
 from provider_server import account
+
+from lockprobe.studies.records.store import STORE
 
 KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
 """How often a run is killed; ``LOCKPROBE_KILLS=100`` in the environment kills so often."""
@@ -34,16 +38,25 @@ def settled(url):
     return seen
 
 
-def size(path):
-    return path.stat().st_size if path.exists() else 0
+def replies(directory):
+    """How many replies are stored in a directory, by whatever is writing there now."""
+    with suppress(sqlite3.Error), closing(sqlite3.connect(f"file:{directory / STORE}?mode=ro", uri=True)) as db:
+        return db.execute("select count(answer ->> 'reply') from call").fetchone()[0]
+    return 0
 
 
-def ended(start, calls, luck, by=signal.SIGKILL):
-    """The exit status of a run that gets a signal some moments after its first call; ``calls`` is the file of calls."""
-    before, began = size(calls), time.monotonic()
-    process = start()
-    while size(calls) == before and time.monotonic() - began < 60:
-        time.sleep(0.002)
+def ended(start, directory, luck, by=signal.SIGKILL):
+    """The exit status of a run in a directory that gets a signal some moments after its first reply."""
+    process = begun(start, directory)
     time.sleep(luck.uniform(0, MOMENTS))
     process.send_signal(by)
     return process.wait()
+
+
+def begun(start, directory):
+    """A run in a directory that has its first reply."""
+    before, began = replies(directory), time.monotonic()
+    process = start()
+    while replies(directory) <= before and process.poll() is None and time.monotonic() - began < 60:
+        time.sleep(0.005)
+    return process

@@ -3,14 +3,15 @@
 import json
 import sqlite3
 import zlib
-from collections.abc import Iterable, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
-from lockprobe.studies.records.store import STORE, written
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.records.store import STORE, read, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
 from lockprobe.trial.trial_reader import TrialReader
 
@@ -94,3 +95,25 @@ def rewrite_acts(directory: Path, identity: str, entries: Iterable[dict[str, Any
             number,
             json.dumps(entry),
         )
+
+
+@contextmanager
+def call_log(directory: Path) -> Iterator[Calls]:
+    """The open log of calls of a directory."""
+    with written(directory) as store, Calls.open(store) as calls:
+        yield calls
+
+
+def contents(directory: Path) -> dict[str, object]:
+    """What is in the files of a directory: of the store its rows, with records as JSON."""
+    files = [path for path in directory.rglob("*") if path.is_file() and not path.name.startswith(f"{STORE}-")]
+    return {
+        str(path.relative_to(directory)): _rows(path) if path.name == STORE else path.read_bytes() for path in files
+    }
+
+
+def _rows(path: Path) -> list[tuple[object, ...]]:
+    with read(path.parent) as store:
+        tables = [name for (name,) in store.rows("select name from sqlite_master where type = 'table'")]
+        rows = [(table, *row) for table in tables for row in store.rows(f"select * from {table}")]
+    return [(*row[:-1], zlib.decompress(row[-1])) if row[0] == "trial" else row for row in rows]

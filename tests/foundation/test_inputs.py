@@ -1,4 +1,4 @@
-"""What comes from elsewhere is read with bounds: a pipe, a device, a line without end are refused and never waited for."""
+"""What comes from elsewhere is read with bounds: a pipe, a device, a file without end are refused and never waited for."""
 
 import os
 import socket
@@ -9,9 +9,11 @@ import pytest
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli.sequences import read_sequences
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input, read_lines
+from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input
 from lockprobe.people.diary import read_diaries
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.read_records import load
 
 
 @pytest.fixture
@@ -26,7 +28,7 @@ def test_only_regular_files_are_read(tmp_path, pipe):
     (tmp_path / "link").symlink_to(pipe)
     kinds = {"pipe": "a pipe", "link": "a pipe", "socket": "a socket", ".": "a directory", "/dev/zero": "a device"}
     for name, kind in kinds.items():
-        for read in (check_regular, read_input, lambda path: next(read_lines(path))):
+        for read in (check_regular, read_input):
             with pytest.raises(BadFile, match=f"{kind}, not a regular file$"):
                 read(tmp_path / name)
     with pytest.raises(BadFile, match="absent: cannot be read"):
@@ -41,19 +43,14 @@ def test_only_regular_files_are_read(tmp_path, pipe):
 
 def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkeypatch):
     monkeypatch.setattr("lockprobe.foundation.inputs.check_regular", lambda path: None)
-    for read in (read_input, lambda path: next(read_lines(path))):
-        with pytest.raises(BadFile, match="pipe: not a regular file"):
-            read(pipe)
+    with pytest.raises(BadFile, match="pipe: not a regular file"):
+        read_input(pipe)
 
 
-def test_files_and_lines_have_an_end(tmp_path):
-    path = tmp_path / "file"
-    path.write_bytes(b"123\n456789\n0")
-    assert list(read_lines(path, most=7)) == [b"123\n", b"456789\n", b"0"]
-    with pytest.raises(BadFile, match="line 2: longer than 6 bytes"):
-        list(read_lines(path, most=6))
+def test_files_have_an_end(tmp_path):
+    (tmp_path / "file").write_bytes(b"123\n456789\n0")
     with pytest.raises(BadFile, match="file: larger than 11 bytes"):
-        read_input(path, most=11)
+        read_input(tmp_path / "file", most=11)
 
 
 @pytest.mark.parametrize("content", [b"[" * 100_000, b"{", b"1" * 5000, b"\xff"])
@@ -68,13 +65,13 @@ def test_settings_nested_without_end_are_refused(tmp_path):
         read_settings(tmp_path)
 
 
-def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):
+def test_pipes_as_boxes_and_stores_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):
     with pytest.raises(BadFile, match="a pipe, not a regular file"):
         read_box(pipe)
-    (tmp_path / "people").mkdir()
-    os.mkfifo(tmp_path / "people" / "aaaa01.jsonl")
-    with pytest.raises(BadFile, match="a regular file, not a link"):
-        read_diaries(tmp_path)
+    os.mkfifo(tmp_path / "study.db")
+    for read in (read_diaries, read_calls, load):
+        with pytest.raises(BadFile, match="study.db: a pipe, not a regular file"):
+            read(tmp_path)
     reader, writer = os.pipe()
     with os.fdopen(writer, "w") as file:
         file.write("ABAB\n")

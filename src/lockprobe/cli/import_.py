@@ -15,10 +15,15 @@ import typer
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.people.diary import read_diaries, sound_entries
+from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.import_diaries import DiaryImport
-from lockprobe.studies.file_names import SETTINGS
+from lockprobe.people.texts import TEXTS
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, picture_of, source_of_directory
 from lockprobe.studies.records.salvage import save_sound_rows
 
@@ -77,10 +82,14 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
     if not (path / SETTINGS).is_file():
         raise BadFile(path, "not a study directory")
     try:
+        read_diaries(path)
         return source_of_directory(path)
     except Damaged as damaged:
         sound = Path(held.enter_context(TemporaryDirectory()))
-        saved = save_sound_rows(path, sound)
+        saved = save_sound_rows(path, sound, sound_entries)
+        for name in (EXPERIMENT, TEXTS):
+            if (said := path / PEOPLE_DIRECTORY / name).is_file():
+                write_private(sound / PEOPLE_DIRECTORY / name, read_input(said))
         print(printable(f"{damaged}"), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
         return replace(source_of_directory(sound), picture=picture_of(path))

@@ -6,7 +6,8 @@ finished trial is recorded like any other; its response times stay in the diary.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -20,7 +21,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import writing
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
 from lockprobe.studies.records.store import STORE, read
@@ -219,36 +220,49 @@ def read_diaries(directory: Path | str) -> list[Diary]:
     """
     if not is_there(Path(directory) / STORE):
         return []
-    entries: dict[str, list[Entry]] = {}
+    entries: dict[str, list[str]] = {}
     with read(directory) as store:
-        for identity, number, entry in store.rows("select participant, number, entry from act order by 1, 2"):
-            try:
-                entries.setdefault(identity, []).append(_adapter.validate_json(entry, strict=True, extra="forbid"))
-            except ValidationError as error:
-                why = f"entry {number}: {error.errors()[0]['msg']}"
-                raise bad_diary(store.path, identity, why) from None
-        found = [_diary(store.path, identity, *of) for identity, of in entries.items()]
+        for identity, entry in store.rows("select participant, entry from act order by participant, number"):
+            entries.setdefault(identity, []).append(entry)
+    found = [_diary(store.path, identity, of) for identity, of in entries.items()]
     return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
 
 
-def _diary(store: Path, identity: str, joined: Entry, *rest: Entry) -> Diary:
-    """The diary that entries are.
+def sound_entries(store: Path, identity: str, entries: Sequence[str]) -> int:
+    """How many of the first entries of a diary are sound."""
+    for many in range(len(entries), 0, -1):
+        with suppress(Damaged):
+            _diary(store, identity, entries[:many])
+            return many
+    return 0
+
+
+def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
+    """The diary that entries are, of which there is at least one.
 
     Raises:
-        BadFile: If they are none.
+        Damaged: If they are none.
     """
+    of = f"participant {identity}"
+    lines = list[Entry]()
+    for number, entry in enumerate(entries, 1):
+        try:
+            lines.append(_adapter.validate_json(entry, strict=True, extra="forbid"))
+        except ValidationError as error:
+            raise Damaged(store, f"{of}: entry {number}: {error.errors()[0]['msg']}") from None
+    joined, *rest = lines
     try:
         check_participant(participant_spec(identity))
     except BadValue as mistake:
-        raise bad_diary(store, identity, str(mistake)) from None
+        raise Damaged(store, f"{of}: {mistake}") from None
     if not isinstance(joined, Joined) or joined.identity != identity:
-        raise bad_diary(store, identity, "the first entry does not say that this participant joined")
+        raise Damaged(store, f"{of}: the first entry does not say that this participant joined")
     then = tuple(line for line in rest if not isinstance(line, Joined))
     if len(then) < len(rest):
-        raise bad_diary(store, identity, "the participant joins twice")
+        raise Damaged(store, f"{of}: the participant joins twice")
     turns = [line.turn for line in then if not isinstance(line, Released)]
     if turns != list(range(2, 2 + len(turns))):
-        raise bad_diary(store, identity, "an act is missing or duplicated")
+        raise Damaged(store, f"{of}: an act is missing or duplicated")
     return Diary(joined, then)
 
 

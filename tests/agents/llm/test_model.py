@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 from provider_server import completion, failure, here, truthful, words
+from stored import contents, records, sql
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
@@ -125,10 +126,10 @@ def test_a_provider_that_refuses_ends_as_error_and_is_owed_again(tmp_path, monke
     trials, _ = played(tmp_path, monkeypatch, answer, trials=1)
     assert [trial.error.boundary for trial in trials] == ["model", "model"]
     assert "Incorrect API key provided: [secret]" in trials[0].error.message
-    assert b"private" not in (tmp_path / "trials.jsonl").read_bytes()
+    assert "private" not in str(contents(tmp_path))
     again, _ = played(tmp_path, monkeypatch, truthful, trials=1)
     assert [trial.ending for trial in again] == ["solved", "solved"]
-    assert len((tmp_path / "trials.jsonl").read_bytes().splitlines()) == 4
+    assert len(records(tmp_path)) == 4
 
 
 def test_a_provider_that_answers_rubbish_is_asked_again_and_no_step_is_played_twice(tmp_path, monkeypatch):
@@ -374,14 +375,12 @@ def test_facts_say_the_host(monkeypatch):
 
 def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_path, monkeypatch):
     played(tmp_path, monkeypatch, truthful, trials=1)
-    lines = (tmp_path / "trials.jsonl").read_text().splitlines(keepends=True)
-    (tmp_path / "trials.jsonl").write_text(lines[0])  # one is owed again
-    for name in ("asked.jsonl", "calls.jsonl"):
-        (tmp_path / name).unlink()
+    sql(tmp_path, "delete from trial where id > 1")  # one is owed again
+    sql(tmp_path, "delete from call")
     monkeypatch.setattr(llm, "chat_fingerprint", lambda: "another prompt")
     with pytest.raises(SettingsChanged, match="'chat another prompt' asked"):
         played(tmp_path, monkeypatch, truthful, trials=1)
-    assert not (tmp_path / "asked.jsonl").exists()
+    assert sql(tmp_path, "select * from call") == []
 
 
 def bent(**changes):

@@ -1,20 +1,22 @@
 """Inside the directory of a study no link is followed for writing; above it and elsewhere links are the user's own."""
 
 import os
+import shutil
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import NewDirectory, remove_file, write_file, write_private
-from lockprobe.foundation.storage.jsonl import LineFile
+from lockprobe.foundation.storage.database import Database
 from lockprobe.foundation.storage.links import make_directory, refuse_links
 
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
     "file by one process": lambda path: write_file(path, "new", alone=True),
     "private": lambda path: write_private(path, "new"),
-    "lines": LineFile,
     "directory": make_directory,
     "new directory": NewDirectory,
     "file in a directory": lambda path: write_file(path / "x", "new"),
@@ -67,16 +69,39 @@ def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
         refuse_links(tmp_path / "other", within=tmp_path)
 
 
-def test_what_has_a_second_name_is_not_appended_to_and_is_replaced_as_a_whole(study, tmp_path):
-    os.link(tmp_path / "victim", study / "trials.jsonl")
-    with pytest.raises(BadFile, match="has a second name elsewhere"):
-        LineFile(study / "trials.jsonl")
-    write_file(study / "trials.jsonl", "new")
+def test_what_has_a_second_name_is_replaced_as_a_whole(study, tmp_path):
+    os.link(tmp_path / "victim", study / "report.html")
+    write_file(study / "report.html", "new")
     assert (tmp_path / "victim").read_text() == "mine"
-    LineFile(study / "trials.jsonl").close()
 
 
 def test_a_link_at_the_name_of_a_draft_is_not_followed(study, tmp_path):
     (study / ".report.html.draft").symlink_to("../victim")
     write_file(study / "report.html", "new", alone=True)
     assert (tmp_path / "victim").read_text() == "mine"
+
+
+def test_what_a_kill_left_of_a_transaction_is_undone_for_a_reader_too_and_deletes_no_file_that_it_names(tmp_path):
+    schema = "create table line (text text not null) strict;"
+    with Database.writing(tmp_path / "d.db", schema) as store, store.transaction() as writing:
+        writing.execute("insert into line values ('kept')")
+    (tmp_path / "killed").mkdir()
+    with closing(sqlite3.connect(tmp_path / "d.db", isolation_level=None)) as db:
+        db.execute("pragma cache_size=1")
+        db.execute("begin")
+        db.executemany("insert into line values (?)", [("x" * 3000,)] * 99)
+        for name in ("d.db", "d.db-journal"):
+            shutil.copy(tmp_path / name, tmp_path / "killed" / name)
+    path, journal = tmp_path / "killed" / "d.db", tmp_path / "killed" / "d.db-journal"
+    left, victim = journal.read_bytes(), tmp_path / "victim"
+    victim.write_text("mine")
+    named = str(victim).encode()
+    size, checksum = len(named).to_bytes(4, "big"), sum(named).to_bytes(4, "big")
+    journal.write_bytes(left + (0).to_bytes(4, "big") + named + size + checksum + bytes.fromhex("d9d505f920a163d7"))
+    for opening in (Database.reading, Database.writing):
+        with pytest.raises(BadFile, match="d.db-journal: names another file"), opening(path, schema):
+            pass
+    assert victim.read_text() == "mine"
+    journal.write_bytes(left)
+    with Database.reading(path, schema) as store:
+        assert list(store.rows("select text from line")) == [("kept",)]

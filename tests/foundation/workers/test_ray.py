@@ -6,6 +6,7 @@ from importlib.util import find_spec
 
 import pytest
 from loopback_cluster import loopback_cluster
+from stored import records
 
 from lockprobe.foundation.workers import Cluster
 from lockprobe.studies.options.studyfile import study
@@ -47,7 +48,7 @@ def test_a_study_on_three_nodes_is_the_study_of_one_process(tmp_path):
         run(planned, journal, limits=Limits(cluster=cluster), observer=Killer(loopback.nodes[0], 5))
         assert list(cluster.map(abs, [-2, 1])) == [2, 1]
     assert lines(tmp_path / "there") == lines(tmp_path / "here")
-    assert len((tmp_path / "there" / "trials.jsonl").read_bytes().splitlines()) == planned.size
+    assert len(records(tmp_path / "there")) == planned.size
     assert {timing.cpu for timing in read_timings(tmp_path / "there")} == {
         timing.cpu for timing in read_timings(tmp_path / "here")
     }

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from seen import PhotographedPlant
+from stored import contents, records, sql
 from tool_player import AGENT, SPEC, Player, calls, plain_records
 
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
@@ -32,8 +33,8 @@ def opened(directory, a_study=None, agent=AGENT, **options):
     return ToolSession.open(directory, a_study or planned(), agent, **{"together": 0.0, **options})
 
 
-def all_files(directory):
-    return {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+def attempts(directory):
+    return sql(directory, "select entry from attempt where entry ->> 'kind' = 'attempt'")
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +119,7 @@ def test_a_trial_that_ended_before_it_was_recorded_is_recorded_by_the_next_serve
             await player.begin()
             while await player.step():
                 pass
-        assert (tmp_path / "trials.jsonl").read_bytes() == b""
+        assert records(tmp_path) == []
         async with opened(tmp_path) as session:
             await Player(calls(session)).play()
 
@@ -146,11 +147,11 @@ def test_a_refused_call_says_why_and_changes_nothing(tmp_path, name):
         async with opened(tmp_path) as session:
             await session.observe(STDIO)
             await session.attempt("A", "none")
-            before, seen = all_files(tmp_path), await session.observe(STDIO)
+            before, seen = contents(tmp_path), await session.observe(STDIO)
             with pytest.raises(CallRefused, match=why) as refused:
                 await session.attempt(**given)
             assert len(str(refused.value)) < 200
-            assert (all_files(tmp_path), await session.observe(STDIO)) == (before, seen)
+            assert (contents(tmp_path), await session.observe(STDIO)) == (before, seen)
 
     asyncio.run(play())
 
@@ -158,22 +159,22 @@ def test_a_refused_call_says_why_and_changes_nothing(tmp_path, name):
 def test_calls_without_a_beginning_and_after_the_end_change_nothing(tmp_path):
     async def play():
         async with opened(tmp_path, planned(trials=1, repetitions=1, p=[0.0])) as session:
-            before = all_files(tmp_path)
+            before = contents(tmp_path)
             with pytest.raises(CallRefused, match="Call observe first"):
                 await session.attempt("A")
-            assert all_files(tmp_path) == before
+            assert contents(tmp_path) == before
             player = Player(calls(session))
             await player.begin()
             with pytest.raises(CallRefused, match="no last action yet"):
                 await session.attempt("A", "moved")
             while await player.step():
                 pass
-            before = all_files(tmp_path)
+            before = contents(tmp_path)
             with pytest.raises(CallRefused, match="No trial is left"):
                 await session.observe(STDIO)
             with pytest.raises(CallRefused, match="observe first"):
                 await session.attempt("A", "moved")
-            assert all_files(tmp_path) == before
+            assert contents(tmp_path) == before
 
     asyncio.run(play())
 
@@ -187,7 +188,7 @@ def test_calls_at_once_are_one_call_and_refusals(tmp_path):
             refused = [one for one in got if isinstance(one, CallRefused)]
             assert len(refused) == len(got) - 1
             assert all("one call at a time" in str(one) for one in refused)
-            assert (tmp_path / "attempts.jsonl").read_text().count('"kind":"attempt"') == 1
+            assert len(attempts(tmp_path)) == 1
 
     asyncio.run(play())
 
@@ -200,7 +201,7 @@ def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
             await asyncio.sleep(0)
             waiting.cancel()
             await asyncio.sleep(0.1)
-            assert (tmp_path / "attempts.jsonl").read_text().count('"kind":"attempt"') == 1
+            assert len(attempts(tmp_path)) == 1
             assert "You attempted A." in (await session.observe(STDIO)).text
 
     asyncio.run(play())
@@ -300,16 +301,16 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
     async def play():
         async with opened(tmp_path) as session:
             await session.observe(STDIO)
-            before = all_files(tmp_path)
+            before = contents(tmp_path)
             with monkeypatch.context() as full:
 
-                def refuse(line):
-                    raise BadFile("attempts.jsonl", "cannot be written (No space left on device)")
+                def refuse(key, entry):
+                    raise BadFile("study.db", "cannot be written (No space left on device)")
 
                 full.setattr(session._log, "_write", refuse)
                 with pytest.raises(CallRefused, match="did nothing"):
                     await session.attempt("A")
-            assert all_files(tmp_path) == before
+            assert contents(tmp_path) == before
             assert "goes on" not in (await session.observe(STDIO)).text
 
     asyncio.run(play())
@@ -344,11 +345,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
             assert await Player(calls(session)).play() == 1
 
     asyncio.run(play())
-    errors = [line for line in (tmp_path / "trials.jsonl").read_bytes().splitlines() if b'"ending":"error"' in line]
-    assert len(errors) == 1
-    (tmp_path / "trials.jsonl").write_bytes(
-        b"".join(line + b"\n" for line in (tmp_path / "trials.jsonl").read_bytes().splitlines() if line not in errors)
-    )
+    assert sql(tmp_path, "delete from trial where ending = 'error' returning current") == [0]
     assert plain_records(tmp_path) == alone
 
 

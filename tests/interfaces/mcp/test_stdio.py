@@ -19,11 +19,13 @@ from killed import KILLS
 from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 from mcp_wire import FIRST, Wire
+from stored import contents
 from tool_player import AGENT, SPEC, Player, plain_records
 
 from lockprobe.interfaces.mcp.stdio import LONGEST_LINE, _lines
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
@@ -32,6 +34,12 @@ OPTIONS = ["--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps",
 
 def asked(directory):
     return ["flips", *OPTIONS, "--agent-name", "scripted", "--out", str(directory)]
+
+
+def entries(directory):
+    """The kinds of the entries about attempts."""
+    with read(directory) as store:
+        return [kind for (kind,) in store.rows("select entry ->> 'kind' from attempt order by id")]
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +57,7 @@ def project(tmp_path):
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(tmp_path, project, alone):
     """Server and client are gone at once: the next client knows what ``observe`` says, and no more."""
-    luck, out, kept, kills = random.Random(11), tmp_path / "S", b"", 0
+    luck, out, kept, kills = random.Random(11), tmp_path / "S", [], 0
     while kills < KILLS:
         wire = Wire(*asked(out), cwd=project)
         threading.Timer(luck.uniform(0.0, 0.35), wire.process.kill).start()
@@ -61,16 +69,14 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(tmp_p
             break
         finally:
             wire.go()
-        now = (out / "attempts.jsonl").read_bytes() if (out / "attempts.jsonl").exists() else b""
-        assert now.startswith(kept[: kept.rfind(b"\n") + 1])
+        now = entries(out) if (out / STORE).exists() else []
+        assert now[: len(kept)] == kept
         kept = now
     wire = Wire(*asked(out), cwd=project)
     asyncio.run(Player(wire.call).play())
     assert wire.go() == 0
     assert plain_records(out) == alone
-    steps = [json.loads(line) for line in (out / "attempts.jsonl").read_text().splitlines()]
-    done = [step["key"] for step in steps if step["kind"] == "attempt"]
-    assert len(done) == sum(len(trial.steps) for trial in load(out))
+    assert entries(out).count("attempt") == sum(len(trial.steps) for trial in load(out))
 
 
 HOSTILE = [
@@ -104,13 +110,13 @@ def test_hostile_lines_change_no_file_and_stop_no_server(tmp_path, project):
     player = Player(wire.call)
     asyncio.run(player.begin())
     asyncio.run(player.step())
-    before = {path: path.read_bytes() for path in out.iterdir()}
+    before = contents(out)
     for line in HOSTILE:
         wire.send(line)
     while (said := asyncio.run(wire.call("observe", {}))) is None:
         pass  # others are still being answered
     assert said.endswith(player.told[-1])
-    assert {path: path.read_bytes() for path in out.iterdir()} == before
+    assert contents(out) == before
     assert asyncio.run(player.step())
     assert wire.go() == 0
 
@@ -130,7 +136,7 @@ def test_attempts_that_are_sent_at_once_are_one_step(tmp_path, project):
             got[found["id"]] = found["result"]["isError"]
         assert sorted(got.values()) == [False, True, True, True]
         player.chosen.append(joint)
-    assert (out / "attempts.jsonl").read_text().count('"kind":"attempt"') == 3
+    assert entries(out).count("attempt") == 3
     assert wire.go() == 0
 
 

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage  # noqa: F401 - a fixture
+from stored import call_log
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger, price_of
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
@@ -28,7 +29,7 @@ def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
     worst = usage(wrote=100_000)  # $1
 
     async def made_again():
-        with Calls.open(tmp_path) as calls:
+        with call_log(tmp_path) as calls:
             budget = Budget(planned(DEAR), 2.5)
             calls.limit(budget)
             await reserve(calls, worst)
@@ -61,7 +62,7 @@ def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed,
         calls.write(call(trial=trial, unanswered=1, usage=usage(wrote=10_000)))
 
     async def all_of_them():
-        with Calls.open(tmp_path) as calls:
+        with call_log(tmp_path) as calls:
             calls.limit(Budget(planned(DEAR), allowed))
             both = asyncio.Barrier(2)
             await asyncio.wait_for(asyncio.gather(*(one(calls, trial, both) for trial in (1, 2))), 5)
@@ -95,7 +96,7 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
         calls.write(call(trial=trial, usage=cost))
 
     async def all_of_them():
-        with Calls.open(tmp_path) as calls:
+        with call_log(tmp_path) as calls:
             budget = Budget(planned(DEAR), 2.5)
             calls.limit(budget)
             done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
@@ -147,7 +148,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
             calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
 
     async def run(directory):
-        with Calls.open(directory) as calls:
+        with call_log(directory) as calls:
             calls.limit(Budget(agents, allowed))
             await asyncio.gather(*(lane(calls, number) for number in range(1, lanes + 1)))
 
@@ -199,7 +200,7 @@ def test_waiting_calls_go_on_when_an_earlier_trial_ends(tmp_path):
         order.append("later")
 
     async def both():
-        with Calls.open(tmp_path) as calls:
+        with call_log(tmp_path) as calls:
             one = Budget(planned(DEAR), 1.0).least[0]
             calls.limit(Budget(planned(DEAR), 2.5 * one))
             first, second = plan(trial=1), plan(trial=2)

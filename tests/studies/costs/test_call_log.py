@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import pytest
 from builders import call_of, small_study
+from stored import call_log, contents, sql
 
-from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.jsonl import with_checksum
-from lockprobe.studies.costs.call_log import Calls, read_calls, unanswered
-from lockprobe.studies.file_names import ASKED, CALLS
+from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 STUDY = small_study(["llm:a/b"], p=(0.0,))
@@ -43,9 +42,9 @@ def ask(calls, call, plan=PLAN):
 
 
 def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         ask(calls, replied())
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         page = calls.of(PLAN)
         assert page.recall(1, 1, "r") == replied()
         assert page.recall(1, 1, "another") is None
@@ -57,18 +56,18 @@ def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
 def test_equal_requests_of_an_agent_that_forgets_have_their_own_replies_in_the_order_in_which_they_came(tmp_path):
     """What it remembers says how many steps there were: two steps can stand at one place with one request."""
     first, second, other = replied(seconds=1.0), replied(seconds=2.0), replied(request="another")
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         for call in (first, other, second):
             asyncio.run(calls.of(PLAN).reserve(about(call)))
             calls.of(PLAN).write(call)
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         page = calls.of(PLAN)
         assert [page.recall(1, 1, request) for request in ("r", "another", "r", "r")] == [first, other, second, None]
         assert calls.of(PLAN).recall(1, 1, "r") == first
 
 
 def test_a_call_without_a_reply_is_made_again(tmp_path):
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         ask(calls, failed("429"))
         assert calls.of(PLAN).recall(1, 1, "r") is None
         ask(calls, replied())
@@ -76,21 +75,21 @@ def test_a_call_without_a_reply_is_made_again(tmp_path):
 
 
 def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_case(tmp_path):
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         ask(calls, replied(step=1))
         asyncio.run(calls.of(PLAN).reserve(about(replied(step=2, request="next"))))
         assert calls.on_their_way == 1
         on_its_way = [(call.key, call.step, call.turn, call.request, call.most) for call in unanswered(tmp_path)]
         assert on_its_way == [(KEY, 2, 1, "next", WORST)]
         # and here the process is killed: nothing more is written
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         assert unanswered(tmp_path) == []
         assert calls.of(PLAN).recall(2, 1, "next") is None
         ask(calls, replied(step=2, request="next"))
     first, lost, again = read_calls(tmp_path)
     assert (first, again) == (replied(), replied(step=2, request="next"))
     assert (lost.step, lost.reply, lost.error, lost.most, lost.broken_off) == (2, None, BROKEN_OFF, WORST, True)
-    with Calls.open(tmp_path):
+    with call_log(tmp_path):
         pass
     assert len(list(read_calls(tmp_path))) == 3  # it is noted once
 
@@ -98,7 +97,7 @@ def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_cas
 def test_a_call_of_unknown_cost_keeps_its_worst_case_and_one_that_was_counted_does_not(tmp_path):
     broken, uncounted = failed(BROKEN_OFF), call_of(PLAN, usage=Usage(calls=1))
     refused = failed("the provider answered 401", request="s")
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         for call in (broken, refused, uncounted):
             ask(calls, call)
         ask(calls, replied(step=2))
@@ -106,7 +105,7 @@ def test_a_call_of_unknown_cost_keeps_its_worst_case_and_one_that_was_counted_do
 
 
 def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have_cost_something(tmp_path):
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         page = calls.of(PLAN)
         asyncio.run(page.reserve(about(replied())))
         asyncio.run(page.reserve(about(replied(), unanswered=1)))
@@ -117,7 +116,7 @@ def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have
         (on_its_way,) = unanswered(tmp_path)
         assert (on_its_way.step, on_its_way.unanswered, on_its_way.most) == (2, 2, WORST)
         # and here the process is killed: nothing more is written
-    with Calls.open(tmp_path):
+    with call_log(tmp_path):
         pass
     answered, lost = read_calls(tmp_path)
     assert (answered.unpriced, answered.most) == (1, WORST)
@@ -126,7 +125,7 @@ def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have
 
 
 def test_a_call_that_is_broken_off_here_keeps_the_attempts_before(tmp_path):
-    with Calls.open(tmp_path) as calls:
+    with call_log(tmp_path) as calls:
         page = calls.of(PLAN)
         asyncio.run(page.reserve(about(replied())))
         asyncio.run(page.reserve(about(replied(), unanswered=1)))
@@ -135,27 +134,55 @@ def test_a_call_that_is_broken_off_here_keeps_the_attempts_before(tmp_path):
     assert (lost.unanswered, lost.unpriced, lost.most) == (1, 2, WORST)
 
 
-def test_torn_tails_are_cut_off_and_their_calls_are_made_again(tmp_path):
-    with Calls.open(tmp_path) as calls:
-        ask(calls, replied())
-        ask(calls, replied(step=2))
-    for name in (CALLS, ASKED):
-        whole = (tmp_path / name).read_bytes()
-        (tmp_path / name).write_bytes(whole[:-9])
-    with Calls.open(tmp_path) as calls:
-        assert calls.of(PLAN).recall(1, 1, "r") == replied()
-        ask(calls, replied(step=2))
-        ask(calls, replied(step=3))
-    assert [call.step for call in read_calls(tmp_path)] == [1, 2, 3]
-    assert unanswered(tmp_path) == []
+def test_a_request_is_on_the_disk_itself_before_it_is_sent_and_its_attempts_too(tmp_path, monkeypatch):
+    plain, waited = Database.transaction, []
+
+    def noted(store, *, sync=False):
+        waited.append(sync)
+        return plain(store, sync=sync)
+
+    monkeypatch.setattr(Database, "transaction", noted)
+    with call_log(tmp_path) as calls:
+        for attempt in range(2):
+            asyncio.run(calls.of(PLAN).reserve(about(replied(), unanswered=attempt)))
+            assert unanswered(tmp_path)[0].unanswered == attempt
+    assert waited == [True, True]
 
 
-@pytest.mark.parametrize(("line", "why"), [("no json", "Invalid JSON"), ("{}", "Field required")])
-@pytest.mark.parametrize("name", [CALLS, ASKED])
-def test_a_damaged_line_is_named(tmp_path, line, why, name):
-    with Calls.open(tmp_path) as calls:
+@pytest.mark.parametrize(
+    "change",
+    [
+        "answer = 'no json'",
+        "answer = '{}'",
+        "asked = '[]'",
+        "key = 'another'",
+        "answer = json_set(answer, '$.key', 'another')",
+        *(
+            f"answer = json_set(answer, '$.{field}', json('{value}'))"
+            for field, value in (
+                ("key", "1"),
+                ("step", "1.5"),
+                ("step", "1" + "0" * 400),
+                ("step", "true"),
+                ("reply", "1"),
+                ("seconds", "-1"),
+                ("seconds", "1e12"),
+                ("usage", "null"),
+                ("usage", '{"input_tokens": -1}'),
+                ("usage", '{"input_tokens": 1e30}'),
+                ("surprise", "1"),
+            )
+        ),
+    ],
+)
+def test_a_damaged_call_is_named_in_one_line_and_nothing_is_overwritten(tmp_path, change):
+    with call_log(tmp_path) as calls:
         ask(calls, replied())
-    with (tmp_path / name).open("ab") as file:
-        file.write(with_checksum(line.encode()) + b"\n")
-    with pytest.raises(BadFile, match=f"{name}: line 2: .*{why}"), Calls.open(tmp_path):
-        pass
+    sql(tmp_path, f"update call set {change}")
+    before = contents(tmp_path)
+    for use in (call_log, read_calls):
+        with pytest.raises(Damaged, match=r"study.db: call 1.*`lockprobe import") as named, use(tmp_path):
+            pass
+        assert "\n" not in str(named.value)
+        assert len(str(named.value)) < 1000
+    assert contents(tmp_path) == before

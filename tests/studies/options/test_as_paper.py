@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 from provider_server import here
+from stored import records
 
 from lockprobe.agents.model_access import Access
 from lockprobe.boxes.families import box
@@ -148,9 +149,9 @@ def test_it_is_resumed_and_verified_like_any_study(tmp_path):
     part = study("flips", agent="random", as_paper=True, p=[0, 0.4], trials=2)
     whole = replace(part, agents=("random", "human-inspired"))
     run_study(part, tmp_path / "study")
-    before = (tmp_path / "study" / "trials.jsonl").read_bytes()
+    before = records(tmp_path / "study")
     run_study(whole, tmp_path / "study")
-    assert (tmp_path / "study" / "trials.jsonl").read_bytes().startswith(before)
+    assert records(tmp_path / "study")[: len(before)] == before
     assert read_study(tmp_path / "study") == whole
     trials = load(tmp_path / "study")
     assert len(trials) == 24

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import make_trial, small_study, write_study
+from stored import contents, records
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
@@ -12,16 +13,13 @@ from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import written
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.condition import Condition
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 CANNOT_START = replace(STUDY, agents=("random", "llm:gguf:none.gguf"))
-
-
-def everything(directory):
-    return {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
 
 
 def test_a_start_that_fails_leaves_nothing(tmp_path):
@@ -33,19 +31,20 @@ def test_a_start_that_fails_leaves_nothing(tmp_path):
 def test_a_start_that_fails_deletes_nothing_that_was_there(tmp_path):
     (tmp_path / "d").mkdir()
     (tmp_path / "d" / "notes.txt").write_text("mine")
-    (tmp_path / "d" / "timings.jsonl").touch()
+    with written(tmp_path / "d"):
+        pass
     with pytest.raises(BadFile):
         run_study(CANNOT_START, tmp_path / "d")
-    assert sorted(path.name for path in (tmp_path / "d").iterdir()) == ["notes.txt", "timings.jsonl"]
+    assert sorted(path.name for path in (tmp_path / "d").iterdir()) == ["notes.txt", "study.db"]
 
 
 @pytest.mark.parametrize("played", [True, False])
 def test_a_start_that_fails_leaves_the_study_that_is_there_as_it_was(tmp_path, played):
     write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2)] if played else [])
-    before = everything(tmp_path)
+    before = contents(tmp_path)
     with pytest.raises(BadFile):
         run_study(CANNOT_START, tmp_path)
-    assert everything(tmp_path) == before
+    assert contents(tmp_path) == before
 
 
 class BreaksLater(Observer):
@@ -64,10 +63,10 @@ def test_what_was_played_before_an_error_stays(tmp_path):
 
 def test_an_agent_is_added_to_a_finished_study_and_meets_the_same_luck(tmp_path):
     run_study(STUDY, tmp_path)
-    records = (tmp_path / "trials.jsonl").read_bytes()
+    before = records(tmp_path)
     added = replace(STUDY, agents=("round-robin",))
     run_study(added, tmp_path)
-    assert (tmp_path / "trials.jsonl").read_bytes().startswith(records)
+    assert records(tmp_path)[: len(before)] == before
     both = read_study(tmp_path)
     assert both == replace(STUDY, agents=("random", "round-robin"))
     assert both.identity not in (STUDY.identity, added.identity)
@@ -105,12 +104,12 @@ def test_any_other_setting_that_differs_is_named_with_both_values(tmp_path, chan
         joints = [name for name in box("chain-4").names if name != box("chain-4").target]
         change = {"box": replace(box("chain-4"), target=joints[0])}
     write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2)])
-    before = everything(tmp_path)
+    before = contents(tmp_path)
     with pytest.raises(SettingsChanged) as refused:
         run_study(replace(STUDY, agents=("round-robin",), **change), tmp_path)
     assert said in str(refused.value)
     assert len(str(refused.value)) < 400 + len(str(tmp_path))
-    assert everything(tmp_path) == before
+    assert contents(tmp_path) == before
 
 
 def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
@@ -119,9 +118,9 @@ def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
     assert (reordered.identity, reordered.settings()) != (planned.identity, planned.settings())
     assert reordered.identity == planned.identity
     run_study(planned, tmp_path)
-    before = everything(tmp_path)
+    before = contents(tmp_path)
     run_study(reordered, tmp_path)
-    assert everything(tmp_path) == before
+    assert contents(tmp_path) == before
     run_study(replace(reordered, agents=("human-inspired",)), tmp_path)
     assert read_study(tmp_path) == replace(planned, agents=(*planned.agents, "human-inspired"))
     assert reordered.ordered_as(planned.settings()).conditions == planned.conditions
@@ -130,8 +129,7 @@ def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
 
 def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
     planned = replace(STUDY, conditions=(Condition(),))
-    write_study(tmp_path, planned, [])
-    (tmp_path / "trials.jsonl").write_text("x\n")
+    write_study(tmp_path, planned, [make_trial([0, 1], budget=2)])
     path = tmp_path / "study.json"
     path.write_text(path.read_text().replace('"conditions": [', '"conditions": ["odd", {"interventions": 3}, '))
     with (

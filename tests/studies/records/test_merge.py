@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from builders import call_of, make_trial, play_study, small_study, with_right_checksums, write_study
+from builders import call_of, make_trial, play_study, small_study, write_study
+from stored import call_log, records, rewrite, sql
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.records.journal import Journal
@@ -27,7 +28,7 @@ def only(*agents):
 
 def write_calls(directory, calls):
     """A study directory with these calls."""
-    with Calls.open(directory) as log:
+    with call_log(directory) as log:
         for call in calls:
             log.write(call)
     return directory
@@ -58,10 +59,10 @@ def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     gathered = gather(here, [source_of_directory(there)])
     assert (gathered.taken, gathered.there, gathered.agents) == (5, 2, ())
     assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in trials}
-    before = (here / "trials.jsonl").read_bytes()
+    before = records(here)
     again = gather(here, [source_of_directory(there)])
     assert (again.taken, again.there) == (0, 7)
-    assert (here / "trials.jsonl").read_bytes() == before
+    assert records(here) == before
 
 
 def test_what_two_sources_have_alike_is_no_difference(tmp_path):
@@ -238,20 +239,19 @@ PEOPLE = only("participant")
 def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_path):
     here, there = tmp_path / "here", tmp_path / "there"
     take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
-    mine = (here / "trials.jsonl").read_bytes()
+    mine = records(here)
     take_part(there, PEOPLE, "bbbb02", [(0.4, 1, 1), (0.0, 1, 2)])
     gathered = gather(here, [source_of_directory(there)])
     assert (gathered.taken, gathered.there, gathered.agents) == (1, 1, ())
-    assert (here / "trials.jsonl").read_bytes().startswith(mine)
+    assert records(here)[:1] == mine
     assert [trial.agent for trial in load(here)] == ["participant:aaaa01", "participant:bbbb02"]
 
 
 def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
     there = tmp_path / "there"
     take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
-    path = there / "trials.jsonl"
-    path.write_bytes(path.read_bytes().replace(b"participant:aaaa01", b"participant:../../x"))
-    with_right_checksums(path)
+    (record,) = records(there)
+    rewrite(there, [record | {"agent": "participant:../../x"}], sql(there, "select identity from trial"))
     with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
         gather(tmp_path / "here", [source_of_directory(there)])
     assert not (tmp_path / "here").exists()
@@ -261,8 +261,8 @@ def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(
     there = write_study(tmp_path / "there", only("random"))
     seen = []
 
-    def beside(trials):
-        seen.append(set(trials))
+    def beside(journal):
+        seen.append(set(journal.trials))
         with pytest.raises(DirectoryBusy), Journal.open(tmp_path / "here", only("random")):
             pass
 
@@ -272,9 +272,9 @@ def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(
 
 def test_settings_that_cannot_be_written_are_one_line_and_no_trial_is_taken(tmp_path):
     here = write_study(tmp_path / "here", only("random"))
-    before = (here / "trials.jsonl").read_bytes()
+    before = records(here)
     there = write_study(tmp_path / "there", only("human-inspired"))
     (here / ".study.json.draft").mkdir()
     with pytest.raises(BadFile, match="study.json: cannot be written"):
         gather(here, [source_of_directory(there)])
-    assert (here / "trials.jsonl").read_bytes() == before
+    assert records(here) == before

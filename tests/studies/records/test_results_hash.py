@@ -9,6 +9,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash
+from lockprobe.studies.records.trial_rows import read_timings
 
 FREE = ["random", "cognitive:careful", "human-inspired"]
 
@@ -24,7 +25,7 @@ def test_the_same_study_twice_has_the_same_hashes(tmp_path):
     assert first == second
     assert (len(first.settings), len(first.results)) == (32, 32)
     assert (first.finished, first.planned) == (12, 12)
-    timings = [(tmp_path / name / "timings.jsonl").read_bytes() for name in ("one", "other")]
+    timings = [read_timings(tmp_path / name) for name in ("one", "other")]
     assert timings[0] != timings[1]
 
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import forked
 import pytest
-from builders import call_of, make_trial, with_right_checksums
+from builders import call_of, make_trial
 from provider_server import Manner, failure, here, truthful
+from stored import records, rewrite, sql
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
@@ -44,10 +45,11 @@ def played(directory, **settings):
 def test_same_seed_same_bytes(tmp_path):
     for name in ("a", "b"):
         played(tmp_path / name, agent=["random", "human-inspired"], p=[0, 0.4], trials=20)
-    one, two = ((tmp_path / name / "trials.jsonl").read_bytes() for name in ("a", "b"))
+    said = "select identity, record from trial order by id"
+    one, two = (sql(tmp_path / name, said) for name in ("a", "b"))
     assert one == two
     played(tmp_path / "c", agent=["random", "human-inspired"], p=[0, 0.4], trials=20, seed=2)
-    assert (tmp_path / "c" / "trials.jsonl").read_bytes() != one
+    assert sql(tmp_path / "c", said) != one
 
 
 def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
@@ -69,8 +71,7 @@ def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "mine_a.py").write_text(AGENT)
     played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
-    path = tmp_path / "d" / "trials.jsonl"
-    path.write_bytes(path.read_bytes().splitlines(keepends=True)[0])
+    sql(tmp_path / "d", "delete from trial where id > 1")
     monkeypatch.setattr("mine_a.Mine.facts", {"model": "b"})
     with pytest.raises(SettingsChanged, match=r"python:mine_a:Mine, model is 'a' there, 'b' asked"):
         played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
@@ -83,10 +84,9 @@ def test_two_renderers_are_not_mixed(tmp_path):
     asked = {"agent": ["viewer"], "plant": "fast-twin?width=64&height=64", "p": [0], "trials": 2, "max_steps": 1}
     study = {"study": "modalities", "modality": ["rgb"], **asked}
     played(tmp_path / "d", **study)
-    path, was = tmp_path / "d" / "trials.jsonl", load(tmp_path / "d")[0].plant[name]
-    first = path.read_bytes().splitlines(keepends=True)[0]
-    path.write_bytes(first.replace(f'"{name}":"{was}"'.encode(), f'"{name}":"{other}"'.encode()))
-    with_right_checksums(path)
+    first = records(tmp_path / "d")[0]
+    first["plant"][name] = other
+    rewrite(tmp_path / "d", [first], sql(tmp_path / "d", "select identity from trial where id = 1"))
     with pytest.raises(SettingsChanged, match=re.escape(f"width=64&height=64, {name} is '{other}' there")):
         played(tmp_path / "d", **study)
     assert len(load(tmp_path / "d")) == 1
@@ -220,7 +220,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
 
 def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeypatch):
     def full(*_):
-        raise BadFile("trials.jsonl", "no space left")
+        raise BadFile("study.db", "no space left")
 
     monkeypatch.setattr(Journal, "append", full)
     with pytest.raises(BadFile, match="no space left"):

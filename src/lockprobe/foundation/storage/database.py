@@ -27,6 +27,9 @@ from lockprobe.foundation.storage.links import refuse_links
 _BESIDE = ("-wal", "-shm", "-journal")
 """What SQLite adds to the name of a file for those that it keeps beside it."""
 
+_NAMES_ANOTHER = bytes.fromhex("d9d505f920a163d7")
+"""How the file of an unfinished transaction ends that names another file."""
+
 _WAIT = 10.0
 """Seconds that a reader waits for a writer, or a writer for a reader, where only one of them can have the file."""
 
@@ -70,6 +73,7 @@ class Database:
         for beside in ("", *_BESIDE):
             refuse_links(path.with_name(path.name + beside))
         check_regular(path)
+        _refuse_names(path)
         if not path.exists():
             write_file(path, _new(schema).serialize(), alone=True)
         with writing(path):
@@ -96,7 +100,9 @@ class Database:
         if links := [one for one in beside if one.is_symlink()]:
             raise BadFile(links[0], "is a link, which is not followed: remove it")
         last = () if any(one.exists() and one.stat().st_size for one in beside) else ("mode=ro&immutable=1",)
-        ways = ("mode=ro", f"mode=ro{_WITHOUT_LOCKS}", *last)
+        _refuse_names(path)
+        undone = ("mode=rw",) if path.with_name(f"{path.name}-journal").exists() else ()
+        ways = ("mode=ro", *undone, f"mode=ro{_WITHOUT_LOCKS}", *last)
         with closing(_opened(path, ways, schema)) as connection:
             yield cls(path, connection)
 
@@ -184,6 +190,13 @@ class Database:
             self._db.execute("pragma journal_mode=delete")
 
 
+def _refuse_names(path: Path) -> None:
+    """Refuse what a kill leaves of a transaction where it names another file, which SQLite would then delete."""
+    journal = path.with_name(f"{path.name}-journal")
+    if journal.is_file() and journal.read_bytes().endswith(_NAMES_ANOTHER):
+        raise BadFile(journal, "names another file, as Lockprobe never writes it: remove it")
+
+
 def rescued_files(path: Path) -> list[Path]:
     """The files next to one that took what was written after it had lost its name."""
     return sorted(one for one in path.parent.glob(f"{path.name}.rescued*") if not one.name.endswith(_BESIDE))
@@ -258,10 +271,14 @@ def _said(path: Path) -> Iterator[None]:
     """Turn SQLite's errors into mistakes that name the file."""
     try:
         yield
+    except UnicodeDecodeError as error:  # of what SQLite would say of the damage
+        raise Damaged(path, "damaged (a text is not UTF-8)") from error
     except sqlite3.Error as error:
         code = _code(error)
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise Damaged(path, f"damaged ({error})") from error
+        if str(error).startswith("Could not decode"):  # and then the whole text
+            raise Damaged(path, "damaged (a text is not UTF-8)") from None
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"

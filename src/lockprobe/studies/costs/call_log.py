@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.foundation.errors import BadFile, Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.inputs import is_there
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.records.store import STORE, read
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
@@ -65,16 +65,25 @@ def unanswered(directory: Path | str) -> list[Call]:
 
 
 def _logged(store: Database) -> Iterator[LoggedCall]:
-    for number, key, *said in store.rows("select id, key, asked, answer from call order by id"):
-        try:
-            asked, answer = (
-                None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in said
-            )
-        except ValidationError as error:
-            raise BadFile(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
-        if {one.key for one in (asked, answer) if one is not None} != {key}:
-            raise BadFile(store.path, f"call {number} is not one of {key}")
-        yield LoggedCall(number, asked, answer)
+    for row in store.rows("select id, key, asked, answer from call order by id"):
+        yield logged_call(store, *row)
+
+
+def logged_call(store: Database, number: int, key: str, *said: str | None) -> LoggedCall:
+    """A row of the calls as a call.
+
+    Raises:
+        Damaged: If it is none.
+    """
+    try:
+        asked, answer = (
+            None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in said
+        )
+    except ValidationError as error:
+        raise Damaged(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
+    if {one.key for one in (asked, answer) if one is not None} != {key}:
+        raise Damaged(store.path, f"call {number} is not one of {key}")
+    return LoggedCall(number, asked, answer)
 
 
 class KeptReplies:

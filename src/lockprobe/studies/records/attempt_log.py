@@ -12,8 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
@@ -50,6 +49,22 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 )
 
 
+def _entry(store: Database, number: int, key: str, entry: str) -> _Begun | _Did | _Broke:
+    try:
+        return _adapter.validate_json(entry)
+    except ValidationError as error:
+        raise Damaged(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
+
+
+def check_attempt(store: Database, number: int, key: str, entry: str) -> None:
+    """Check a row of the attempts.
+
+    Raises:
+        Damaged: If it is none.
+    """
+    _entry(store, number, key, entry)
+
+
 class AttemptLog:
     """The log of one study in an open store.
 
@@ -61,11 +76,8 @@ class AttemptLog:
         self._store = store
         self._begun: dict[str, int] = {}
         self._attempts: dict[str, list[RecordedAttempt]] = {}
-        for number, key, entry in store.rows("select id, key, entry from attempt order by id"):
-            try:
-                self._follow(key, _adapter.validate_json(entry))
-            except ValidationError as error:
-                raise BadFile(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
+        for row in store.rows("select id, key, entry from attempt order by id"):
+            self._follow(row[1], _entry(store, *row))
 
     @classmethod
     def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:

@@ -1,78 +1,96 @@
-"""Saves what is sound of a damaged store: each row that can be read by its number, with a record that can be read."""
+"""Saves what is sound of a damaged store: each row that can be read by its number and says something that can be true.
+
+A record has a checksum and says what its row does; that is made anew from it.
+"""
 
 from __future__ import annotations
 
 import shutil
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.studies.costs.call_log import logged_call
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.records.store import STORE, read, written
-from lockprobe.studies.records.trial_rows import trial_in
+from lockprobe.studies.records.attempt_log import check_attempt
+from lockprobe.studies.records.store import read, written
+from lockprobe.studies.records.trial_rows import INSERT, Timing, row_of, unpacked
 from lockprobe.trial.trial_reader import TrialReader
 
 _LEAST = 16
-"""Bytes that a row takes at the least, where not even the number of the last one can be read."""
+"""Bytes that a row takes at the least."""
+
+_DELETED = 1_000_000
+"""So many more rows may have been there before."""
+
+_TRIAL = "real seconds, text cpu, text identity, blob record"
+_CALL = "text key, text? asked, text? answer"
+_ATTEMPT = "text key, text entry"
+_ACT = "text participant, integer number, text entry"
+"""Columns with their types."""
 
 
-def save_sound_rows(directory: Path, into: Path) -> int:
+def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, str, Sequence[str]], int]) -> int:
     """Copy the settings and all that is sound into another directory, and return the number of trials there.
 
-    Of a trial that was owed again the last sound record counts. A diary is kept up to its first damaged entry.
+    Of a trial that was owed again the last sound record counts. A diary is kept up to its first damaged entry:
+    ``sound_entries`` says of a store, a participant and entries how many of the first are sound.
 
     Raises:
         BadFile: If the store is missing, or cannot even be opened.
     """
-    reader, diaries = TrialReader(), Counter[str]()
+    reader, diaries = TrialReader(), dict[str, list[str]]()
     with read(directory) as damaged, written(into) as store, store.transaction() as writing:
-        for table in ("trial", "call", "attempt", "act"):
-            columns = [name for _, name, *_ in damaged.rows(f"pragma table_info({table})")]
-            names, marks = ", ".join(columns), ", ".join("?" * len(columns))
-            select = f"select {names} from {table} where id = ?"  # noqa: S608 - our own tables, here and below
-            for number in range(1, _last(damaged, table) + 1):
-                row = dict(zip(columns, _row(damaged, select, number), strict=False))
-                if not row or (table == "act" and row["number"] != diaries[row["participant"]] + 1):
-                    continue
-                if table == "trial":
-                    if not _is_sound(damaged, reader, row):
-                        continue
-                    writing.execute("update trial set current = 0 where current and key = ?", (row["key"],))
-                    row["current"] = 1
-                diaries.update([row["participant"]] if table == "act" else [])
-                writing.execute(f"insert into {table} ({names}) values ({marks})", tuple(row.values()))  # noqa: S608
+        for _, seconds, cpu, identity, record in _rows(damaged, "trial", _TRIAL):
+            with suppress(BadFile, BadValue):
+                trial = reader.read(unpacked(damaged, "", record))
+                timing = Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu)
+                writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
+                writing.execute(INSERT, row_of(trial, timing, identity))
+        for row in _rows(damaged, "call", _CALL):
+            with suppress(Damaged):
+                logged_call(damaged, *row)
+                writing.execute("insert into call values (?, ?, ?, ?)", row)
+        for row in _rows(damaged, "attempt", _ATTEMPT):
+            with suppress(Damaged):
+                check_attempt(damaged, *row)
+                writing.execute("insert into attempt values (?, ?, ?)", row)
+        for _, participant, number, entry in _rows(damaged, "act", _ACT):
+            if number == len(diaries.setdefault(participant, [])) + 1:
+                diaries[participant].append(entry)
+        for participant, entries in diaries.items():
+            sound = entries[: sound_entries(damaged.path, participant, entries)]
+            rows = [(participant, number, entry) for number, entry in enumerate(sound, 1)]
+            writing.executemany("insert into act (participant, number, entry) values (?, ?, ?)", rows)
         with suppress(BadFile):
-            writing.executemany(
-                "insert into note values (?, ?)", damaged.rows("select * from note where name <> 'results'")
-            )
+            notes = damaged.rows("select name, value from note where name <> 'results'")
+            writing.executemany("insert into note values (?, ?)", notes)
         (saved,) = store.one("select count(*) from trial where current")
     shutil.copyfile(directory / SETTINGS, into / SETTINGS)
     return int(saved)
 
 
-def _row(store: Database, sql: str, number: int) -> tuple[Any, ...]:
-    """A row; empty if it is missing or damaged."""
-    with suppress(BadFile):
-        return next(store.rows(sql, number), ())
-    return ()
-
-
-def _is_sound(store: Database, reader: TrialReader, row: Mapping[str, Any]) -> bool:
-    try:
-        trial_in(store, reader, row["key"], row["record"])
-    except BadFile:
-        return False
-    return True
+def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]]:
+    """The rows of a table that can be read and have values of these types, each with its number."""
+    kinds, names = zip(*(one.split() for one in columns.split(", ")), strict=True)
+    typed = " and ".join(
+        f"({name} is null or typeof({name}) = '{kind[:-1]}')" if kind.endswith("?") else f"typeof({name}) = '{kind}'"
+        for kind, name in zip(kinds, names, strict=True)
+    )
+    select = f"select id, {', '.join(names)} from {table} where id = ? and {typed}"  # noqa: S608 - our own tables
+    for number in range(1, _last(store, table) + 1):
+        with suppress(BadFile):
+            yield from store.rows(select, number)
 
 
 def _last(store: Database, table: str) -> int:
     """The number of the last row of a table, or a bound of it."""
+    most = store.path.stat().st_size // _LEAST
     try:
-        (found,) = store.one(f"select max(id) from {table}")  # noqa: S608
+        (found,) = store.one(f"select max(id) from {table}")  # noqa: S608 - our own tables
     except BadFile:
-        return (store.path.parent / STORE).stat().st_size // _LEAST
-    return found or 0
+        return most
+    return min(found or 0, most + _DELETED)
