@@ -1,7 +1,6 @@
 """Makes trials for tests: by hand, step by step, or by playing strategies."""
 
 import asyncio
-import re
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -13,7 +12,6 @@ from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import Boundary
 from lockprobe.foundation.spec import group_of
-from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.records.journal import Journal
@@ -223,9 +221,3 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
 
 def _at(study: Study, p: float) -> Condition:
     return next(one for one in study.conditions if one.p == p)
-
-
-def with_right_checksums(path: Path) -> None:
-    """Give the lines of a file that a test has edited the checksums that they would have."""
-    lines = [re.sub(rb',\s*"crc":\s*"[0-9a-f]{8}"', b"", line) for line in path.read_bytes().splitlines()]
-    path.write_bytes(b"".join(with_checksum(line) + b"\n" for line in lines))

@@ -1,8 +1,10 @@
 """A policy that decides from the words alone: as an agent of a run, and as a client with tools that plays the same."""
 
+import json
 import re
 
-from lockprobe.foundation.storage.jsonl import without_checksum
+from stored import records
+
 from lockprobe.interfaces.mcp.connection import Connection
 from lockprobe.interfaces.mcp.session import CallRefused
 from lockprobe.trial.record import Decision
@@ -103,12 +105,9 @@ def calls(session):
 
 
 def plain_records(directory):
-    """The bytes of every record without the agent's name, its facts and the checksum, by key."""
+    """The text of every record without the agent's name and its facts, by key."""
     found = {}
-    for line in (directory / "trials.jsonl").read_bytes().splitlines():
-        text = re.sub(rb'"facts":\{[^}]*\}', b"", without_checksum(line))
-        text = text.replace(SPEC.encode(), b"AGENT").replace(AGENT.encode(), b"AGENT")
-        key = re.match(rb'\{"key":"(.*?)"', text)[1]
-        assert key not in found
-        found[key] = text
+    for record in records(directory):
+        text = json.dumps({**record, "facts": None}).replace(SPEC, "AGENT").replace(AGENT, "AGENT")
+        assert found.setdefault(json.loads(text)["key"], text) is text
     return found
