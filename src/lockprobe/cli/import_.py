@@ -81,6 +81,6 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
     except Damaged as damaged:
         sound = Path(held.enter_context(TemporaryDirectory()))
         saved = save_sound_rows(path, sound)
-        print(printable(f"{damaged}"), file=sys.stderr)
+        print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
         return replace(source_of_directory(sound), picture=picture_of(path))

@@ -40,9 +40,10 @@ _OTHER_WAY = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_PROTOCOL, sqlite3.SQLITE_CANT
 
 
 class Damaged(BadFile):
-    """Raised when a file or a row of it is damaged; the rest can be saved."""
+    """Raised when a file or a row of it is damaged; the rest can be saved. ``found`` says what without the advice."""
 
     def __init__(self, path: Path, why: str) -> None:
+        self.found = f"{path}: {why}"
         super().__init__(
             path, f"{why}; save the rest: `lockprobe import NEW {path.parent}`, where NEW does not exist yet"
         )
