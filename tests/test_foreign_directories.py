@@ -41,6 +41,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["export", "DIR"],
         ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
         ["export", "DIR", "--table", "calls"],
+        ["export", "DIR", "--table", "records", "--format", "jsonl"],
     ],
     "import": [
         ["import", "mine", "DIR"],
@@ -58,7 +59,7 @@ TAKING: dict[str, list[list[str]]] = {
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
     "withdraw": [["withdraw", "DIR", "aaaa01"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
-    "loops": [["loops", "DIR/trials.jsonl"]],
+    "loops": [["loops", "DIR/study.db"]],
     "list measures": [["list", "measures", "DIR"], ["list", "measures", "DIR", "--json"]],
     "box show": [["box", "show", "FILE"]],
     "box solve": [["box", "solve", "FILE"]],

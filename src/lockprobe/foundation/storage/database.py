@@ -68,9 +68,9 @@ class Database:
             BadFile: If it cannot be written, is damaged or has other tables, a link inside the directory of a study
                 leads to it, or it has a second name (a hard link), since what is written would change that file too.
         """
-        for beside in ("", *_BESIDE):
-            refuse_links(path.with_name(path.name + beside))
+        refuse_links(path)
         check_regular(path)
+        _check_beside(path)
         if not path.exists():
             write_file(path, _new(schema).serialize(), alone=True)
         with writing(path):
@@ -93,10 +93,7 @@ class Database:
                 be read because nothing can be written beside it.
         """
         check_regular(path)
-        beside = [path.with_name(path.name + name) for name in _BESIDE]
-        if links := [one for one in beside if one.is_symlink()]:
-            raise BadFile(links[0], "is a link, which is not followed: remove it")
-        last = () if any(one.exists() and one.stat().st_size for one in beside) else ("mode=ro&immutable=1",)
+        last = () if _check_beside(path) else ("mode=ro&immutable=1",)
         ways = ("mode=ro", f"mode=ro{_WITHOUT_LOCKS}", *last)
         with closing(_opened(path, ways, schema)) as connection:
             yield cls(path, connection)
@@ -190,6 +187,22 @@ def _rescue_names(path: Path) -> Iterator[Path]:
     while True:
         number += 1
         yield path.with_name(f"{path.name}.rescued-{number}")
+
+
+def _check_beside(path: Path) -> bool:
+    """Whether something is in what SQLite keeps beside a file. Links there are refused, and pipes, which it would read.
+
+    Raises:
+        BadFile: If one of them is no regular file.
+    """
+    there = False
+    for one in (path.with_name(path.name + name) for name in _BESIDE):
+        if one.is_symlink():
+            raise BadFile(one, "is a link, which is not followed: remove it")
+        check_regular(one)
+        with suppress(FileNotFoundError):  # it is gone when its writer ends
+            there |= one.stat().st_size > 0
+    return there
 
 
 def _place(path: Path) -> tuple[int, int] | None:
