@@ -14,7 +14,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -128,13 +128,12 @@ class Database:
             try:
                 yield self._db
                 self._db.execute("commit")
-            except BaseException:
-                with suppress(sqlite3.Error):
-                    self._db.execute("rollback")
+                self._synced = now if sync else self._synced
+            finally:
+                if self._db.in_transaction:
+                    with suppress(sqlite3.Error):
+                        self._db.execute("rollback")
                 self.check()
-                raise
-            self._synced = now if sync else self._synced
-            self.check()
 
     def check(self) -> None:
         """Check that the file still has its name.
@@ -220,32 +219,30 @@ def _opened(path: Path, ways: Sequence[str], schema: str, *, ahead: bool = False
     with _said(path):
         for way in ways:
             try:
-                connection = _connected(path, way, ahead=ahead)
-                break
+                return _connected(path, way, schema, ahead=ahead)
             except sqlite3.Error as error:
                 if way == ways[-1] or _code(error) not in _OTHER_WAY:
                     raise
-        if _tables(connection) != _tables(_new(schema)):
-            connection.close()
-            raise BadFile(path, "its tables are not those of this release's studies")
-    return connection
+    raise AssertionError("no way was given")
 
 
-def _connected(path: Path, way: str, *, ahead: bool) -> sqlite3.Connection:
+def _connected(path: Path, way: str, schema: str, *, ahead: bool) -> sqlite3.Connection:
+    """A connection to a file with the tables of a schema; one with others is left as it is."""
     uri = f"{path.absolute().as_uri()}?{way}"
-    # one thread at a time writes, see Database.transaction
-    connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
-    try:
+    with ExitStack() as failed:
+        # one thread at a time writes, see Database.transaction
+        connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
+        failed.callback(connection.close)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
         connection.execute("pragma trusted_schema=off")
         connection.execute("pragma secure_delete=on")
+        if _tables(connection) != _tables(_new(schema)):
+            raise BadFile(path, "its tables are not those of this release's studies")
         if ahead:
             with suppress(sqlite3.OperationalError):  # somebody reads it now, or there is no shared memory
                 connection.execute("pragma journal_mode=wal")
-        _tables(connection)
-    except BaseException:
-        connection.close()
-        raise
+            _tables(connection)  # whether that works here
+        failed.pop_all()
     return connection
 
 
