@@ -11,7 +11,7 @@ disk. ``compare`` has a second study, of other luck and at most 10 000 trials. O
 from __future__ import annotations
 
 import argparse
-import filecmp
+import json
 import os
 import shutil
 import signal
@@ -20,8 +20,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from lockprobe.foundation.errors import LockprobeError
+from lockprobe.studies.records.store import read
 
 AGENTS = ("random", "random-no-repeat", "round-robin", "human-inspired", "cognitive:perseverant")
 RATES = (0, 0.1, 0.2, 0.4)
@@ -89,18 +93,26 @@ def cost(command: list[str]) -> Cost:
     return Cost(wall, done[2].ru_utime + done[2].ru_stime, max(most, done[2].ru_maxrss / 1e3))
 
 
-def killed_halfway(command: list[str], records: Path, lines: int) -> None:
+def killed_halfway(command: list[str], directory: Path, records: int) -> None:
     """Start a run and kill it, and all that it started, when so many records are on disk."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while not records.exists() and process.poll() is None:
-        time.sleep(0.02)
-    with records.open("rb") as file:
-        found = 0
-        while found < lines and process.poll() is None:
-            found += file.read().count(b"\n")
-            time.sleep(0.02)
+    while process.poll() is None and number_of_records(directory) < records:
+        time.sleep(0.05)
     process.send_signal(signal.SIGKILL)
     process.wait()
+
+
+def number_of_records(directory: Path) -> int:
+    """How many records a study has."""
+    with suppress(LockprobeError), read(directory) as store:
+        return int(store.one("select count(*) from trial")[0])
+    return 0
+
+
+def results_of(study: Path) -> str:
+    """The hash of the results of a study; read elsewhere, since what this process takes counts for later commands."""
+    said = subprocess.run(lockprobe("status", study, "--json"), check=True, capture_output=True).stdout
+    return str(json.loads(said)["results_hash"])
 
 
 def costs(directory: Path, trials: int, commands: list[str]) -> Iterator[tuple[str, Cost]]:
@@ -111,10 +123,9 @@ def costs(directory: Path, trials: int, commands: list[str]) -> Iterator[tuple[s
         yield "run", cost(play(study, trials))
     if "resume" in commands:
         shutil.rmtree(copy, ignore_errors=True)
-        killed_halfway(play(copy, trials), copy / "trials.jsonl", trials // 2)
+        killed_halfway(play(copy, trials), copy, trials // 2)
         yield "resume", cost(play(copy, trials))
-        # not read at once: what this process takes at most counts as that of every command after it
-        same = filecmp.cmp(copy / "trials.jsonl", study / "trials.jsonl", shallow=False)
+        same = results_of(copy) == results_of(study)
         print(f"resumed records are {'the same' if same else 'OTHERS'}", file=sys.stderr)
     if "compare" in commands and not other.exists():
         cost(play(other, min(trials, 10_000), seed=2))
