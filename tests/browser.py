@@ -26,11 +26,12 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import filled, read_words
 from lockprobe.people.web.serving import ServerOptions, opened
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Percept, Situation, Task, Turn
-from lockprobe.trial.trial_json import trial_from_line
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 """The first of these that is here is taken. The shell is the same engine without windows, at half the time."""
@@ -348,10 +349,8 @@ def luck_of(directory, study, who, number):
 
 def trials_of(directory):
     """All finished trials, by their keys; each is there once."""
-    path = directory / "trials.jsonl"
-    found = [trial_from_line(line)[0] for line in path.read_bytes().splitlines()] if path.exists() else []
-    assert len({trial.key for trial in found}) == len(found)
-    return {trial.key: trial for trial in found}
+    assert not replaced_records(directory)
+    return {trial.key: trial for trial in load(directory)}
 
 
 def without_the_page(plan, strategy):

@@ -13,7 +13,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Joined, read_diaries, read_diary
+from lockprobe.people.diary import Joined, read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.refusals import ActRefused
@@ -22,7 +22,6 @@ from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, ComprehensionQues
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.people.withdrawal import withdrawn
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
@@ -193,7 +192,7 @@ def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None)
 
 def diary_of(directory: Path, identity: str):
     """What is written of somebody."""
-    return read_diary(directory / PEOPLE_DIRECTORY / f"{identity}.jsonl")
+    return next(lines for lines in diaries_of(directory) if lines[0].identity == identity)
 
 
 def diaries_of(directory: Path):

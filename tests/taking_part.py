@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import DiaryFile, Did, Joined, Slot
+from lockprobe.people.diary import DiaryWriter, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
@@ -50,32 +50,29 @@ def take_part(
         joined: When, seconds since 1970.
         shown: The modality; the first of the study if not given.
     """
-    with Journal.open(directory, study):
-        pass  # the settings are there before anybody joins
     label = {one.p: one.label for one in study.conditions if one.modality == (shown or study.modalities[0])}
     places = tuple(Slot(condition=label[p], repetition=r, trial=t) for p, r, t in slots)
-    diary = DiaryFile(directory / "people" / f"{identity}.jsonl")
-    diary.write(
-        Joined(
-            identity=identity,
-            token="f" * 64,
-            at=joined,
-            platform=dict(platform or {}),
-            slots=places,
-            words="en 3f9a01bc22d1",
-        )
-    )
-    turns = count(2)  # to agree is the first
     finished = []
-
-    def did(scene, act, **more):
-        turn = next(turns)
-        diary.write(Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more))
-
-    did("page", Next(), item="1")
-    did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
-    did("over", Next(), box=0)
     with Journal.open(directory, study) as journal:
+        diary, turns = DiaryWriter(journal.store, identity), count(2)  # to agree is the first
+        diary.write(
+            Joined(
+                identity=identity,
+                token="f" * 64,
+                at=joined,
+                platform=dict(platform or {}),
+                slots=places,
+                words="en 3f9a01bc22d1",
+            )
+        )
+
+        def did(scene, act, **more):
+            turn = next(turns)
+            diary.write(Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more))
+
+        did("page", Next(), item="1")
+        did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
+        did("over", Next(), box=0)
         for box, slot in enumerate(places, 1):
             trial = play_as(study, identity, slot, box)
             leaves = left_after if box == len(places) else None
@@ -89,9 +86,9 @@ def take_part(
                 journal.append(trial, Timing(key=trial.key, seconds=1.5, steps=len(trial.steps)))
                 finished.append(trial)
                 did("over", Next(), box=box)
-    if left_after is None:
-        if check is not None:
-            did("check", Answer(answer="blue" if check else "red", rt=2000.0), item="1", right=check)
-        for name, answer in (answers or {}).items():
-            did("ask", Answer(answer=answer, rt=5000.0), item=name)
+        if left_after is None:
+            if check is not None:
+                did("check", Answer(answer="blue" if check else "red", rt=2000.0), item="1", right=check)
+            for name, answer in (answers or {}).items():
+                did("ask", Answer(answer=answer, rt=5000.0), item=name)
     return finished

@@ -15,7 +15,7 @@ import forked
 from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import Joined, read_diary
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.texts import read_words
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
@@ -190,9 +190,7 @@ def shown_percept(panel):
 
 def slots_of(directory, identity):
     """Which trials somebody plays."""
-    joined = read_diary(directory / "people" / f"{identity}.jsonl")[0]
-    assert isinstance(joined, Joined)
-    return joined.slots
+    return next(one.joined.slots for one in read_diaries(directory) if one.identity == identity)
 
 
 def in_short(trial, *, assessed=True):
