@@ -19,20 +19,23 @@ import zlib
 from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
+from statistics import fmean
 from tempfile import TemporaryDirectory
 
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain
-from lockprobe.studies.file_names import RECORDS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.runner import run
 
 AGENTS = ("random", "human-inspired", "cognitive:careful")
 P, BUDGET, SEED = 0.2, 20, 1
 BOX = find_box(DEFAULT_BOX)
+RECORDS = "trials.jsonl"
+"""What the plain loop writes."""
 
 FLIP = {"channel": "OutcomeFlip", "p": P, "inverts": "outcome", "others": "fresh", "keep": 0.0, "part": "both"}
 FLIP |= {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
@@ -88,10 +91,11 @@ def by_lockprobe(agent: str, trials: int, directory: Path) -> float:
         return time.process_time() - began
 
 
-def steps_in(path: Path) -> float:
-    """Steps a trial of the records in a file."""
-    lines = path.read_bytes().splitlines()
-    return sum(line.count(b'"step":') for line in lines) / len(lines)
+def steps_in(directory: Path) -> float:
+    """Steps a trial of the records in a directory."""
+    if (directory / RECORDS).exists():
+        return fmean(line.count(b'"step":') for line in (directory / RECORDS).read_bytes().splitlines())
+    return fmean(timing.steps for timing in read_timings(directory))
 
 
 def main() -> None:
@@ -108,7 +112,7 @@ def main() -> None:
             with TemporaryDirectory() as there:
                 took = (by_hand if way == "by hand" else partial(by_lockprobe, way))(given.trials, Path(there))
                 spent[way].append(1000 * took / given.trials)
-                steps[way] = steps_in(Path(there) / RECORDS)
+                steps[way] = steps_in(Path(there))
     hand = min(spent["by hand"])
     print("| way | agent | steps a trial | ms a trial | ratio of trials | ratio of steps |\n|---|---|---|---|---|---|")
     for way in ways:

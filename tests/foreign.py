@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from builders import play_study, write_study
+from stored import rewrite
 from strangers import WORKING
 
 from lockprobe.boxes.families import box
@@ -17,7 +18,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.drop import Drop
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded
-from lockprobe.trial.trial_json import trial_to_line
+from lockprobe.trial.trial_json import trial_to_json
 
 MODULE = "canary"
 
@@ -60,10 +61,10 @@ def directory(path: Path, kind: str) -> Path:
             for agent in AGENTS
             for trial in trials
         ]
-    lines = [trial_to_line(trial, named.record_identity(named.labelled(trial.condition))) for trial in trials]
     write_study(path, replace(played, agents=("random",)), [])
     (path / "study.json").write_text(json.dumps(named.settings()))
-    (path / "trials.jsonl").write_bytes(b"".join(line + b"\n" for line in lines))
+    identities = [named.record_identity(named.labelled(trial.condition)) for trial in trials]
+    rewrite(path, [json.loads(trial_to_json(trial)) for trial in trials], identities)
     return path
 
 

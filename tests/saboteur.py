@@ -1,41 +1,49 @@
 """Edits of a study directory as somebody makes them who wants its numbers otherwise and knows its files.
 
-Every edited line gets the checksum, and every record the identity, that it would have.
+The columns of every edited row, the identity too, are those that its record would have.
 """
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
+from stored import records, rewrite, sql
+
 from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.store import written
 
 
-def lines(path, *, checksums=True):
-    """The lines of a file as objects, without their checksums if they have any."""
-    if not path.exists():
-        return []
-    return [json.loads(without_checksum(line) if checksums else line) for line in path.read_bytes().splitlines()]
+@dataclass
+class Sent:
+    """A call as it is stored: as it was sent, and its outcome; None where there is none."""
 
+    asked: dict[str, Any] | None
+    answer: dict[str, Any] | None
 
-def write(path, objects, *, checksums=True):
-    """Write objects as the lines of a file."""
-    made = (json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode() for one in objects)
-    path.write_bytes(b"".join((with_checksum(line) if checksums else line) + b"\n" for line in made))
+    @property
+    def said(self):
+        """Both, those that are there."""
+        return [one for one in (self.asked, self.answer) if one is not None]
+
+    @property
+    def key(self):
+        """Its trial."""
+        return self.said[0]["key"]
 
 
 class Evidence:
-    """The files of a study in a directory.
+    """What is stored of a study in a directory.
 
     Attributes:
-        records: ``trials.jsonl``, as objects; so are the calls, the requests and the clock readings.
+        records: As objects; so are the settings, and what was said of calls.
     """
 
     def __init__(self, directory):
         self.directory = Path(directory)
-        self.records, self.calls, self.asked = (
-            lines(self.directory / f"{name}.jsonl") for name in ("trials", "calls", "asked")
-        )
-        self.timings = lines(self.directory / "timings.jsonl", checksums=False)
+        self.records = records(self.directory)
+        rows = sql(self.directory, "select asked, answer from call order by id")
+        self.calls = [Sent(*(one and json.loads(one) for one in row)) for row in rows]
         self.settings = json.loads((self.directory / "study.json").read_text("utf-8"))
 
     def save(self):
@@ -43,26 +51,24 @@ class Evidence:
         (self.directory / "study.json").write_text(json.dumps(self.settings, indent=2), "utf-8")
         study = read_study(self.directory)
         identities = {one.label: study.record_identity(one) for one in study.conditions}
-        last = [{name: record[name] for name in record if name != "identity"} for record in self.records]
-        named = [record | {"identity": identities[record["condition"]]} for record in last]
-        write(self.directory / "trials.jsonl", named)
-        for name in ("calls", "asked"):
-            if (objects := getattr(self, name)) or (self.directory / f"{name}.jsonl").exists():
-                write(self.directory / f"{name}.jsonl", objects)
-        write(self.directory / "timings.jsonl", self.timings, checksums=False)
+        rewrite(self.directory, self.records, [identities[record["condition"]] for record in self.records])
+        rows = [(one.key, *(part and json.dumps(part) for part in (one.asked, one.answer))) for one in self.calls]
+        with written(self.directory) as store, store.transaction() as writing:
+            writing.execute("delete from call")
+            writing.executemany("insert into call (key, asked, answer) values (?, ?, ?)", rows)
 
     def of(self, agent, ending=None):
         """The records of an agent, those that ended so if that is given."""
         return [one for one in self.records if one["agent"] == agent and ending in (None, one["ending"])]
 
     def calls_of(self, record):
-        """The calls of a trial, oldest first."""
-        return [call for call in self.calls if call["key"] == record["key"]]
+        """The outcomes of the calls of a trial, oldest first."""
+        return [call.answer for call in self.calls if call.key == record["key"]]
 
-    def drop(self, keep, *files):
-        """Drop the lines of some files whose key is not to be kept."""
-        for name in files:
-            setattr(self, name, [one for one in getattr(self, name) if keep(one["key"])])
+    def drop(self, keep, *, calls=False):
+        """Drop the records, or the calls too, whose key is not to be kept."""
+        self.records = [one for one in self.records if keep(one["key"])]
+        self.calls = [one for one in self.calls if keep(one.key) or not calls]
 
 
 def relabelled(record, *, steps=None):

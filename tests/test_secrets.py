@@ -5,14 +5,17 @@ import contextlib
 import io
 import json
 import os
+import sqlite3
 import typing
 import zipfile
+import zlib
 from collections import Counter
 from typing import ClassVar
 from urllib.parse import quote
 
 import pytest
 from provider_server import completion, failure, here, names, truthful
+from stored import records
 
 from lockprobe.cli import main
 from lockprobe.foundation.errors import BadValue, ModelFault, ReplyFault
@@ -53,14 +56,28 @@ def leaks(content):
 
 
 def everything(directory):
-    """Every file below a directory, those within archives too."""
+    """Every file below a directory, those within archives too, and every value in a store."""
     for path in directory.rglob("*"):
         if path.is_file():
             content = path.read_bytes()
             yield str(path), content
+            if content.startswith(b"SQLite format 3"):
+                yield from values(path)
             if zipfile.is_zipfile(io.BytesIO(content)):
                 with zipfile.ZipFile(path) as archive:
                     yield from ((f"{path}!{name}", archive.read(name)) for name in archive.namelist())
+
+
+def values(path):
+    """The values in a store, a record as it is read."""
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        for (table,) in db.execute("select name from sqlite_master where type = 'table'").fetchall():
+            rows = db.execute(f"select * from {table}")
+            columns = [name for name, *_ in rows.description]
+            for number, row in enumerate(rows):
+                for column, value in zip(columns, row, strict=True):
+                    content = zlib.decompress(value) if column == "record" else str(value).encode()
+                    yield f"{path}!{table} {number} {column}", content
 
 
 def repeating(echo):
@@ -195,7 +212,7 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
             stack.close()
         monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
         printed = command(capfd, *run, "--retries", "0", "--out", tmp_path / "study")
-    assert json.loads((tmp_path / "study" / "trials.jsonl").read_text())["ending"] == ending
+    assert [one["ending"] for one in records(tmp_path / "study")] == [ending]
     assert leaks(printed.encode()) == set()
     assert {name: found for name, content in everything(tmp_path) if (found := leaks(content))} == {}
 
@@ -223,13 +240,13 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
     kinds = typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0])
     out = [("--format", kind, "--out", tmp_path / f"export.{kind}") for kind in kinds]
     printed += [command(capfd, "export", study, *more) for more in out]
-    printed.append(
-        command(capfd, "replay", study, json.loads((study / "trials.jsonl").read_text().splitlines()[-1])["key"])
-    )
+    printed.append(command(capfd, "export", study, "--table", "records", "--format", "jsonl"))
+    printed.append(command(capfd, "replay", study, records(study)[-1]["key"]))
     written = dict(everything(tmp_path))
     assert {"export.csv", "export.jsonl"} <= {path.name for path in tmp_path.iterdir()}
     assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
     assert [leaks(text.encode()) for text in printed] == [set()] * len(printed)
-    for name in ("trials.jsonl", "calls.jsonl"):  # what was struck out, and the rest of what was said, is there
-        assert "key [secret]; " in (study / name).read_text()
-    assert '"boundary":"model"' in (study / "trials.jsonl").read_text()
+    for table in ("trial", "call"):  # what was struck out, and the rest of what was said, is there
+        rows = [content for name, content in written.items() if f"study.db!{table} " in name]
+        assert any(b"key [secret]; " in content for content in rows)
+    assert "model" in [one["error"]["boundary"] for one in records(study) if "error" in one]

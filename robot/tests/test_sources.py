@@ -1,15 +1,15 @@
 """Reports from an arm or a camera of the plants here: without error they are the truth, and records hold all three."""
 
 import pytest
-from builders import with_right_checksums
 from lockprobe_robot.rendering import plant_camera
+from saboteur import Evidence
 
 from lockprobe import run_study, run_trial, study
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.records.read_records import load
 
 SMALL = "width=96&height=72"
-EDITED = b'"opening_sensed":{"camera":"0001"}'
+EDITED = {"opening_sensed": {"camera": "0001"}}
 
 
 def told(trial):
@@ -52,8 +52,8 @@ def test_a_study_of_readings_is_verified_without_a_picture(tmp_path, monkeypatch
     found = {check.name: check for check in verify(tmp_path / "study")}
     assert found["luck"].holds
     assert "1 take what a camera read from their records" in found["luck"].said
-    records = tmp_path / "study" / "trials.jsonl"
-    records.write_bytes(records.read_bytes().replace(b'"opening_sensed":{"camera":"0000"}', EDITED))
-    with_right_checksums(records)
+    files = Evidence(tmp_path / "study")
+    files.records[0].update(EDITED)
+    files.save()
     (luck,) = (check for check in verify(tmp_path / "study") if check.name == "luck")
     assert luck.failed[0].endswith(": opening")

@@ -5,6 +5,7 @@ import json
 import pytest
 import typer
 from provider_server import completion, failure, truthful
+from stored import records
 
 from lockprobe import load
 from lockprobe.cli.run import run
@@ -94,12 +95,12 @@ def test_without_a_valid_trial_the_run_says_so_and_the_same_command_says_so_agai
 
 def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys):
     play(nonsense)
-    before = (tmp_path / "s" / "trials.jsonl").read_bytes()
+    before = records(tmp_path / "s")
     play(truthful, again="reply")
     said = capsys.readouterr().out
     assert "Owed anew: 4 trials that ended as an error at reply; the earlier records stay" in said
     assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
-    assert (tmp_path / "s" / "trials.jsonl").read_bytes().startswith(before)
+    assert records(tmp_path / "s")[:4] == before
     status(tmp_path / "s", json=True)
     facts = json.loads(capsys.readouterr().out)
     assert (facts["done"], facts["owed"], facts["without_valid_trial"]) == (4, 0, [])

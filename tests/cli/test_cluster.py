@@ -42,7 +42,9 @@ def test_a_study_is_played_on_it(lockprobe, connected, tmp_path):
     assert (status, connected) == (0, ["head:6399"])
     assert told.startswith("Cluster: processors of one? 2\n")
     assert lockprobe(*RUN, tmp_path / "here")[0] == 0
-    here, there = (sorted((tmp_path / name / "trials.jsonl").read_bytes().splitlines()) for name in ("here", "there"))
+    here, there = (
+        lockprobe("export", tmp_path / name, "--table", "records", "--format", "jsonl") for name in ("here", "there")
+    )
     assert here == there
 
 

@@ -1,14 +1,18 @@
 """``lockprobe export``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
 
+import hashlib
 import json
 import os
 import stat
 
 import pytest
-from builders import small_study, write_study
+from builders import SOLUTION, make_trial, small_study, write_study
+from stored import sql
 
-from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interfaces.export import table_files
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.results_hash import hash_of_digest
 
 STUDY = small_study(trials=1, repetitions=1)
 
@@ -22,6 +26,7 @@ WRITERS = [
     ("export", "DIR", "--format", "csv"),
     ("export", "DIR", "--format", "jsonl"),
     ("export", "DIR", "--format", "parquet"),
+    ("export", "DIR", "--format", "jsonl", "--table", "records"),
     ("box", "show"),
     ("replay", "DIR", "flips/random/truth/rep=1/trial=1"),
 ]
@@ -83,7 +88,7 @@ def test_a_table_without_a_name_is_refused(lockprobe, played, out):
     assert (status, said) == (2, f"lockprobe: {out or '.'}: is a directory, not a regular file: choose another name\n")
 
 
-@pytest.mark.parametrize("name", ["trials.jsonl", "people/aaaa01.jsonl", "pictures/x.png"])
+@pytest.mark.parametrize("name", ["study.db", "people/experiment.json", "pictures/x.png"])
 def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, name):
     (tmp_path / "link.csv").symlink_to(played / name)
     status, _, said = lockprobe("export", played, "--out", tmp_path / "link.csv")
@@ -101,11 +106,47 @@ def test_a_call_is_a_row_and_a_table_of_people_needs_people(lockprobe, played):
         "seconds": 1.5,
     }
     owed = {**call, "reply": None, "error": "owed anew"}
-    lines = [with_checksum(json.dumps(one).encode()) + b"\n" for one in (call, owed)]
-    (played / "calls.jsonl").write_bytes(b"".join(lines))
+    for one in (call, owed):
+        sql(played, "insert into call (key, answer) values ('k', ?)", json.dumps(one))
     header, row = lockprobe("export", played, "--table", "calls")[1].splitlines()
     assert header == "key,agent,step,call,input_tokens,output_tokens,call_seconds"
     assert row == "k,,1,2,5,0,1.5"
     status, _, said = lockprobe("export", played, "--table", "answers")
     assert (status, said.count("\n")) == (2, 1)
     assert "nobody took part in this study" in said
+
+
+def test_records_are_a_line_per_trial_by_key_and_exactly_what_the_hash_of_the_results_covers(
+    lockprobe, tmp_path, played
+):
+    """As any other program reads them. Records that were replaced, of another study or not asked for are left out."""
+    trials = load(played)
+    again = make_trial([0], agent="random", p=0.3, broken="plant", study="flips")
+    unasked = make_trial(SOLUTION, agent="random", p=0.3, trial=9)
+    kept = [trial for trial in trials[1:] if trial.key != again.key]
+    finished = next(trial for trial in trials if trial.key == again.key)
+    directory = write_study(tmp_path / "other", STUDY, [*reversed(kept), again, unasked, trials[0], finished])
+    sql(directory, "update trial set identity = '0123456789ab' where key = ?", trials[0].key)
+    export = ("export", directory, "--table", "records", "--format", "jsonl")
+    status, printed, said = lockprobe(*export)
+    assert (status, said) == (0, "")
+    out = tmp_path / "records.jsonl"
+    assert lockprobe(*export, "--out", out)[1] == f"{out}\n"
+    assert out.read_bytes() == printed.encode()
+    read = [json.loads(line) for line in out.read_text("utf-8").splitlines()]
+    assert [one["key"] for one in read] == sorted(trial.key for trial in trials[1:])
+    for one, trial in zip(read, sorted(trials[1:], key=lambda trial: trial.key), strict=True):
+        steps = [(step["joint"], step["moved"], step["told_moved"]) for step in one["steps"]]
+        assert steps == [(step.joint, step.moved, step.told_moved) for step in trial.steps]
+        assert (one["agent"], one["ending"], one["condition"]) == (trial.agent, trial.ending, trial.condition)
+    facts = json.loads(lockprobe("status", directory, "--json")[1])
+    digest = hashlib.sha256(out.read_bytes()).hexdigest()
+    assert facts["results_hash"] == hash_of_digest(read_study(directory), digest)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_records_are_refused_as_a_table(lockprobe, tmp_path, played, kind):
+    status, printed, said = lockprobe("export", played, "--table", "records", "--format", kind, "--out", tmp_path / "x")
+    assert (status, printed) == (2, "")
+    assert said == f"lockprobe: --format: got {kind!r}, expected jsonl, because a record is a JSON object\n"
+    assert not (tmp_path / "x").exists()

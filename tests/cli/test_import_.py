@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 from builders import small_study, write_study
+from stored import records, sql
 from taking_part import take_part
 
-from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(trials=1, repetitions=1)
@@ -20,10 +20,9 @@ def played(tmp_path):
 
 
 def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path, played):
-    lines = (played / "trials.jsonl").read_bytes().splitlines(keepends=True)
-    (played / "trials.jsonl").write_bytes(b"".join(lines[1:]))
-    call = {"key": json.loads(lines[0])["key"], "step": 1, "turn": 1, "request": "r", "reply": "{}"}
-    (played / "calls.jsonl").write_bytes(with_checksum(json.dumps(call).encode()) + b"\n")
+    (key,) = sql(played, "delete from trial where id = 1 returning key")
+    call = {"key": key, "step": 1, "turn": 1, "request": "r", "reply": "{}"}
+    sql(played, "insert into call (key, answer) values (?, ?)", key, json.dumps(call))
     said = lockprobe("import", tmp_path / "new", played)[1]
     assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
 
@@ -72,12 +71,12 @@ def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):
 def test_another_prompt_under_the_same_name_is_refused_aloud_and_leaves_nothing(lockprobe, tmp_path, played):
     other = write_study(tmp_path / "other", STUDY, [replace(t, facts={"prompt": "chat b"}) for t in load(played)])
     first = write_study(tmp_path / "first", STUDY, [replace(t, facts={"prompt": "chat a"}) for t in load(played)])
-    before = (first / "trials.jsonl").read_bytes()
+    before = records(first)
     status, said, error = lockprobe("import", first, other)
     assert (status, said, error.count("\n")) == (2, "", 1)
     assert "other: 0 trials taken: " in error
     assert "is not the same there (prompt is 'chat b', 'chat a' in" in error
-    assert (first / "trials.jsonl").read_bytes() == before
+    assert records(first) == before
     assert lockprobe("import", tmp_path / "new", first, other)[0] == 2
     assert not (tmp_path / "new").exists()
 
@@ -92,3 +91,42 @@ def test_mistakes_are_one_line(lockprobe, tmp_path, played):
         status, _, error = lockprobe("import", played, source)
         assert (status, error.count("\n")) == (2, 1)
         assert said in error
+
+
+def a_record(played):
+    sql(played, "update trial set record = substr(record, 1, 99) where id in (2, 5)")
+
+
+def a_page(played):
+    """A page that holds the first trials, as a bad sector leaves it."""
+    content = bytearray((played / "study.db").read_bytes())
+    leaf = min(
+        at for at in range(4096, len(content), 4096) if content[at] == 13 and b"flips/random" in content[at : at + 4096]
+    )
+    content[leaf : leaf + 4096] = b"\xff" * 4096
+    (played / "study.db").write_bytes(content)
+
+
+@pytest.mark.parametrize("damage", [a_record, a_page])
+def test_what_is_sound_of_a_damaged_study_is_saved_and_the_rest_is_played_again(lockprobe, tmp_path, damage):
+    damaged = write_study(tmp_path / "damaged", small_study(trials=4, repetitions=1))
+    whole, there = json.loads(lockprobe("status", damaged, "--json")[1]), records(damaged)
+    damage(damaged)
+    before, new = (damaged / "study.db").read_bytes(), tmp_path / "new"
+    status, _, said = lockprobe("status", damaged)
+    assert (status, said.count("\n")) == (2, 1)
+    assert f"save the rest: `lockprobe import NEW {damaged}`, where NEW does not exist yet" in said
+    status, printed, said = lockprobe("import", new, damaged)
+    saved = records(new)
+    why, sound = said.splitlines()
+    assert why.startswith(f"{damaged}/study.db: ")
+    assert why.endswith(")")  # no advice to do what is being done
+    assert sound == f"Sound in {damaged}: {len(saved)} trials."
+    assert (status, printed.partition(",")[0]) == (0, f"{len(saved)} trials imported")
+    assert saved == [one for one in there if one in saved]
+    assert {a_record: 22, a_page: 12}[damage] <= len(saved) < 24
+    assert (damaged / "study.db").read_bytes() == before
+    agents = [word for agent in STUDY.agents for word in ("--agent", agent)]
+    size = ("--p", "0,0.3,0.6", "--repetitions", "1", "--trials", "4")
+    assert lockprobe("run", "flips", *agents, *size, "--no-report", "--out", new)[0] == 0
+    assert json.loads(lockprobe("status", new, "--json")[1])["results_hash"] == whole["results_hash"]

@@ -6,10 +6,11 @@ import re
 from functools import partial
 
 import pytest
-from builders import make_trial, small_study, with_right_checksums, write_study
+from builders import make_trial, small_study, write_study
 from lockprobe_robot.film import files
 from painted import painted_twins
 from PIL import Image
+from saboteur import Evidence
 from typed import in_process
 
 from lockprobe.boxes.families import box
@@ -93,13 +94,11 @@ def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_
 
 
 def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
-    path = directory / "trials.jsonl"
-    lines = path.read_text("utf-8").splitlines()
-    record = json.loads(lines[-1])
+    files = Evidence(directory)
+    record = files.records[-1]
     at = next(at for at, step in enumerate(record["steps"]) if step["joint"] != record["target"])
     record["steps"][at]["moved"] = not record["steps"][at]["moved"]
-    path.write_text("\n".join([*lines[:-1], json.dumps(record, separators=(",", ":"))]) + "\n", "utf-8")
-    with_right_checksums(path)
+    files.save()
     done = replay(directory, record["key"], "--out", tmp_path / "a.gif")
     assert f"lockprobe: step {at + 1} differs from the record: outcome " in done.stderr
     assert "as recorded" not in done.stdout

@@ -2,7 +2,11 @@
 
 import asyncio
 import json
+import os
 import shutil
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -12,9 +16,9 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
 from lockprobe.report.write import write_report
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.file_names import CALLS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.store import written as opened
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 DEAR, FREE = "llm:fake/dear", "llm:fake/unheard"
@@ -51,7 +55,7 @@ def replied(agent=DEAR, trial=1, step=1, **more):
 
 
 def written(directory, *made):
-    with Calls.open(directory) as calls:
+    with opened(directory) as store, Calls.open(store) as calls:
         for call in made:
             most = Usage(calls=1, input_tokens=2000, output_tokens=1000)
             asyncio.run(calls.reserve(replace(call, most=most)))
@@ -153,17 +157,40 @@ def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
     assert "served by   dear?[31m (1)" in lines
 
 
-def test_a_study_that_is_running_is_read_up_to_its_last_whole_line(tmp_path, told):
-    write_study(tmp_path / "s", planned(DEAR), [])
-    with Calls.open(tmp_path / "s") as calls:
-        calls.write(replied())
-        asyncio.run(calls.reserve(replied(trial=2, reply=None, usage=Usage(), most=Usage(calls=1, input_tokens=2000))))
-        with (tmp_path / "s" / CALLS).open("ab") as file:
-            file.write(b'{"key":"flips/llm')
-        facts, lines = told(tmp_path / "s")
-    assert (facts["done"], facts["owed"], facts["calls"]) == (0, 3, 1)
-    assert (facts["in_progress"], facts["unanswered_calls"], facts["broken_off_calls"]) == (2, 1, 1)
+RUNNING = """
+import asyncio, sys
+from builders import SOLUTION, call_of, make_trial
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import Timing
+from lockprobe.trial.model_call import Usage
+agent = "llm:fake/dear"
+with Journal.open(sys.argv[1], read_study(sys.argv[1])) as journal:
+    trial, second, third = (make_trial(SOLUTION, agent=agent, trial=number) for number in (1, 2, 3))
+    journal.append(trial, Timing(key=trial.key, seconds=1.0, steps=len(trial.steps)))
+    journal.calls.write(call_of(second, usage=Usage(calls=1, input_tokens=1000)))
+    asyncio.run(journal.calls.reserve(call_of(third, reply=None, most=Usage(calls=1, input_tokens=2000))))
+    with journal.store.transaction() as writing:  # and one that is not committed
+        writing.execute("delete from trial")
+        print("written", flush=True)
+        sys.stdin.read()
+"""
+
+
+def test_a_study_is_read_while_another_process_writes_it_and_after_that_is_killed(tmp_path, told):
+    directory = write_study(tmp_path / "s", planned(DEAR), [])
+    ways = {"PYTHONPATH": os.pathsep.join(sys.path)}
+    line = [sys.executable, "-c", RUNNING, directory]
+    with subprocess.Popen(line, env=os.environ | ways, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
+        assert run.stdout.readline() == b"written\n"
+        during, lines = told(directory)
+        run.kill()
+    after, _ = told(directory)
+    for facts in (during, after):
+        assert (facts["done"], facts["owed"], facts["calls"]) == (1, 2, 1)
+        assert (facts["in_progress"], facts["unanswered_calls"], facts["broken_off_calls"]) == (2, 1, 1)
     assert "            1 call in progress, or lost with a killed run" in lines
+    assert run.returncode == -signal.SIGKILL
 
 
 def test_strategies_have_no_table_of_calls(tmp_path, told):
@@ -199,7 +226,7 @@ def test_it_says_when_it_looked_and_how_far_the_report_is_behind(tmp_path, told,
     assert not [line for line in lines if line.startswith("report")]
     write_report(directory)
     assert "report      of 1 of 3 trials" in told(directory)[1]
-    shutil.copy(write_study(tmp_path / "more", planned("random"), trials) / "trials.jsonl", directory)
+    shutil.copy(write_study(tmp_path / "more", planned("random"), trials) / "study.db", directory)
     facts, lines = told(directory)
     assert (facts["time"], facts["reported"]) == ("14:02 on 29 November 2026", 1)
     assert f"report      of 1 of 3 trials, 2 behind; lockprobe report {directory} makes it anew" in lines

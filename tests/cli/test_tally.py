@@ -9,6 +9,7 @@ from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.store import written
 from lockprobe.trial.model_call import Usage
 
 
@@ -51,7 +52,7 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, monkeypatch):
     monkeypatch.setattr("lockprobe.studies.costs.call_log.time.monotonic", lambda: now[0])
     tally = Tally()
     tally.turn(resolve("random"), 1, [], slow=True)
-    with Calls.open(tmp_path) as tally.calls:
+    with written(tmp_path) as store, Calls.open(store) as tally.calls:
         with pytest.raises(StopIteration):
             tally.calls.reserve(call_of(make_trial([0]))).send(None)
         assert "on the way" not in tally.line()

@@ -25,9 +25,10 @@ from lockprobe.foundation.plugins import (
 from lockprobe.interventions.catalogue import interventions_of, kinds
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import find_measure
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
-from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 USES = {
     "agent": lambda spec: resolve(spec).make(),
@@ -352,7 +353,7 @@ def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
     for _ in range(2):
         done = forked.run(command, cwd=tmp_path, timeout=120)
         assert done.returncode == 0, done.stderr
-    records = [trial_from_line(line)[0] for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
+    records = load(tmp_path / "d")
     assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}
     assert len(records) == 4
     assert all(trial.plant["force"] == 1.5 and trial.steps[0].sensed == {"force": 1.5} for trial in records)

@@ -98,7 +98,7 @@ def agent(solved, loops, *, p=PS, looping=CYCLE, misread=(), said="moved", asked
     """
     rng, made = np.random.default_rng(5), []
     for value, right, looped in zip(p, solved, loops, strict=True):
-        place = rng.permutation(30)
+        place = rng.permutation(30).tolist()
         for rank in range(30):
             done, loop = rank < right, rank >= 30 - looped
             wait = 3 + rank % 4 if not loop else 12

@@ -3,10 +3,14 @@
 import asyncio
 import json
 import shutil
+import sqlite3
+from copy import deepcopy
 
 import pytest
+from builders import make_trial, play_study, write_study
 from provider_server import Manner, here
-from saboteur import Evidence, flipped, played_by, relabelled, reply_of
+from saboteur import Evidence, Sent, flipped, played_by, relabelled, reply_of
+from stored import sql
 from typed import in_process
 
 from lockprobe import run_study, study
@@ -66,7 +70,7 @@ def decisions(change, after=0):
 
 
 def calls(change):
-    return lambda files: [change(call) for call in files.calls]
+    return lambda files: [change(call.answer) for call in files.calls]
 
 
 def then(*edits):
@@ -74,12 +78,10 @@ def then(*edits):
 
 
 def errors_with_made_up_replies(files):
-    """Failures as early errors, with no call or request after them, and another last reply."""
+    """Failures as early errors, with no call after them, and another last reply."""
     for record in files.of(MODEL, "budget"):
         relabelled(record, steps=2)
-        for name in ("calls", "asked"):
-            kept = [one for one in getattr(files, name) if one["key"] != record["key"] or one["step"] <= 3]
-            setattr(files, name, kept)
+        files.calls = [one for one in files.calls if one.key != record["key"] or one.answer["step"] <= 3]
         files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
 
 
@@ -90,7 +92,7 @@ def faulty(record):
 
 def an_error_as_a_success(files, record):
     (solved, *_) = files.of("random", "solved") or files.of(MODEL, "solved")
-    played_by(record, json.loads(json.dumps(solved)))
+    played_by(record, deepcopy(solved))
 
 
 def perfect(record):
@@ -112,7 +114,7 @@ def calls_of_these_steps(files):
             call |= {"step": step["step"], "turn": 1, "reply": step["decision"]["replies"][0]}
             step["decision"]["usage"] = call["usage"]
         left = {id(call) for call in own[len(record["steps"]) :]}
-        files.calls = [call for call in files.calls if id(call) not in left]
+        files.calls = [call for call in files.calls if id(call.answer) not in left]
 
 
 def calls_of_these_replies(files):
@@ -126,9 +128,14 @@ def facts(**changes):
     return each(lambda record: record["facts"].update(changes))
 
 
+def sent(files, record, number):
+    """A call of a trial as it is stored, by its place among them."""
+    return [call for call in files.calls if call.key == record["key"]][number]
+
+
 def one_more_call(files, record):
-    reply = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
-    files.calls.append(files.calls_of(record)[-1] | {"reply": reply})
+    files.calls.append(deepcopy(sent(files, record, -1)))
+    files.calls[-1].answer["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
 
 
 PLACE = ("key", "agent", "condition", "repetition", "trial")
@@ -141,19 +148,22 @@ def place_of(line):
 
 def of_another(agent=MODEL, **place):
     """Calls that are said to be of another agent, whose costs they then are, or of another place."""
-    return lambda files: [call.update({"agent": agent} | place) for call in (*files.calls, *files.asked)]
+    return lambda files: [said.update({"agent": agent} | place) for call in files.calls for said in call.said]
 
 
 def of_another_agent_and_owed(files, record):
-    files.drop(lambda one: one != record["key"], "records", "timings")
-    for call in (*files.calls, *files.asked):
-        if call["key"] == record["key"]:
-            call["agent"] = "llm:openai-api/fake/cheap"
+    files.drop(lambda one: one != record["key"])
+    for call in files.calls:
+        for said in call.said if call.key == record["key"] else ():
+            said["agent"] = "llm:openai-api/fake/cheap"
 
 
 def never_asked(files, record):
-    place = files.calls_of(record)[-1]
-    files.asked = [one for one in files.asked if (one["key"], one["step"]) != (place["key"], place["step"])]
+    sent(files, record, -1).asked = None
+
+
+def without_an_outcome(files, record):
+    files.calls.append(Sent(deepcopy(sent(files, record, -1).asked), None))
 
 
 def a_cheaper_bound(files, record):
@@ -162,32 +172,37 @@ def a_cheaper_bound(files, record):
 
 def forgotten(files, record):
     mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
-    files.calls += [mark, *files.calls_of(record)]
+    files.calls += [Sent(None, mark), *(deepcopy(one) for one in files.calls if one.key == record["key"])]
 
 
-def dropped(*files_too, lowered=True):
+def dropped(*, lowered=True, calls=False):
     """Trials from the third on are dropped together with a lowered number."""
 
     def edit(files):
         files.settings |= {"trials": 2} if lowered else {}
-        files.drop(lambda key: int(key.rpartition("=")[2]) <= 2, "records", *files_too)
+        files.drop(lambda key: int(key.rpartition("=")[2]) <= 2, calls=calls)
 
     return edit
 
 
-def left_out(agent, *files_too):
+def left_out(agent, *, calls=False):
     def edit(files):
         files.settings["agents"].remove(agent)
         of = {record["key"] for record in files.of(agent)}
-        files.drop(lambda key: key not in of, "records", *files_too)
+        files.drop(lambda key: key not in of, calls=calls)
 
     return edit
 
 
+def outcomes_left_out(files):
+    left_out(MODEL)(files)
+    for call in files.calls:
+        call.answer = None
+
+
 def a_second_record(files):
-    record = json.loads(json.dumps(files.of("random", "budget")[0]))
-    record["steps"][0]["decision"]["hypothesis"] = "made up"
-    files.records.append(record)
+    files.records.append(deepcopy(files.of("random", "budget")[0]))
+    files.records[-1]["steps"][0]["decision"]["hypothesis"] = "made up"
 
 
 flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
@@ -210,9 +225,10 @@ FOUND = {
     "a fact of one trial": (first(lambda files, one: one["facts"].update(host="http://elsewhere")), "agents"),
     "another model answered": (decisions(lambda one: one.update(served="fake-large")), "replies"),
     "cheaper calls": (calls(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies"),
-    "a call dropped": (first(lambda files, one: files.calls.remove(files.calls_of(one)[-1]), "solved"), "replies"),
+    "a call dropped": (first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies"),
     "one more call": (first(one_more_call, "budget"), "replies"),
-    "a call of another trial": (first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies"),
+    "a call of another trial": (first(lambda files, one: [said.update(place_of(files.of(MODEL)[1])) for said in sent(files, one, 0).said]), "replies"),
+    "an outcome of another trial": (first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "records"),
     "calls of another agent": (of_another("llm:openai-api/fake/cheap"), "replies"),
     "calls of another agent for an owed trial": (first(of_another_agent_and_owed), "replies"),
     "calls of another condition": (of_another(condition="truth"), "replies"),
@@ -221,17 +237,19 @@ FOUND = {
     "edited calls": (calls(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies"),
     "a call that was never asked": (first(never_asked, "solved"), "replies"),
     "a cheaper bound": (first(a_cheaper_bound), "replies"),
-    "a request without a call": (first(lambda files, one: files.asked.append(files.asked[-1] | place_of(one))), "replies"),
+    "no bound": (first(lambda files, one: files.calls_of(one)[-1].update(unanswered=1)), "replies"),
+    "an outcome of another request": (first(lambda files, one: sent(files, one, 0).asked.update(request="0123456789ab")), "replies"),
+    "a call of another agent when it was sent": (first(lambda files, one: sent(files, one, 0).asked.update(agent="random")), "replies"),
+    "a call without an outcome": (first(without_an_outcome), "replies"),
     "replies to be forgotten": (first(forgotten, "budget"), "replies"),
     "replays without the record before": (then(first(forgotten, "budget"), first(lambda files, one: one.update(replays=1), "budget")), "replies"),
     "trials dropped": (dropped(lowered=False), "complete"),
     "trials dropped, number lowered": (dropped(), "replies"),
-    "trials dropped, requests too": (dropped("calls", "asked"), "complete"),
-    "the model left out, calls too": (left_out(MODEL, "timings", "calls"), "replies"),
-    "a strategy left out": (left_out("random"), "complete"),
+    "the model left out": (left_out(MODEL), "replies"),
+    "the model left out, outcomes too": (outcomes_left_out, "replies"),
     "a second record": (a_second_record, "records"),
 }  # fmt: skip
-"""An edit with right checksums -> the edit, and the check that finds it."""
+"""An edit with right columns -> the edit, and the check that finds it."""
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -241,6 +259,42 @@ def test_an_edit_is_found(directory, name):
     edit(files)
     files.save()
     assert check in failing(directory), failing(directory)
+
+
+ROWS = {
+    "key": "'small/random/truth/rep=1/trial=99'", "agent": "'random'", "player": "'participant:aaaa01'", "condition": "'truth'",
+    "repetition": "2", "trial": "7 - trial", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "steps + 1",
+    "identity": "'0123456789ab'", "alike": "x'00'", "current": "0",
+    "record": "(select record from trial where ending = 'solved')",
+}  # fmt: skip
+"""A column -> what somebody puts there in the row of a failure under flips."""
+
+SAID = dict.fromkeys(["key", "record"], "its record is damaged (it is of small/")
+SAID |= {"identity": "flip?p=0.4 did something else there", "current": "its last record does not count"}
+
+
+@pytest.mark.parametrize("column", ROWS)
+def test_a_row_that_is_not_that_of_its_record_is_found(directory, column):
+    (number, key), *_ = sql(
+        directory, f"select id, key from trial where ending = 'budget' and condition != 'truth' and agent = '{MODEL}'"
+    )
+    sql(directory, f"update trial set {column} = {ROWS[column]} where id = ?", number)
+    found = failing(directory)
+    named = [one for places in found.values() for one in places if column == "key" or key in one]
+    assert any(SAID.get(column, f"its {column} are not those of its record") in one for one in named), found
+
+
+def test_a_record_that_was_replaced_cannot_count_again(tmp_path):
+    """Neither the one before a fault, nor both."""
+    planned = study("flips", agent="random", p=[0], trials=1, repetitions=1)
+    (finished,) = play_study(planned)
+    directory = write_study(tmp_path, planned, [make_trial([0], agent="random", broken="plant"), finished])
+    assert failing(directory) == {}
+    with pytest.raises(sqlite3.IntegrityError):
+        sql(directory, "update trial set current = 1")
+    sql(directory, "update trial set current = 0")
+    sql(directory, "update trial set current = 1 where owed")
+    assert failing(directory)["records"] == (f"study.db: {finished.key}: its last record does not count",)
 
 
 def rewritten_last_reply(files):
@@ -260,10 +314,10 @@ def cheaper_everywhere(files):
 
 
 NOT_FOUND = {
-    "calls.jsonl and records made up together": rewritten_last_reply,
+    "calls and records made up together": rewritten_last_reply,
     "costs made up together": cheaper_everywhere,
-    "the plan and every file": dropped("calls", "asked", "timings"),
-    "an agent and every file": left_out("random", "timings"),
+    "the plan and all of it": dropped(calls=True),
+    "an agent and all of it": left_out(MODEL, calls=True),
 }
 
 

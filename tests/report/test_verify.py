@@ -10,9 +10,10 @@ from contextlib import contextmanager
 from functools import partial
 
 import pytest
-from builders import play_study, small_study, with_right_checksums, write_study
+from builders import play_study, small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
-from saboteur import Evidence, flipped, lines, relabelled, write
+from saboteur import Evidence, flipped, relabelled
+from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
 from typer.testing import CliRunner
@@ -194,7 +195,7 @@ SAID = {
 def test_a_study_as_it_was_played_holds_and_says_what_was_held_against_what(played, tmp_path, name):
     checks = {check.name: check for check in verify(played(name, tmp_path / "out"))}
     assert [check for check in checks.values() if not check.holds] == []
-    of, said = SAID.get(name, ("replies", "replies in calls.jsonl are the decisions of"))
+    of, said = SAID.get(name, ("replies", "replies in the log of calls are the decisions of"))
     assert said in checks[of].said
     if name == "bench":
         assert "6 more of both are not asked, since they are not played" in checks["choices"].said
@@ -219,7 +220,7 @@ def fails_as_errors(files):
 
 def without_last(files):
     files.settings["trials"] -= 1
-    files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"), "records", "timings")
+    files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"))
 
 
 def of_the_model(change):
@@ -231,18 +232,17 @@ def another_joint(step):
 
 
 def other_call(files):
-    call = next(call for call in files.calls if call["step"] == 2)
+    call = next(one.answer for one in files.calls if one.answer["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
 
 
 def fewer_attempts(files):
     for call in files.calls:
-        call.update({"unanswered": 1} if call.get("unanswered") == 3 else {})
+        call.answer.update({"unanswered": 1} if call.answer.get("unanswered") == 3 else {})
 
 
 def without_last_of_a_fork(files):
-    path = files.directory / FORKS / "calls.jsonl"
-    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-1]))
+    sql(files.directory / FORKS, "delete from call where id = (select max(id) from call)")
 
 
 EDITS = {
@@ -250,7 +250,7 @@ EDITS = {
     "other words told": ("forked", one(lambda of: of["steps"][1].update(told="Nothing.")), "luck", "step 2, told"),
     "another listing": ("forked", one(lambda of: of.update(listing=of["listing"][::-1])), "luck", "listing"),
     "another choice": ("forked", one(lambda of: of["steps"][0]["decision"].update(hypothesis="made up")), "choices", "step 1, decision (hypothesis)"),
-    "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY, "records"), "complete", ""),
+    "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY), "complete", ""),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
     "a surer local model": ("local", every_step(lambda of: of.update(claim_probability=1 - of["claim_probability"])), "choices", ""),
@@ -259,7 +259,7 @@ EDITS = {
     "other claims of a client": ("client", every_step(flipped), "attempts", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
-    "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"], "records", "timings"), "attempts", "is not on record"),
+    "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision (joint)"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
@@ -267,11 +267,11 @@ EDITS = {
     "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
 }  # fmt: skip
-"""An edit with right checksums -> the study, the edit, the check that finds it, and what it says of it."""
+"""An edit with right columns -> the study, the edit, the check that finds it, and what it says of it."""
 
 
 @pytest.mark.parametrize("name", EDITS)
-def test_an_edit_is_found_though_checksums_are_right(played, tmp_path, name):
+def test_an_edit_is_found_though_columns_are_right(played, tmp_path, name):
     of, edit, check, said = EDITS[name]
     directory = played(of, tmp_path / "out")
     files = Evidence(directory)
@@ -289,7 +289,7 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     for _ in range(2):  # attempts come with an import, once
         gather(tmp_path / "merged", [source_of_directory(directory)])
     assert failing(tmp_path / "merged") == {}
-    (directory / "attempts.jsonl").unlink()
+    sql(directory, "delete from attempt")
     assert len(failing(directory)["attempts"]) == 4
     directory = played("seeing", tmp_path / "seeing")
     picture = next((directory / "pictures").iterdir())
@@ -297,24 +297,20 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     assert failing(directory)["pictures"] == (picture.name,)
     for name, place in (("told", lambda entry: entry), ("claimed", lambda entry: entry["act"])):
         directory = played("people", tmp_path / name)
-        path = directory / "people" / "aaaa01.jsonl"
-        entries = [json.loads(line) for line in path.read_bytes().splitlines()]
-        place(next(entry for entry in entries if entry.get("box") == 1))[name] = "moved"
-        path.write_text("".join(json.dumps({**entry, "crc": None}) + "\n" for entry in entries))
-        with_right_checksums(path)
+        number, entry = next((i, one) for i, one in enumerate(acts(directory, "aaaa01"), 1) if one.get("box") == 1)
+        place(entry)[name] = "moved"
+        sql(directory, "update act set entry = ? where number = ?", json.dumps(entry), number)
         assert failing(directory).keys() & {"attempts", "records"}
 
 
-def test_a_record_with_a_wrong_checksum_or_none_is_found(played, tmp_path):
+def test_a_damaged_record_of_a_fork_is_named_with_its_file(played, tmp_path):
     directory = played("forked", tmp_path / "out")
-    path = directory / "trials.jsonl"
-    path.write_text(path.read_text("utf-8").replace('"ending":"budget"', '"ending":"solved"', 1), "utf-8")
-    assert list(failing(directory)) == ["records"]
-    directory = played("forked", tmp_path / "again")
-    path = directory / FORKS / "trials.jsonl"
-    write(path, lines(path), checksums=False)
+    sql(directory / FORKS, "update trial set ending = 'solved' where ending = 'budget'")
+    assert all(one.startswith("forks/study.db: flips/") for one in failing(directory)["records"])
+    sql(directory / FORKS, "update trial set record = substr(record, 1, 99) where id = 2")
     (check,) = verify(directory)
-    assert check.said.startswith(f"{path}: line 1: checksum: got 'none'")
+    assert check.said.startswith(f"{directory}/forks/study.db: flips/")
+    assert ": its record is damaged (" in check.said
 
 
 def renamed(record, arm, **place):
@@ -479,7 +475,7 @@ def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played
     forks = shutil.move(directory / FORKS, tmp_path / "forks")
     write_report(directory)
     shutil.move(forks, directory / FORKS)
-    (directory / FORKS / "trials.jsonl").touch()
+    (directory / FORKS / "study.db").touch()
     said = {check.name: check.said for check in verify(directory) if not check.holds}
     assert said.keys() == {"results", "report"}
     assert all(one.endswith("; the records or forks are newer: lockprobe report first") for one in said.values())

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import make_trial, write_study
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.user_model import UserModel
 from mjcf_models import EXAMPLES, OWN, own_box, written
@@ -111,9 +112,7 @@ def test_a_study_does_not_go_on_with_another_model(tmp_path):
     options = {"agent": "random", "box": str(EXAMPLES / "own_box.toml"), "repetitions": 1, "trials": 1, "p": [0.0]}
     path = written(tmp_path, OWN.read_text("utf-8"))
     planned = lockprobe.study("flips", plant=f"twin?model={path}", **options)
-    (tmp_path / "S").mkdir()
-    claim(tmp_path / "S", planned)
-    (tmp_path / "S" / "trials.jsonl").write_text("{}\n", "utf-8")
+    write_study(tmp_path / "S", planned, [make_trial([0], study="flips")])
     claim(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options))
     path.write_text(OWN.read_text("utf-8").replace("0.62", "0.6"), "utf-8")
     with pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="):

@@ -90,6 +90,6 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
         for name in (EXPERIMENT, TEXTS):
             if (said := path / PEOPLE_DIRECTORY / name).is_file():
                 write_private(sound / PEOPLE_DIRECTORY / name, read_input(said))
-        print(printable(f"{damaged}"), file=sys.stderr)
+        print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
         return replace(source_of_directory(sound), picture=picture_of(path))

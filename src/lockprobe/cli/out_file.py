@@ -9,8 +9,8 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.store import STORE
 
-_OF_STUDY = {SETTINGS, STORE, f"{STORE}-wal", "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}
-"""What a study keeps in its directory."""
+_OF_STUDY = {SETTINGS, "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}
+"""What a study keeps in its directory, beside its store and what is named after that."""
 
 
 def refuse_study_file(out: Path) -> None:
@@ -21,5 +21,6 @@ def refuse_study_file(out: Path) -> None:
     """
     file = out.resolve()
     for place in file.parents:
-        if (place / SETTINGS).is_file() and file.relative_to(place).parts[0] in _OF_STUDY:
+        name = file.relative_to(place).parts[0]
+        if (place / SETTINGS).is_file() and (name in _OF_STUDY or name.startswith(STORE)):
             raise BadFile(out, "belongs to the study; choose another file")

@@ -97,7 +97,7 @@ def results_of_trials(trials):
         settings=planned.settings(),
         study=planned,
         trials=tuple(sorted(trials, key=planned.place_of)),
-        journal=LeftOut(unfinished_lines=0, replaced=0, repeated=0),
+        journal=LeftOut(replaced=0),
         foreign=0,
         diaries=(),
         withdrawn=0,

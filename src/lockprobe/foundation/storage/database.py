@@ -14,7 +14,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -43,9 +43,10 @@ _OTHER_WAY = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_PROTOCOL, sqlite3.SQLITE_CANT
 
 
 class Damaged(BadFile):
-    """Raised when a file or a row of it is damaged; the rest can be saved."""
+    """Raised when a file or a row of it is damaged; the rest can be saved. ``found`` says what without the advice."""
 
     def __init__(self, path: Path, why: str) -> None:
+        self.found = f"{path}: {why}"
         super().__init__(
             path, f"{why}; save the rest: `lockprobe import NEW {path.parent}`, where NEW does not exist yet"
         )
@@ -70,10 +71,9 @@ class Database:
             BadFile: If it cannot be written, is damaged or has other tables, a link inside the directory of a study
                 leads to it, or it has a second name (a hard link), since what is written would change that file too.
         """
-        for beside in ("", *_BESIDE):
-            refuse_links(path.with_name(path.name + beside))
+        refuse_links(path)
         check_regular(path)
-        _refuse_names(path)
+        _check_beside(path)
         if not path.exists():
             write_file(path, _new(schema).serialize(), alone=True)
         with writing(path):
@@ -96,11 +96,7 @@ class Database:
                 be read because nothing can be written beside it.
         """
         check_regular(path)
-        beside = [path.with_name(path.name + name) for name in _BESIDE]
-        if links := [one for one in beside if one.is_symlink()]:
-            raise BadFile(links[0], "is a link, which is not followed: remove it")
-        last = () if any(one.exists() and one.stat().st_size for one in beside) else ("mode=ro&immutable=1",)
-        _refuse_names(path)
+        last = () if _check_beside(path) else ("mode=ro&immutable=1",)
         undone = ("mode=rw",) if path.with_name(f"{path.name}-journal").exists() else ()
         ways = ("mode=ro", *undone, f"mode=ro{_WITHOUT_LOCKS}", *last)
         with closing(_opened(path, ways, schema)) as connection:
@@ -140,13 +136,12 @@ class Database:
             try:
                 yield self._db
                 self._db.execute("commit")
-            except BaseException:
-                with suppress(sqlite3.Error):
-                    self._db.execute("rollback")
+                self._synced = now if sync else self._synced
+            finally:
+                if self._db.in_transaction:
+                    with suppress(sqlite3.Error):
+                        self._db.execute("rollback")
                 self.check()
-                raise
-            self._synced = now if sync else self._synced
-            self.check()
 
     def check(self) -> None:
         """Check that the file still has its name.
@@ -190,13 +185,6 @@ class Database:
             self._db.execute("pragma journal_mode=delete")
 
 
-def _refuse_names(path: Path) -> None:
-    """Refuse what a kill leaves of a transaction where it names another file, which SQLite would then delete."""
-    journal = path.with_name(f"{path.name}-journal")
-    if journal.is_file() and journal.read_bytes().endswith(_NAMES_ANOTHER):
-        raise BadFile(journal, "names another file, as Lockprobe never writes it: remove it")
-
-
 def rescued_files(path: Path) -> list[Path]:
     """The files next to one that took what was written after it had lost its name."""
     return sorted(one for one in path.parent.glob(f"{path.name}.rescued*") if not one.name.endswith(_BESIDE))
@@ -208,6 +196,25 @@ def _rescue_names(path: Path) -> Iterator[Path]:
     while True:
         number += 1
         yield path.with_name(f"{path.name}.rescued-{number}")
+
+
+def _check_beside(path: Path) -> bool:
+    """Whether something is in what SQLite keeps beside a file.
+
+    Raises:
+        BadFile: If one of them is a link or no regular file, which SQLite would read, or is what a kill leaves of a
+            transaction and names another file, which SQLite would then delete.
+    """
+    there = False
+    for one in (path.with_name(path.name + name) for name in _BESIDE):
+        if one.is_symlink():
+            raise BadFile(one, "is a link, which is not followed: remove it")
+        check_regular(one)
+        with suppress(FileNotFoundError):  # it is gone when its writer ends
+            there |= one.stat().st_size > 0
+            if one.name.endswith("-journal") and one.read_bytes().endswith(_NAMES_ANOTHER):
+                raise BadFile(one, "names another file, as Lockprobe never writes it: remove it")
+    return there
 
 
 def _place(path: Path) -> tuple[int, int] | None:
@@ -225,32 +232,30 @@ def _opened(path: Path, ways: Sequence[str], schema: str, *, ahead: bool = False
     with _said(path):
         for way in ways:
             try:
-                connection = _connected(path, way, ahead=ahead)
-                break
+                return _connected(path, way, schema, ahead=ahead)
             except sqlite3.Error as error:
                 if way == ways[-1] or _code(error) not in _OTHER_WAY:
                     raise
-        if _tables(connection) != _tables(_new(schema)):
-            connection.close()
-            raise BadFile(path, "its tables are not those of this release's studies")
-    return connection
+    raise AssertionError("no way was given")
 
 
-def _connected(path: Path, way: str, *, ahead: bool) -> sqlite3.Connection:
+def _connected(path: Path, way: str, schema: str, *, ahead: bool) -> sqlite3.Connection:
+    """A connection to a file with the tables of a schema; one with others is left as it is."""
     uri = f"{path.absolute().as_uri()}?{way}"
-    # one thread at a time writes, see Database.transaction
-    connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
-    try:
+    with ExitStack() as failed:
+        # one thread at a time writes, see Database.transaction
+        connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
+        failed.callback(connection.close)
         connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
         connection.execute("pragma trusted_schema=off")
         connection.execute("pragma secure_delete=on")
+        if _tables(connection) != _tables(_new(schema)):
+            raise BadFile(path, "its tables are not those of this release's studies")
         if ahead:
             with suppress(sqlite3.OperationalError):  # somebody reads it now, or there is no shared memory
                 connection.execute("pragma journal_mode=wal")
-        _tables(connection)
-    except BaseException:
-        connection.close()
-        raise
+            _tables(connection)  # whether that works here
+        failed.pop_all()
     return connection
 
 

@@ -75,7 +75,7 @@ COLUMN: Mapping[str, Column] = {
     "misread": _mark("whether it said the opposite of the report: claimed differs from told. Empty if one of them is."),
     "reply": Column(
         "The reply of a model that chose the joint, word for word. Replies before it that could not be read stand in "
-        "trials.jsonl. Empty for all other agents."
+        "study.db. Empty for all other agents."
     ),
     "state": Column(
         "True configuration before the step: 0 or 1 for each joint, in panel order. CSV files have b in front (b0110), "

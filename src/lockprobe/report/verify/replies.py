@@ -66,8 +66,8 @@ def replies_held(
 
 
 def _misplaced(log: LoggedCalls, known: Mapping[str, Trial | Plan]) -> Iterator[str]:
-    """Calls and requests of no trial on record or owed, or of another agent or place: costs go by agent."""
-    for call in (*log.calls, *log.waiting):
+    """Calls, as sent and with their outcome, of no trial on record or owed, or of another agent or place."""
+    for call in (said for one in log.logged for said in (one.asked, one.answer) if said is not None):
         one, place = known.get(call.key), (call.agent, call.condition, call.repetition, call.trial)
         if one is None:
             yield f"{call.key}: calls of no trial on record"
@@ -94,7 +94,7 @@ def _not_as_asked(log: LoggedCalls) -> Iterator[str]:
         if call.unanswered < asked.unanswered:
             lost = f"{asked.unanswered} attempts without an answer, not {call.unanswered}"
             yield f"{call.key}: step {call.step} had {lost}"
-        if call.most is not None and call.most != asked.most:
+        if (call.unpriced or call.most is not None) and call.most != asked.most:
             yield f"{call.key}: step {call.step} could cost {asked.most}, not {call.most}"
 
 
