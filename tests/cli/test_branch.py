@@ -57,6 +57,8 @@ def test_the_estimate_plays_nothing(directory, tmp_path):
     before = sorted((directory / "forks").rglob("*")) if (directory / "forks").exists() else []
     done = run("branch", directory, "--at", "4", "--estimate")
     assert "cognitive:insistent: 16 forks, at most 256 steps" in done.stdout
+    said = run("branch", directory, "--at", "4", "--estimate", "--json").stdout
+    assert json.loads(said) == [{"agent": "cognitive:insistent", "forks": 16, "steps": 256}]
     assert (sorted((directory / "forks").rglob("*")) if before else []) == before
 
 
@@ -114,7 +116,7 @@ def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_
     assert 0 < left < 6
     assert 0 < spent <= 0.4
     ended = said.splitlines()[-1]
-    assert f"{money(spent)} of $0.40 spent, too little is left for another trial" in ended
+    assert f"{money(spent)} of $0.40 spent, too little is left for a call" in ended
     assert f"; {left} of 6 trials are owed" in ended
     begun = {call.key for call in read_calls(asked[1] / "forks")}
     assert begun == {fork.key for fork in load(asked[1] / "forks")}
@@ -157,15 +159,3 @@ def test_status_shows_what_forks_cost_beside_their_study_and_counts_no_reply_twi
     assert shown["forks"] == money(forks["dollars"])
     assert shown["study and forks"] == money(study["spent_with_forks"]["dollars"])
     assert "forks       6 done, 0 owed" in lockprobe("status", asked[1] / "forks")[1]
-
-
-def test_the_estimate_of_a_model_is_in_dollars(lockprobe, model_study):
-    asked = model_study(0)
-    status, said, _ = lockprobe(*asked, "--estimate")
-    assert status == 0
-    assert f"{SPEC}: 6 forks, at most " in said
-    assert "; about $" in said
-    assert said.endswith("estimated from the recorded calls\n")
-    (found,) = json.loads(lockprobe(*asked, "--estimate", "--json")[1])
-    assert (found["agent"], found["forks"], found["hosted"]) == (SPEC, 6, True)
-    assert 0 < found["dollars"] <= found["most_dollars"]

@@ -96,7 +96,7 @@ def spent_in(directory):
 
 @pytest.fixture
 def honest(provider, prices):
-    """A provider that counts tokens as providers do; a trial takes about six cents, and about 30 at its estimate."""
+    """A provider that counts tokens as providers do; a trial takes about six cents."""
     prices(10, 100)
     provider[1](counted)
     return provider
@@ -114,34 +114,16 @@ def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, hones
     assert 0 < spent < 0.45
     assert server.account()["replied"] == len(calls)
     assert 2 <= len(done) < 12
-    assert {call.key for call in calls} == {trial.key for trial in done}  # what was begun has ended
-    assert said.splitlines()[-1].startswith(
-        f"Budget reached: {money(spent)} of $0.45 spent, too little is left for another trial, which can take $0."
+    assert {call.key for call in calls} >= {trial.key for trial in done}
+    assert said.splitlines()[-1] == (
+        f"Budget reached: {money(spent)} of $0.45 spent, too little is left for a call; {12 - len(done)} of 12 trials are "
+        "owed; the same command with a larger --budget goes on"
     )
-    assert f"; {12 - len(done)} of 12 trials are owed; the same command with a larger --budget goes on" in said
     play(tmp_path / "s", budget=50.0, trials=12)
     assert f"Budget: $50.00, of which {money(spent)} is spent" in capsys.readouterr().out
     assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"] * 12
     replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
     assert len(replies) == server.account()["replied"] == sum(len(trial.steps) for trial in load(tmp_path / "s"))
-
-
-def test_where_a_model_takes_more_than_estimated_the_first_trials_still_end(tmp_path, honest):
-    server, answer = honest
-    answer(lambda request: counted(request, 3))
-    allowed = 0.9
-    with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", budget=allowed, connections=10, trials=20)
-    assert end.value.exit_code == BUDGET_REACHED
-    done, spent = load(tmp_path / "s"), spent_in(tmp_path / "s")
-    assert len(done) >= 1
-    assert spent <= allowed
-    left = {call.key for call in read_calls(tmp_path / "s")} - {trial.key for trial in done}
-    with pytest.raises(typer.Exit):  # what was begun comes first
-        play(tmp_path / "s", budget=1.6 * allowed, connections=1, trials=20)
-    assert {trial.key for trial in load(tmp_path / "s")} >= left
-    replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
-    assert len(replies) == server.account()["replied"]
 
 
 def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, honest, capsys):
@@ -154,7 +136,7 @@ def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_
     estimate, ended = found[1], found[-1]
     assert (estimate["budget"], estimate["spent"]) == (0.45, 0.0)
     assert estimate["agents"][0]["price"]["date"] == "2026-01-02"
-    assert (ended["budget"], ended["lacking"]) == (0.45, "trial")
+    assert ended["budget"] == 0.45
     assert ended["spent"] == pytest.approx(spent_in(tmp_path / "s"))
     assert ended["spent"] + ended["needed"] > 0.45
     assert (ended["owed"], ended["trials"]) == (12 - len(load(tmp_path / "s")), 12)
@@ -172,11 +154,12 @@ def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, honest, c
     assert "too little is left for a call; 6 of 6 trials are owed" in said[-1]
 
 
-def test_a_budget_of_less_than_one_trial_is_refused_before_anything_is_made(tmp_path, honest):
+def test_a_budget_of_less_than_one_call_buys_nothing_and_leaves_nothing(tmp_path, honest, capsys):
     server, _ = honest
-    refused = r"budget: got '\$0\.20', expected more: one trial of llm:.* can take \$0\.\d+ by its estimate"
-    with pytest.raises(BadValue, match=refused):
-        play(tmp_path / "s", budget=0.2)
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", budget=0.001)
+    assert end.value.exit_code == BUDGET_REACHED
+    assert "Budget reached: $0.00 of $0.001 spent, too little is left for a call" in capsys.readouterr().out
     assert not (tmp_path / "s").exists()
     assert server.account()["arrived"] == 0
 

@@ -1,4 +1,4 @@
-"""A budget: no call that could pass it, no trial that it does not cover, and what is begun ends."""
+"""A budget: no call is made that could pass it, whatever is replied and when."""
 
 import asyncio
 import random
@@ -157,62 +157,3 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
             asyncio.run(run(Path(directory)))
         ledger = Ledger(agents, read_calls(directory)).total
         assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
-
-
-def opened(budget, *trials, agent=DEAR):
-    return [budget.admit(plan(agent, trial)) for trial in trials]
-
-
-def steps(agent=DEAR, trial=1, until=20, **counts):
-    """Calls of a trial from its first step on."""
-    return [
-        call(agent, trial, step, usage=usage(**({"read": 1000, "wrote": 50} | counts))) for step in range(1, until + 1)
-    ]
-
-
-def test_no_more_trials_are_opened_than_what_is_left_covers():
-    least, agent = Budget(planned(DEAR, CHEAP), 1.0).least
-    assert agent == CHEAP
-    one = Budget(planned(DEAR), 1.0).least[0]
-    assert one > 3 * least
-    for allowed, beside in ((1.01 * one, 1), (3 * one, 3), (20 * one, 9)):
-        budget, there = Budget(planned(DEAR), allowed), 0
-        while there < 9 and opened(budget, there + 1) == [True]:
-            there += 1
-        assert beside <= there <= 3 * beside
-        budget.end(call(trial=1).key)
-        assert opened(budget, 1) == [True]  # its place is free again
-    with pytest.raises(BudgetReached, match="the next trial could cost") as reached:
-        opened(Budget(planned(DEAR), 0.99 * one), 1)
-    assert (reached.value.of, reached.value.needed) == ("trial", pytest.approx(one))
-
-
-def test_agents_that_cost_nothing_are_always_admitted():
-    assert Budget(planned(DEAR, "random"), 1e-9).admit(plan("random"))
-    assert Budget(planned("random"), 1.0).least == (0.0, "")
-
-
-def test_waiting_calls_go_on_when_an_earlier_trial_ends(tmp_path):
-    worst, order = usage(read=1000, wrote=100), []
-
-    async def later(calls, second):
-        await calls.of(second).turn(worst)
-        order.append("later")
-
-    async def both():
-        with call_log(tmp_path) as calls:
-            one = Budget(planned(DEAR), 1.0).least[0]
-            calls.limit(Budget(planned(DEAR), 2.5 * one))
-            first, second = plan(trial=1), plan(trial=2)
-            assert calls.admit(first)
-            assert calls.admit(second)
-            for each in steps(until=3, read=9000, wrote=900):
-                calls.write(each)
-            waiting = asyncio.ensure_future(later(calls, second))
-            await asyncio.sleep(0.01)
-            order.append("earlier")
-            calls.end(first.key)
-            await asyncio.wait_for(waiting, 5)
-
-    asyncio.run(both())
-    assert order == ["earlier", "later"]
