@@ -23,9 +23,9 @@ AS_TYPED = """
 import sys
 del sys.path[0]  # as with the command
 import lockprobe.cli.live_report
-import lockprobe.studies.running.batches
+import lockprobe.studies.running.runner
 lockprobe.cli.live_report.PAUSE = 0  # a report during a run is due at once
-lockprobe.studies.running.batches._ALONE = -1
+lockprobe.studies.running.runner._ALONE = 1e-3
 from lockprobe.cli import main
 main()
 """
@@ -91,5 +91,5 @@ def test_every_place_that_starts_an_interpreter_does_so_safely():
     starts = re.compile(r"\.Popen\(|subprocess\.(run|check_)|get_context\(|sys\.executable")
     safe = re.compile(r"with .*(safe_path|held_back)\(\)")
     found = {path.name: bool(safe.search(text)) for path in SOURCES if starts.search(text := path.read_text("utf-8"))}
-    assert {"live_report.py", "parallel.py", "workers.py"} <= found.keys()
+    assert {"live_report.py", "processes.py"} <= found.keys()
     assert [name for name, is_safe in found.items() if not is_safe and name != "safe_path.py"] == []

@@ -47,8 +47,8 @@ def test_a_budget_counts_calls_of_unknown_cost_at_most(tmp_path, capsys):
         usage = Usage(calls=1, input_tokens=1000, output_tokens=1000)
         journal.calls.write(call_of(plan, usage=usage))
         counted = plain.tally.ledger.total.dollars
-        plain.stopped(BudgetReached(counted, 0.5, 0.4, of="trial"), 1, 1)
-        plain.stopped(BudgetReached(counted + 0.1, 0.5, 0.4, of="trial"), 1, 1)
+        plain.stopped(BudgetReached(counted, 0.5, 0.4), 1, 1)
+        plain.stopped(BudgetReached(counted + 0.1, 0.5, 0.4), 1, 1)
     exact, bound = (line for line in capsys.readouterr().out.splitlines() if line.startswith("Budget reached"))
     assert exact.startswith(f"Budget reached: {money(counted)} of $0.50 spent")
     assert bound.startswith(f"Budget reached: at most {money(counted + 0.1)} of $0.50 spent")

@@ -1,5 +1,9 @@
 """The directory of a study: what a start leaves behind that fails, and which settings may differ."""
 
+import errno
+import fcntl
+import os
+import stat
 from dataclasses import replace
 
 import pytest
@@ -7,7 +11,7 @@ from builders import make_trial, small_study, write_study
 from stored import contents, records
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
+from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.directory import read_settings
@@ -139,3 +143,19 @@ def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
         pass
     with pytest.raises(BadFile, match=r"conditions\.0: expected a table"):
         run_study(planned, tmp_path)
+
+
+def test_where_a_file_system_locks_no_directories_a_second_writer_is_refused_too(tmp_path, monkeypatch):
+    plain = fcntl.flock
+
+    def of_files_alone(handle, how):
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(errno.EBADF, "Bad file descriptor")
+        plain(handle, how)
+
+    monkeypatch.setattr(fcntl, "flock", of_files_alone)
+    with Journal.open(tmp_path / "d", STUDY), pytest.raises(DirectoryBusy), Journal.open(tmp_path / "d", STUDY):
+        pass
+    with pytest.raises(BadFile):
+        run_study(CANNOT_START, tmp_path / "e")
+    assert not (tmp_path / "e").exists()

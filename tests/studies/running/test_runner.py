@@ -195,7 +195,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
-    def in_workers(plans, *_, **__):
+    def in_processes(plans, *_, **__):
         raise UserMistake(f"{plans[0].agent} cannot be loaded")
 
     def elsewhere(spec, access):
@@ -203,7 +203,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
         return replace(source, engine="process") if spec == "round-robin" else source
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setattr(runner, "play_in_workers", in_workers)
+    monkeypatch.setattr(runner, "play_elsewhere", in_processes)
     agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
