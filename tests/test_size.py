@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 69_120,
-    "lines of code": 42_940,
-    "lines of tests": 58_000,
-    "words of docs": 38_320,
+    "lines of source": 68_380,
+    "lines of code": 42_540,
+    "lines of tests": 57_995,
+    "words of docs": 38_319,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

@@ -5,7 +5,6 @@ import shutil
 
 import pytest
 from builders import call_of, make_trial
-from stored import sql
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.studies.costs.call_log import read_calls, unanswered
@@ -72,25 +71,3 @@ def test_what_is_asked_is_not_asked_where_it_cannot_be_written_down(tmp_path, ch
     put_back(tmp_path)
     assert read_calls(tmp_path) == [answered]
     assert len(unanswered(tmp_path)) <= 1
-
-
-def test_who_withdraws_is_struck_from_what_was_rescued_too(tmp_path):
-    people = study(StudyOptions(agent=["participant"], trials=3, repetitions=1, p=[0]))
-    ann, bob = (
-        make_trial([0, 1], budget=2, trial=n, agent=f"participant:{who}") for n, who in ((1, "aaaa"), (2, "bbbb"))
-    )
-    with Journal.open(tmp_path, people) as journal:
-        append(journal, ann)
-        append(journal, bob)
-        replaced(tmp_path / "study.db")
-        with pytest.raises(BadFile):
-            append(journal, ann)
-    for beside in ("-wal", "-shm"):
-        (tmp_path / f"study.db{beside}").unlink(missing_ok=True)
-    with Journal.open(tmp_path, people) as journal:
-        journal.delete_participant("participant:aaaa")
-        journal.erase()
-    assert {path.name for path in tmp_path.iterdir()} == {"study.json", "study.db", "study.db.rescued"}
-    assert all(b"aaaa" not in path.read_bytes() for path in tmp_path.iterdir())
-    put_back(tmp_path)
-    assert sql(tmp_path, "select player from trial") == ["participant:bbbb"]
