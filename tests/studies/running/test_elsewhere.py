@@ -58,8 +58,8 @@ def pictures(directory):
 
 
 def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(tmp_path):
-    small = "fast-twin?width=320&height=240"
-    planned = study("modalities", agent=["viewer"], plant=small, p=[0.4], trials=1, repetitions=1, max_steps=2)
+    small, shown = "fast-twin?width=64&height=64", ["symbolic", "rgb"]
+    planned = study("modalities", agent=["viewer"], plant=small, modality=shown, trials=1, repetitions=1, max_steps=2)
     cluster, seen = Backwards(), {"there": Seen(), "processes": Seen()}
     with (
         played(tmp_path / "here", planned),
@@ -76,7 +76,7 @@ def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(
 
 
 def test_a_strategy_goes_on_in_processes_if_it_takes_longer(tmp_path, monkeypatch):
-    planned = study("flips", agent=["random", "cognitive:perseverant"], p=[0, 0.4], trials=150, repetitions=1)
+    planned = study("flips", agent=["cognitive:perseverant"], p=[0, 0.4], trials=100, repetitions=1)
     monkeypatch.setattr(runner, "_ALONE", 0.05)
     with played(tmp_path / "here", planned), played(tmp_path / "there", planned, observer=(seen := Seen()), workers=2):
         pass
