@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 68_380,
-    "lines of code": 42_540,
-    "lines of tests": 57_995,
+    "lines of source": 68_420,
+    "lines of code": 42_575,
+    "lines of tests": 57_998,
     "words of docs": 38_319,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.

@@ -12,7 +12,7 @@ class Here:
 
     nodes = (Node(host="head", processors=0), Node(host="one\x1b", processors=2))
 
-    def each(self, begin, jobs, hear):
+    def each(self, begin, jobs, hear, *, together):
         work = begin()
         return ((job, work(job)) for job in jobs)
 

@@ -95,6 +95,8 @@ def test_a_finished_file_is_read_where_nothing_can_be_written(path, monkeypatch)
     monkeypatch.setattr(module.sqlite3, "connect", read_only)
     assert texts(path) == ["one"]
     path.with_name("d.db-wal").write_bytes(b"commits")
+    content = path.read_bytes()
+    path.write_bytes(content[:18] + b"\2\2" + content[20:])  # as a kill leaves it
     with pytest.raises(BadFile, match="d.db: cannot be read .unable to open"):
         texts(path)
 
@@ -116,6 +118,15 @@ def test_who_deletes_or_replaces_it_ends_the_writing_and_all_is_beside_it(path, 
             path.with_name(f"d.db{beside}").unlink(missing_ok=True)
 
 
+def test_who_replaces_it_after_the_last_commit_ends_the_writing_too(path, monkeypatch):
+    with pytest.raises(BadFile, match="replaced by"), Database.writing(path, SCHEMA) as store:  # noqa: PT012
+        put(store, "one")
+        monkeypatch.chdir("/")
+        path.unlink()
+        path.write_bytes(b"another")
+    assert texts(path.with_name("d.db.rescued")) == ["one"]
+
+
 def test_a_directory_that_was_moved_does_not_come_back(tmp_path):
     (tmp_path / "d").mkdir()
     with Database.writing(tmp_path / "d" / "d.db", SCHEMA) as store:
@@ -134,6 +145,18 @@ def _link(path):
 def _log_that_is_a_link(path):
     path.with_name("elsewhere").write_bytes(b"")
     path.with_name(f"{path.name}-wal").symlink_to(path.with_name("elsewhere"))
+
+
+def _log_of_another(path):
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+        log = path.with_name("d.db-wal").read_bytes()
+    path.with_name("d.db-wal").write_bytes(log)
+
+
+def _log_alone(path):
+    _log_of_another(path)
+    path.unlink()
 
 
 def _hard_link(path):
@@ -162,6 +185,8 @@ def _view(path):
         (_trigger, True, "its tables are not those"),
         (_view, True, "its tables are not those"),
         (_log_that_is_a_link, True, "is a link"),
+        (_log_of_another, True, "is not the log of this d.db"),
+        (_log_alone, False, "is not the log of this d.db"),
         (_link, False, "is a link inside the directory of a study"),
         (_hard_link, False, "has a second name elsewhere"),
     ],
@@ -188,18 +213,6 @@ def test_a_damaged_page_is_said_to_be_damaged_and_how_to_save_the_rest(tmp_path)
     path.write_bytes(content)
     with pytest.raises(BadFile, match=r"d.db: damaged .*`lockprobe import NEW "):
         texts(path)
-
-
-def test_on_a_full_disk_nothing_of_a_transaction_is_there_and_the_next_one_is(tmp_path):
-    path = tmp_path / "d.db"
-    with Database.writing(path, SCHEMA) as store:
-        put(store, "one")
-        with store.transaction() as writing:
-            writing.execute("pragma max_page_count=10")
-        with pytest.raises(BadFile, match="cannot be written .No space left on device"):
-            put(store, "x" * 100_000)
-        put(store, "two")
-    assert texts(path) == ["one", "two"]
 
 
 def test_what_is_erased_leaves_no_byte_even_where_a_log_was_left(tmp_path):

@@ -1,6 +1,5 @@
 """Processes as workers: a death costs one job, Ctrl-C ends all without a word, and nobody outlives who started them."""
 
-import multiprocessing
 import os
 import signal
 import subprocess
@@ -131,17 +130,6 @@ def dying():
 def test_processes_that_keep_dying_end_the_work():
     with pytest.raises(Missing, match=r"lost 3 times in a row.*exit status 4.*enough for 2\? try --workers 1"):
         list(Processes(2).each(dying, range(9)))
-
-
-def sleeping():
-    return time.sleep
-
-
-def test_who_stops_asking_leaves_no_process():
-    results = Processes(2).each(sleeping, [0, 600, 600])
-    next(results)
-    results.close()
-    assert not multiprocessing.active_children()
 
 
 ORPHANS = """

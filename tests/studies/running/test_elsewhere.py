@@ -27,7 +27,7 @@ class Backwards:
     def __init__(self, lost=()):
         self.lost, self.asked = set(lost), []
 
-    def each(self, begin, jobs, hear):
+    def each(self, begin, jobs, hear, *, together):
         work = begin()
         for number, job in reversed(list(enumerate(jobs))):
             self.asked.append(job.key)

@@ -60,7 +60,8 @@ class Database:
         self._db = connection
         self._lock = threading.RLock()
         self._synced = time.monotonic()
-        self._opened = _place(path)
+        self._absolute = path.absolute()  # also where the working directory changes
+        self._opened, self._told = _place(path), False
 
     @classmethod
     @contextmanager
@@ -83,6 +84,8 @@ class Database:
             opened = cls(path, connection)
             try:
                 yield opened
+                if not opened._told:
+                    opened.check()
             finally:
                 opened._end()
 
@@ -100,6 +103,7 @@ class Database:
         undone = ("mode=rw",) if path.with_name(f"{path.name}-journal").exists() else ()
         ways = ("mode=ro", *undone, f"mode=ro{_WITHOUT_LOCKS}", *last)
         with closing(_opened(path, ways, schema)) as connection:
+            connection.execute("begin")  # all that is read is of one moment
             yield cls(path, connection)
 
     def rows(self, sql: str, *values: object) -> Iterator[tuple[Any, ...]]:
@@ -114,7 +118,9 @@ class Database:
 
     def one(self, sql: str, *values: object) -> tuple[Any, ...]:
         """The first row of a statement that always has one."""
-        return next(self.rows(sql, *values))
+        if (row := self.first(sql, *values)) is None:
+            raise Damaged(self.path, "damaged (a row is missing)")
+        return row
 
     def first(self, sql: str, *values: object) -> tuple[Any, ...] | None:
         """The first row of a statement that may have none."""
@@ -149,12 +155,13 @@ class Database:
         Raises:
             BadFile: If somebody else deleted or replaced it; see :meth:`transaction`.
         """
-        if (there := _place(self.path)) == self._opened:
+        if (there := _place(self._absolute)) == self._opened:
             return
-        if not self.path.parent.is_dir():
+        self._told = True
+        if not self._absolute.parent.is_dir():
             raise BadFile(self.path, "its directory was deleted or moved while it was being written, so this ends here")
         done = "replaced" if there else "deleted"
-        rescued = next(one for one in _rescue_names(self.path) if not one.exists())
+        rescued = next(one for one in _rescue_names(self._absolute) if not one.exists())
         said = f"{done} by somebody else while it was being written (a cloud client?), so this ends here; all that was"
         try:
             self._db.execute("vacuum into ?", (str(rescued),))
@@ -202,8 +209,8 @@ def _check_beside(path: Path) -> bool:
     """Whether something is in what SQLite keeps beside a file.
 
     Raises:
-        BadFile: If one of them is a link or no regular file, which SQLite would read, or is what a kill leaves of a
-            transaction and names another file, which SQLite would then delete.
+        BadFile: If one of them is a link or no regular file, which SQLite would read, if it is what a kill leaves of a
+            transaction and names another file, which SQLite would then delete, or if the log is not of this file.
     """
     there = False
     for one in (path.with_name(path.name + name) for name in _BESIDE):
@@ -214,7 +221,19 @@ def _check_beside(path: Path) -> bool:
             there |= one.stat().st_size > 0
             if one.name.endswith("-journal") and one.read_bytes().endswith(_NAMES_ANOTHER):
                 raise BadFile(one, "names another file, as Lockprobe never writes it: remove it")
+    log = path.with_name(f"{path.name}-wal")
+    with suppress(FileNotFoundError):
+        if log.stat().st_size and not _has_log(path):
+            raise BadFile(log, f"is not the log of this {path.name}, which was put there later: move one of them away")
     return there
+
+
+def _has_log(path: Path) -> bool:
+    """Whether a file says that it is written to a log first; as one does until its writer ends."""
+    if not path.exists():
+        return False
+    with path.open("rb") as file:
+        return file.read(20)[18:] == b"\x02\x02"
 
 
 def _place(path: Path) -> tuple[int, int] | None:

@@ -81,7 +81,12 @@ class Pool(ABC):
     remedy: str
 
     def each(
-        self, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None] = lambda said: None
+        self,
+        begin: Begin[_J, _R],
+        jobs: Iterable[_J],
+        hear: Callable[[Any], None] = lambda said: None,
+        *,
+        together: bool = True,
     ) -> Iterator[tuple[_J, _R | Lost]]:
         """Yield each job with its one result, in the order in which results arrive.
 
@@ -89,12 +94,13 @@ class Pool(ABC):
             begin: Sets up a worker.
             jobs: The jobs.
             hear: Called with what a worker says meanwhile (:func:`tell`), where the place can hear it.
+            together: Whether short jobs are sent together. If their worker is lost, all of them are done again.
 
         Raises:
             UserMistake: As ``begin`` or a job raises it.
             Missing: If workers keep being lost with nothing finished in between.
         """
-        work = _Driver(self, begin, jobs, hear)
+        work = _Driver(self, begin, jobs, hear, _AT_ONCE if together else 0.0)
         try:
             yield from work.results()
         finally:
@@ -183,8 +189,10 @@ class _Call(Generic[_J]):
 class _Driver(Generic[_J, _R]):
     """The driver's side of :meth:`Pool.each`."""
 
-    def __init__(self, pool: Pool, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None]) -> None:
-        self._pool, self._begin, self._hear = pool, begin, hear
+    def __init__(
+        self, pool: Pool, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None], at_once: float
+    ) -> None:
+        self._pool, self._begin, self._hear, self._at_once = pool, begin, hear, at_once
         self._queue = deque(_QueuedJob(job) for job in jobs)
         self._calls: dict[Any, _Call[_J]] = {}
         self._lost_in_a_row = 0
@@ -240,7 +248,7 @@ class _Driver(Generic[_J, _R]):
 
     def _next_batch(self) -> list[_QueuedJob[_J]]:
         """The next batch: jobs for about a quarter of a second, fewer at the end; a lost job goes alone."""
-        most = min(_AT_ONCE / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
+        most = min(self._at_once / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
         jobs: list[_QueuedJob[_J]] = []
         while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].alone):
             jobs.append(self._queue.popleft())

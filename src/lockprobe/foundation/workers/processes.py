@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -24,10 +25,15 @@ _J = TypeVar("_J")
 _R = TypeVar("_R")
 
 
+_ENDS = 5.0
+"""Seconds that a process has to end by itself, and then by a signal."""
+
+
 @dataclass(slots=True, eq=False)
 class _Worker:
     process: SpawnProcess
     pipe: Connection
+    idle: bool = False
     answer: Ready | BatchResult | Lost | UserMistake | None = None
 
 
@@ -73,42 +79,53 @@ class Processes(Pool):
 
     def send(self, worker: _Worker, jobs: Sequence[Any]) -> _Worker:
         """Send a batch through the pipe of a process."""
-        worker.answer = None
+        worker.idle = False
         with suppress(BrokenPipeError, ConnectionResetError):  # it died while it was idle; what it left says so
             worker.pipe.send(jobs)
         return worker
 
     def answered(self, references: Sequence[_Worker], seconds: float, hear: Callable[[Any], None]) -> list[_Worker]:
         """The processes that have answered or ended."""
-        by_pipe = {worker.pipe: worker for worker in references}
-        for pipe in wait(list(by_pipe), timeout=seconds):
-            worker = by_pipe[cast(Connection, pipe)]
-            try:
-                said = worker.pipe.recv()
-            except (EOFError, ConnectionResetError):
+        wait([one for worker in references for one in (worker.pipe, worker.process.sentinel)], timeout=seconds)
+        for worker in references:
+            ended = not worker.process.is_alive()  # looked at first: what it said before is in the pipe by then
+            while worker.answer is None:
+                try:
+                    if not worker.pipe.poll():
+                        break
+                    said = worker.pipe.recv()
+                except (EOFError, OSError):  # it was killed, perhaps within a message
+                    ended = True
+                    break
+                if isinstance(said, _Gone):
+                    worker.answer = Lost(said.why, explained=True)
+                elif isinstance(said, Ready | BatchResult | UserMistake):
+                    worker.answer = said
+                else:
+                    hear(said)
+            if ended and worker.answer is None:
                 worker.process.join()
-                said = Lost(f"a worker process died, exit status {worker.process.exitcode}")
-            if isinstance(said, _Gone):
-                said = Lost(said.why, explained=True)
-            if isinstance(said, Ready | BatchResult | Lost | UserMistake):
-                worker.answer = said
-            else:
-                hear(said)
+                worker.answer = Lost(f"a worker process died, exit status {worker.process.exitcode}")
         return [worker for worker in references if worker.answer is not None]
 
     def answer(self, reference: _Worker) -> Ready | BatchResult | Lost:
         """What a process answered."""
-        answer, reference.answer = reference.answer, None
+        answer, reference.answer, reference.idle = reference.answer, None, True
         if isinstance(answer, UserMistake):
             raise answer
         assert answer is not None
         return answer
 
     def dismiss(self, worker: _Worker) -> None:
-        """End a process."""
-        worker.process.terminate()
-        worker.process.join()
+        """End a process: an idle one ends itself, with what its agent does at the end; another one is ended."""
         worker.pipe.close()
+        if not worker.idle:
+            worker.process.terminate()
+        for end in (worker.process.terminate, worker.process.kill):
+            worker.process.join(_ENDS)
+            if worker.process.is_alive():
+                end()
+        worker.process.join()
 
 
 THIS_PROCESS = Processes(1)
@@ -130,12 +147,20 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
     try:
         work = begin()
         pipe.send(Ready())
-        while True:
-            pipe.send(BatchResult.of(work, pipe.recv()))
+        while (jobs := _next_jobs(pipe)) is not None:
+            pipe.send(BatchResult.of(work, jobs))
     except UserMistake as mistake:
         pipe.send(UserMistake(str(mistake)))
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return
+    except BaseException:  # noqa: BLE001 - whatever it is and whatever still runs, this worker is lost
+        traceback.print_exc()
+        os._exit(1)
+
+
+def _next_jobs(pipe: Connection) -> Sequence[Any] | None:
+    """The next batch; None at the end of the work."""
+    with suppress(EOFError, OSError):
+        return cast(Sequence[Any], pipe.recv())
+    return None
 
 
 def _end_with(parent: BaseProcess | None) -> None:

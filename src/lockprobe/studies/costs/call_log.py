@@ -240,7 +240,7 @@ class Calls:
     def _settle(self, number: int | None, call: Call) -> None:
         """Write the outcome of a call; without its number it was made elsewhere."""
         self.used = True
-        with self._store.transaction() as writing:
+        with self._store.transaction(sync=True) as writing:
             if number is None:
                 writing.execute("insert into call (key, answer) values (?, ?)", (call.key, _said(call)))
             else:

@@ -45,7 +45,7 @@ class MergeSource:
         study: Their study.
         trials: The trials.
         unfinished: Keys of trials that were begun there and have no record.
-        seconds: Key -> duration of the trial, if known.
+        timings: Key -> how long the trial took, if known.
         calls: The provider calls there.
         attempts: Key -> attempts of a client with tools, from its server's log.
         picture: Function from the name of a picture to its bytes; None for a missing picture.
@@ -55,7 +55,7 @@ class MergeSource:
     study: Study
     trials: tuple[Trial, ...]
     unfinished: frozenset[str] = frozenset()
-    seconds: Mapping[str, float] = field(default_factory=dict)
+    timings: Mapping[str, Timing] = field(default_factory=dict)
     calls: tuple[Call, ...] = ()
     attempts: Mapping[str, Sequence[RecordedAttempt]] = field(default_factory=dict)
     picture: Callable[[str], bytes | None] = lambda name: None
@@ -96,7 +96,7 @@ def source_of_directory(directory: Path) -> MergeSource:
         study=read_study(directory),
         trials=trials,
         unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
-        seconds={timing.key: timing.seconds for timing in timings},
+        timings={timing.key: timing for timing in timings},
         calls=calls,
         attempts=AttemptLog.read(directory),
         picture=picture_of(directory),
@@ -318,6 +318,6 @@ def _take(
             else:
                 album.keep(picture)
         there[trial.key] = trial
-        seconds = source.seconds.get(trial.key, 0.0)
-        journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps)))
+        unknown = Timing(key=trial.key, seconds=0.0, steps=len(trial.steps))
+        journal.append(trial, source.timings.get(trial.key, unknown))
     return len(owed), len(kept), different, missing

@@ -100,8 +100,7 @@ def note_hash(store: Database, found: StudyHashes) -> None:
 
 def _state(store: Database, settings: str) -> str:
     """What the hash depends on: records are only added, and a withdrawal forgets the note."""
-    (last,) = store.one("select max(id) from trial")
-    return f"{settings} {last} "
+    return " ".join(map(str, (settings, *store.one("select max(id), count(*) from trial where current"), "")))
 
 
 def results_hash(study: Study, trials: Iterable[Trial]) -> str:

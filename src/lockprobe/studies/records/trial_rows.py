@@ -103,6 +103,8 @@ def unpacked(store: Database, key: str, record: bytes) -> bytes:
     Raises:
         BadFile: If it is damaged, or larger than a record can be.
     """
+    if not isinstance(record, bytes):  # of a file that somebody made
+        raise _damaged(store, key, "it is a text")
     opened, why = zlib.decompressobj(), "it does not end"
     try:
         found = opened.decompress(record, LARGEST_INPUT)

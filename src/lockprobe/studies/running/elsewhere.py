@@ -89,7 +89,8 @@ def play_elsewhere(
         told[said[0]] += 1
         on_step(*said)
 
-    for plan, played in pool.each(_Player(plans[0].agent, dict(identities), allowed(), live), plans, hear):
+    player = _Player(plans[0].agent, dict(identities), allowed(), live)
+    for plan, played in pool.each(player, plans, hear, together=not live):
         seen = told.pop(plan.key, 0)
         if isinstance(played, Lost):
             error = ModelFault(played.why) if played.explained else fault(f"{plan.agent} lost its worker: {played.why}")
