@@ -403,7 +403,7 @@ def results_line(found: StudyHashes) -> str:
 
 
 def foreign_in_words(left_out: LeftOut) -> str:
-    """That records of other studies stand in a journal, how many, and which is the first; empty where none does."""
+    """That records of other studies are in the store, how many, and which is the first; empty where none is."""
     if not left_out.foreign:
         return ""
     records = count(left_out.foreign, "record")

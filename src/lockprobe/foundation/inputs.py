@@ -17,7 +17,7 @@ LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
 
 _BUFFER = 1 << 18
-"""Bytes that are read at once: records have some thousands."""
+"""Bytes that are read at once."""
 
 LARGEST_TOML = 64 * 1024
 """Bytes of a TOML file; a larger one is refused unread."""

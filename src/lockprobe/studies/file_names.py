@@ -6,4 +6,4 @@ SETTINGS = "study.json"
 """The settings of a study."""
 
 PEOPLE_DIRECTORY = "people"
-"""Holds a file of JSON lines for each participant. Who has joined plays the settings of the study there."""
+"""Holds the texts and settings with which people take part; what they do is in the store."""
