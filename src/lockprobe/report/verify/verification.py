@@ -120,7 +120,7 @@ def _records(of: _PlayedAgain) -> Iterator[Check]:
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
-    holds = f"{len(opened.trials)} records and {len(of.log.calls)} calls, unchanged; {ended}"
+    holds = f"{len(opened.trials)} records, unchanged, and {len(of.log.calls)} calls; {ended}"
     yield Check.of("records", failed, f"{{n}} records that are damaged or contradict the others; {ended}", holds)
 
 
