@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 
 from lockprobe.foundation.safe_path import safe_path
 
@@ -30,15 +31,10 @@ def held_back() -> Iterator[None]:
     A terminal sends it to them too, and one that still imports modules would print a traceback. They hold it back from
     their first moment on, until they decide what it does to them.
     """
+    resource_tracker.ensure_running()  # started with the first process, it would let Ctrl-C through again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with safe_path():
             yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def end_at_interrupt() -> None:
-    """Let Ctrl-C end this process at once and without a word, also if it came while it was held back."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
