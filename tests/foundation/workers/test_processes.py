@@ -71,6 +71,16 @@ def test_ctrl_c_in_a_terminal_ends_all_processes_at_once_and_no_other_one_speaks
     assert (said, complained) == ("stopped\n", "")
 
 
+def test_ctrl_c_stays_held_back_from_the_first_process_that_starts():
+    held = (
+        "import multiprocessing, signal; from lockprobe.foundation.interrupts import held_back\n"
+        "with held_back():\n"
+        "    multiprocessing.get_context('spawn').Process(target=int).start()\n"
+        "    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
+    )
+    assert subprocess.run([sys.executable, "-c", held], capture_output=True, text=True).stdout == "True\n"
+
+
 def test_results_come_in_the_order_of_the_jobs():
     assert list(THIS_PROCESS.map(abs, [-3, 1, -2])) == [3, 1, 2]
     assert list(Processes(2).map(abs, [-3, 1, -2])) == [3, 1, 2]
