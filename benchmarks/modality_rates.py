@@ -37,7 +37,7 @@ MODALITIES = ("rgb", "rgbd", "symbolic")
 
 def played(agent: str, trials: int) -> list[Trial]:
     """Trials of an agent that is told the truth, all of different luck."""
-    study = Study(name="flips", agents=(agent,), box=box(), conditions=flips((0.0,)), repetitions=1, trials=trials)
+    study = Study(name="flips", agents=(agent,), boxes=(box(),), conditions=flips((0.0,)), repetitions=1, trials=trials)
 
     async def play_all() -> list[Trial]:
         return [(await play_timed(plan, resolve(agent).make()))[0] for plan in study.plans(agent)]

@@ -144,7 +144,7 @@ def modality_study(
     return Study(
         name="modalities",
         agents=tuple(agents),
-        box=box("chain-4"),
+        boxes=(box("chain-4"),),
         conditions=flips((0.0,), modalities=modalities),
         repetitions=1,
         trials=trials,
@@ -163,7 +163,7 @@ def small_study(
     return Study(
         name="flips",
         agents=tuple(agents),
-        box=box("chain-4"),
+        boxes=(box("chain-4"),),
         conditions=flips(p),
         repetitions=repetitions,
         trials=trials,

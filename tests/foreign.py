@@ -43,7 +43,7 @@ def hatch(here: Path) -> None:
 
 def directory(path: Path, kind: str) -> Path:
     """The directory of a study that names code. Each agent owes its last trial."""
-    played = Study(name="flips", agents=("random",), box=box("chain-4"), conditions=flips((0.0, 0.4)), trials=2)
+    played = Study(name="flips", agents=("random",), boxes=(box("chain-4"),), conditions=flips((0.0, 0.4)), trials=2)
     if kind == "condition":
         played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))
     trials = play_study(played)[:-1]

@@ -10,7 +10,7 @@ from typing import Any
 
 from stored import records, rewrite, sql
 
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import written
 
 

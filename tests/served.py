@@ -17,7 +17,7 @@ from lockprobe.studies.study import Study
 STUDY = Study(
     name="flips",
     agents=("participant",),
-    box=box("chain-4"),
+    boxes=(box("chain-4"),),
     conditions=flips((0.0, 0.4)),
     repetitions=1,
     trials=3,

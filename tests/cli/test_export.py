@@ -10,7 +10,7 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from stored import sql
 
 from lockprobe.interfaces.export import table_files
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import hash_of_digest
 

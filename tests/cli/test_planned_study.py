@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 ASKED = ("run", "flips", "--no-report", "--out", "d")

@@ -106,7 +106,7 @@ def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
 
 def test_what_was_seen_needs_no_simulation(tmp_path, made):
     study = Study(
-        name="modalities", agents=("viewer",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1, max_steps=3,
+        name="modalities", agents=("viewer",), boxes=(box("chain-4"),), conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1, max_steps=3,
         plant="fast-twin?width=120&height=90",
     )  # fmt: skip
     with Journal.open(tmp_path / "study", study) as journal:

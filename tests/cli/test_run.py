@@ -20,9 +20,9 @@ from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
 

@@ -15,7 +15,7 @@ from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_peopl
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 
 
 def refused(*arguments):

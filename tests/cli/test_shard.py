@@ -1,6 +1,6 @@
 """``lockprobe run --shard`` as it is typed, and ``lockprobe import`` after it."""
 
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 

@@ -160,7 +160,7 @@ def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
 RUNNING = """
 import asyncio, sys
 from builders import SOLUTION, call_of, make_trial
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.model_call import Usage

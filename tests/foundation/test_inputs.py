@@ -12,7 +12,7 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input
 from lockprobe.people.diary import read_diaries
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 
@@ -62,7 +62,7 @@ def test_json_that_is_none_or_too_deep_is_one_line(content):
 def test_settings_nested_without_end_are_refused(tmp_path):
     (tmp_path / "study.json").write_bytes(b"[" * 100_000)
     with pytest.raises(BadFile, match="nested too deeply"):
-        read_settings(tmp_path)
+        read_study(tmp_path)
 
 
 def test_pipes_as_boxes_and_stores_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):

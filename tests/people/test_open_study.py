@@ -37,7 +37,7 @@ from lockprobe.people.responses import Agree
 from lockprobe.people.scenes import Box
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import TEXTS, read_words
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE

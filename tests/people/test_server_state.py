@@ -26,7 +26,7 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Box
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import read_timings
 

@@ -17,7 +17,7 @@ from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.report.verify.verification import verify
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_json import trial_to_json

@@ -28,17 +28,17 @@ def names(study):
 def test_what_may_differ():
     other = replace(FLIPS, name="mine", agents=("round-robin",), seed=9, repetitions=5, trials=1)
     check_comparable({A: FLIPS, B: other})
-    check_comparable({A: FLIPS, B: study_of((0.3, 0.9), name="flips", agents=("random",), box=box("chain-4"))})
+    check_comparable({A: FLIPS, B: study_of((0.3, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))})
 
 
-SEVERAL = replace(FLIPS, more_boxes=(box("fork"), box("reset")))
+SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
 
 
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"more_boxes": ()}, "the boxes are chain-4, not chain-4, fork and reset"),
-        ({"more_boxes": (box("reset"), box("fork"))}, "in another order, not chain-4, fork and reset"),
+        ({"boxes": (FLIPS.box,)}, "the boxes are chain-4, not chain-4, fork and reset"),
+        ({"boxes": (FLIPS.box, box("reset"), box("fork"))}, "in another order, not chain-4, fork and reset"),
         ({"seed": 9}, "studies of several boxes are compared in pairs of equal luck"),
     ],
     ids=str,
@@ -52,8 +52,8 @@ def test_boxes_of_several_are_the_same_in_one_order_with_one_luck(change, why):
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"box": box("chain-5")}, "the box is chain-5, not chain-4"),
-        ({"box": replace(box("chain-5"), name="chain-4")}, "chain-4 is another box there under the same name"),
+        ({"boxes": (box("chain-5"),)}, "the box is chain-5, not chain-4"),
+        ({"boxes": (replace(box("chain-5"), name="chain-4"),)}, "chain-4 is another box there under the same name"),
         ({"max_steps": 30}, r"the budget of steps \(max_steps\) is 30, not 20"),
         ({"plant": "fast-twin"}, r"the plant \(plant\) is fast-twin, not symbolic"),
         ({"layout": "shuffled"}, r"the layout \(layout\) is shuffled, not fixed"),
@@ -68,10 +68,10 @@ def test_another_task_is_refused_with_the_reason(change, why):
 def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason():
     with pytest.raises(BadValue, match="two or more"):
         check_comparable({A: FLIPS})
-    flips = study_of((0.1, 0.9), name="flips", agents=("random",), box=box("chain-4"))
+    flips = study_of((0.1, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))
     with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
         check_comparable({A: FLIPS, B: flips})
-    sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), box=box("chain-4"))
+    sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
     with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
         check_comparable({A: FLIPS, B: sticky})
     shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]
@@ -84,7 +84,7 @@ def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_re
 def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():
     assert names(FLIPS) == ["truth", "flip?p=0.3", "flip?p=0.6"]
     assert names(of_conditions("truth", "flip?p=0.3", "nudge")) == ["truth", "flip?p=0.3", "nudge"]
-    silent = study_of((0.0,), "outcome-only", name="flips", agents=("random",), box=box("chain-4"))
+    silent = study_of((0.0,), "outcome-only", name="flips", agents=("random",), boxes=(box("chain-4"),))
     assert names(silent) != ["truth"]  # reports without positions are not the truth
 
 
@@ -132,6 +132,10 @@ def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others(
         ("drop?p=0.3", ""),
     ]
     shown = study_of(
-        (0, 0.4), name="flips", agents=("random",), box=box("chain-4"), modalities=("symbolic", "symbolic?tell=state")
+        (0, 0.4),
+        name="flips",
+        agents=("random",),
+        boxes=(box("chain-4"),),
+        modalities=("symbolic", "symbolic?tell=state"),
     )
     assert set(families(shared_names(shown).values()).values()) == {"flip rate"}

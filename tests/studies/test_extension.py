@@ -9,10 +9,9 @@ from builders import write_study
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.extension import extended
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import write_settings
+from lockprobe.studies.records.directory import read_study, write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
@@ -98,7 +97,7 @@ def test_settings_with_an_earlier_plan_that_was_no_smaller_are_refused_in_a_line
     run_study(replace(SMALL, trials=3), small)
     settings = json.loads((small / SETTINGS).read_text())
     settings["trials"] = 2
-    settings["extended"] = [settings["extended"][0] | change] if isinstance(change, dict) else change
+    settings["earlier"] = [settings["earlier"][0] | change] if isinstance(change, dict) else change
     (small / SETTINGS).write_text(json.dumps(settings))
     with pytest.raises(BadFile) as refused:
         read_study(small)
@@ -133,4 +132,4 @@ def test_settings_are_written_with_a_shard_and_plans_beside_them(small):
     there = json.loads((small / SETTINGS).read_text())
     write_settings(small, read_study(small))
     assert json.loads((small / SETTINGS).read_text()) == there
-    assert not {"extended", "shard", "until"} & there.keys()
+    assert not {"earlier", "shard", "until"} & there.keys()

@@ -10,8 +10,8 @@ from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 
 ASKED = {"agent": ["human-inspired", "random"], "p": [0, 0.4], "trials": 2, "repetitions": 1}
 
@@ -33,7 +33,7 @@ def test_trials_take_turns_on_the_boxes_each_with_luck_of_its_own(tmp_path):
 
 def test_one_box_by_name_or_in_a_list_is_the_study_of_one_box():
     assert study("flips", box=[box("fork")], **ASKED) == study("flips", box="fork", **ASKED)
-    assert "more_boxes" not in study("flips", **ASKED).settings()
+    assert len(study("flips", **ASKED).settings()["boxes"]) == 1
 
 
 def test_so_many_boxes_are_of_one_difficulty():

@@ -12,10 +12,10 @@ from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import joined_agents
-from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_options_file
 from lockprobe.studies.options.studyfile import study, trial_study
 from lockprobe.studies.running.single import run_trial
+from lockprobe.studies.study import settings_of, study_from
 from lockprobe.trial.condition import Condition
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
@@ -71,7 +71,7 @@ def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_fir
 def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,
-        "seed": 2, "shuffle": "never", "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
+        "seed": 2, "shuffle": "never", "boxes": study(StudyOptions(agent=["random"], box="chain-3")).boxes,
         "layout": "shuffled", "plant": "fast-twin", "strategy_trials": 7,
     }  # fmt: skip
     acting = [flips((0.0,)), flips((0.0, 0.4), "integrated"), (Condition(name="mine"),)]
@@ -377,7 +377,7 @@ def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):
     assert [plan.key for plan in planned.plans("random")][:2] == [
         "lab/random/told the truth/rep=1/trial=1", "lab/random/lies/rep=1/trial=1",
     ]  # fmt: skip
-    assert study_from(json.loads(json.dumps(planned.settings())), path) == planned
+    assert study_from(json.dumps(settings_of(planned)).encode(), path) == planned
 
 
 @pytest.mark.parametrize("key", ["condition", "sweep", "plant", "box"])

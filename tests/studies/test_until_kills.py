@@ -18,8 +18,8 @@ from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.running.runner import Limits, run, run_study

@@ -14,8 +14,8 @@ from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 FIVE = "random-5-3"

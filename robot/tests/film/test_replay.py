@@ -28,7 +28,7 @@ def played(plant="symbolic", **asked):
     study = Study(
         name="trial",
         agents=(AGENT,),
-        box=box("chain-4"),
+        boxes=(box("chain-4"),),
         conditions=flips((0.4,)),
         seed=3,
         repetitions=1,
@@ -78,7 +78,7 @@ def test_what_differs_from_the_record_is_said(tmp_path):
 
 def test_a_robot_is_filmed_while_it_moves(tmp_path):
     study = Study(
-        name="trial", agents=(AGENT,), box=box("chain-4"), conditions=flips((0.0,)), repetitions=1, trials=1, max_steps=1,
+        name="trial", agents=(AGENT,), boxes=(box("chain-4"),), conditions=flips((0.0,)), repetitions=1, trials=1, max_steps=1,
         plant="twin?pose_error=0.002&force_noise=0.3",
     )  # fmt: skip
     trial = run_trial(agent=AGENT, max_steps=1, plant=study.plant)
@@ -113,7 +113,13 @@ def test_a_trial_that_the_settings_do_not_describe_is_refused(tmp_path):
     trial, plan = played()
     for other in (replace(trial, key="trial/none"), replace(trial, labels=trial.labels[::-1])):
         study = Study(
-            name="trial", agents=(AGENT,), box=box("chain-4"), conditions=flips((0.4,)), seed=3, repetitions=1, trials=1
+            name="trial",
+            agents=(AGENT,),
+            boxes=(box("chain-4"),),
+            conditions=flips((0.4,)),
+            seed=3,
+            repetitions=1,
+            trials=1,
         )
         with pytest.raises(BadFile, match="its settings do not describe the trial"):
             plan_of(study, other)

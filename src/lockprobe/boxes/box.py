@@ -124,7 +124,7 @@ class Lockbox:
         """The box as JSON data; positions are 0 and 1."""
         return {
             "name": self.name,
-            "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.joints],
+            "joints": [{"name": j.name, "kind": j.kind, "place": [float(one) for one in j.place]} for j in self.joints],
             "interlock": {
                 joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
                 for joint, clauses in self.interlock.items()

@@ -28,7 +28,7 @@ from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.next_choice import write_choices
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.observer import PassedOn

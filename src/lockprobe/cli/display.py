@@ -25,8 +25,8 @@ from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.estimate import Estimate
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.records.trial_rows import Timing

@@ -14,7 +14,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TableName, table_of
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read
 

@@ -10,11 +10,11 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.extension import extended
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.options.sizes import SIZES, Sizes, sized_as_there
+from lockprobe.studies.options.sizes import SIZE_OPTIONS, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.study import Study
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.study import SIZES, WHO, Study
 
 
 def planned_study(
@@ -32,19 +32,19 @@ def planned_study(
     if not (directory / SETTINGS).exists():
         return planned, directory
     there = read_study(directory)
-    if SIZES & said and (plain := _unsized(request, asked)).of_equal_trials(there):
-        planned = replace(plain, **{name: getattr(planned, name) for name in Sizes._fields})
+    if SIZE_OPTIONS & said and not (plain := _unsized(request, asked)).differences(there, but=(*WHO, *SIZES)):
+        planned = replace(plain, **{name: getattr(planned, name) for name in SIZES})
     if request.agent is None and "agent" not in asked and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)
-    planned = planned.ordered_as(there.settings())
+    planned = planned.ordered_as(there)
     planned = sized_as_there(planned, there, said)
     return extended(planned, directory), directory
 
 
 def _unsized(request: StudyOptions, asked: Mapping[str, object]) -> Study:
     """The study that is asked for, had nothing been said of its size; a size can change what else it has by default."""
-    plain = request.model_copy(update=dict.fromkeys(SIZES - {"full"}))
-    return study(plain, **{name: value for name, value in asked.items() if name not in SIZES - {"full"}})
+    plain = request.model_copy(update=dict.fromkeys(SIZE_OPTIONS - {"full"}))
+    return study(plain, **{name: value for name, value in asked.items() if name not in SIZE_OPTIONS - {"full"}})
 
 
 def _photographed(plant: object, camera: str) -> str:

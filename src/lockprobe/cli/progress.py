@@ -25,8 +25,8 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Ledger, hosted
 from lockprobe.studies.options.paper import ROBOT, is_short
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.records.results_hash import StudyHashes

@@ -26,9 +26,9 @@ from lockprobe.people.consent import CODE
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.study import Study
 
 if TYPE_CHECKING:

@@ -28,9 +28,9 @@ from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import read_calls, unanswered
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.options.idle_conditions import idle_conditions
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import stored_hash

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read

@@ -11,7 +11,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.withdrawal import delete_unnamed_pictures
 from lockprobe.people.withdrawal import withdraw as delete_all
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of the study.")]

@@ -1,12 +1,21 @@
-"""Validation: pydantic's sentences in plain words, and checks of numbers, probabilities and choices."""
+"""Validation: what is read from files, pydantic's sentences in plain words, checks of numbers and choices."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 from numbers import Integral, Real
+from typing import Annotated
+
+from pydantic import ConfigDict, Field
 
 from lockprobe.foundation.errors import BadValue
+
+AS_WRITTEN = ConfigDict(strict=True, extra="forbid")
+"""How a class is read from a file that Lockprobe has written: no value is converted, and nothing else stands there."""
+
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+"""A text in such a file."""
 
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
@@ -50,6 +59,18 @@ def check_probability(what: str, value: float) -> None:
     """
     if not 0.0 <= value <= 1.0:
         raise BadValue(what, value, "a number from 0 to 1")
+
+
+def check_dose(what: str, text: str) -> None:
+    """Refuse the text of a dose that is no number.
+
+    Raises:
+        BadValue: If it is none.
+    """
+    try:
+        float(text)
+    except ValueError:
+        raise BadValue(what, text, "a number among its options") from None
 
 
 def check_number(what: str, value: object) -> None:

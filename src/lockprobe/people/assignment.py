@@ -49,7 +49,8 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
     >>> from lockprobe.boxes.families import box
     >>> conditions = flips((0.0, 0.4))
     >>> study = Study(
-    ...     name="flips", agents=("participant",), box=box("chain-4"), conditions=conditions, trials=5, repetitions=1
+    ...     name="flips", agents=("participant",), boxes=(box("chain-4"),), conditions=conditions,
+    ...     trials=5, repetitions=1,
     ... )
     >>> boxes_each(study, Experiment()), boxes_each(study, Experiment(design="between", trials_each=9))
     (2, 5)

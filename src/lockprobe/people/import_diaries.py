@@ -13,7 +13,7 @@ from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.record import Trial
 

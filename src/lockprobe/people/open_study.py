@@ -29,8 +29,7 @@ from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import delete_unnamed_pictures, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.directory import write_settings
+from lockprobe.studies.records.directory import read_study, write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.store import has_joined
 from lockprobe.studies.running.playable import PERSON, check_playable
@@ -120,7 +119,7 @@ async def open_study(
     there = read_study(directory) if (directory / SETTINGS).exists() else study
     known = there.agents
     study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))), names=there.names)
-    study = study.ordered_as(there.settings())  # people play the conditions in an order that is drawn from this one
+    study = study.ordered_as(there)  # people play the conditions in an order that is drawn from this one
     study.check_agents()
     check_playable(study.conditions, PERSON)
     _check(study, experiment)

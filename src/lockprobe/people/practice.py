@@ -105,7 +105,7 @@ def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         study,
         name=name,
         agents=(PEOPLE,),
-        box=box,
+        boxes=(box,),
         conditions=(Condition(modality=modality),),
         repetitions=1,
         trials=1,

@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os.path import lexists
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.next_choice import read_choices
-from lockprobe.studies.options.settings import study_from
-from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import LeftOut, read_records
 from lockprobe.studies.records.store import has_joined
 from lockprobe.studies.stopping import block_orders, broken_by_agent, counted
@@ -31,7 +30,6 @@ class OpenedStudy:
 
     Attributes:
         directory: The directory, for messages.
-        settings: As in ``study.json``.
         study: The same as a study.
         trials: Those that the settings ask for, by agent in the order of the settings, then by condition.
         journal: What the journal leaves out.
@@ -47,7 +45,6 @@ class OpenedStudy:
     """
 
     directory: Path
-    settings: Mapping[str, Any]
     study: Study
     trials: tuple[Trial, ...]
     journal: LeftOut
@@ -115,14 +112,12 @@ def open_study(directory: Path) -> OpenedStudy:
         from lockprobe.people.withdrawal import withdrawn
 
         diaries, gone = read_diaries(directory), withdrawn(directory)
-    settings = read_settings(directory)
-    everything, left_out = read_records(directory, settings)
+    study = read_study(directory)
+    everything, left_out = read_records(directory, study)
     forks, choices = read_forks(directory), read_choices(directory)
-    study = study_from(settings, directory / SETTINGS)
     trials = sorted(study.own_trials(everything), key=study.place_of)
     return OpenedStudy(
         directory=directory,
-        settings=settings,
         study=study,
         trials=tuple(trials),
         journal=left_out,

@@ -31,6 +31,7 @@ from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.course import Course
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.stopping import planned_now
+from lockprobe.studies.study import settings_of
 from lockprobe.studies.study_design import design_of
 
 
@@ -64,7 +65,7 @@ def _progress(opened: OpenedStudy) -> Progress:
 
 def _settings(opened: OpenedStudy) -> dict[str, object]:
     """The settings, with what pages call the agents in place of their specs, which may say more than is shown."""
-    found = {name: value for name, value in opened.settings.items() if name not in ("agents", "names")}
+    found = {name: value for name, value in settings_of(opened.study).items() if name not in ("agents", "names")}
     return {**found, "agents": list(opened.study.labels)}
 
 

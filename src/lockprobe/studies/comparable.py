@@ -95,7 +95,7 @@ def _another_task(ours: Study, theirs: Study) -> str:
     for own, other in zip(ours.boxes, theirs.boxes, strict=True):
         if own.as_data() != other.as_data():
             return f"{other.name} is another box there under the same name"
-    if ours.more_boxes and ours.seed != theirs.seed:
+    if len(ours.boxes) > 1 and ours.seed != theirs.seed:
         return (
             f"the seed is {theirs.seed}, not {ours.seed}: studies of several boxes are compared in pairs of equal luck"
         )

@@ -8,8 +8,8 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.sizes import sized_as_there
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import holds_records
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import EarlierSize

@@ -1,19 +1,31 @@
-"""A study: which agents play which box under which conditions, how often, and from which seed."""
+"""A study: which agents play which box under which conditions, how often, and from which seed.
+
+Its fields are its settings: ``study.json`` is this object as JSON (:func:`settings_of`), and :func:`study_from` reads
+it back.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
 from itertools import product
-from typing import get_args
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.layouts import redealt
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import check_choice, check_whole
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_whole, plain
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
@@ -21,8 +33,6 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.flip_axis import flip_axis, reading_of
 from lockprobe.studies.modality import is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.agent_names import check_names
-from lockprobe.studies.options.condition_settings import condition_settings
-from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study_checks import (
     check_boxes,
@@ -46,6 +56,18 @@ LONGEST_NAME = 100
 LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 """The largest number that a setting can have."""
 
+SIZES = ("repetitions", "trials", "strategy_trials", "until")
+"""The settings that say how much is played."""
+
+WHO = ("agents", "names")
+"""The settings that say who plays."""
+
+_BESIDE = ("contrasts", "earlier", "shard")
+"""What ``study.json`` holds beside the settings: it changes no trial."""
+
+_Box = Annotated[Lockbox, PlainValidator(box_from_data), PlainSerializer(Lockbox.as_data)]
+_Shard = Annotated[Shard, BeforeValidator(lambda said: Shard.parse(said) if isinstance(said, str) else said)]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
@@ -54,8 +76,8 @@ class Study:
     Attributes:
         name: ``flips``, ``modalities``, or a name that the experimenter gives it.
         agents: Agent specs, in the order in which they play.
-        box: The box, or the first of several.
-        more_boxes: The others. Trials take turns on them (:meth:`box_of`), so that each has luck of its own.
+        names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
+            Keys, tables and pages show it in place of the spec. It changes no draw.
         conditions: Each once: flip rates, as :func:`lockprobe.interventions.conditions.flips` makes them, or any
             others. An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
@@ -63,22 +85,21 @@ class Study:
         strategy_trials: The same for strategies (:func:`lockprobe.agents.catalogue.is_strategy`), which
             cost nothing; ``trials`` if None. All agents share the luck of the trials that all of them play.
         strategy_conditions: Labels of conditions that strategies alone play, since a model's trials cost.
+        until: When it stops, before ``trials`` are played; None if all of them are.
+        boxes: One or several. Trials take turns on them (:meth:`box_of`), so that each has luck of its own.
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.
         plant: What is acted on, as its spec; conditions may change its options (:meth:`plant_of`).
         layout: ``fixed``, the box's own; ``dealt``, another one for all trials; or ``shuffled``, a new one in every
             trial (:func:`lockprobe.boxes.layouts.redealt`), the same under every condition and for every agent.
-        flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
-            one kind, each rate once in each modality.
         assessment: Whether agents are asked what their last action did. Asking may change behaviour.
         hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
-        until: When it stops, before ``trials`` are played; None if all of them are.
         contrasts: What it asks, by its name; no setting, since it changes no trial.
         earlier: The sizes that it had before it was extended; no setting, since they change no trial.
         shard: The part of its trials that is played; None for all. It is no setting either.
-        names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
-            Keys, tables and pages show it in place of the spec. It changes no draw.
+        flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
+            one kind, each rate once in each modality.
 
     Raises:
         UnknownName: If there is no such plant or modality.
@@ -86,28 +107,29 @@ class Study:
             part who cannot play them.
     """
 
-    name: str
-    agents: tuple[str, ...]
-    box: Lockbox
+    __pydantic_config__ = AS_WRITTEN
+
+    name: Text
+    agents: tuple[Text, ...]
+    names: Mapping[Text, Text] = field(default_factory=dict, hash=False)
     conditions: tuple[Condition, ...]
     repetitions: int = 3
     trials: int = 10
     strategy_trials: int | None = None
-    strategy_conditions: tuple[str, ...] = ()
+    until: Until | None = None
+    strategy_conditions: tuple[Text, ...] = ()
+    boxes: tuple[_Box, ...]
     max_steps: int = 20
     seed: int = 1
     shuffle: Shuffle = "trial"
-    plant: str = "symbolic"
+    plant: Text = "symbolic"
     layout: LayoutKind = "fixed"
     assessment: bool = True
     hypothesis: Ask = "before"
-    more_boxes: tuple[Lockbox, ...] = ()
-    until: Until | None = None
-    contrasts: Mapping[str, Contrast] = field(default_factory=dict, compare=False)
+    contrasts: Mapping[Text, Contrast] = field(default_factory=dict, compare=False)
     earlier: tuple[EarlierSize, ...] = field(default=(), compare=False)
-    shard: Shard | None = field(default=None, compare=False)
-    names: Mapping[str, str] = field(default_factory=dict, hash=False)
-    flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
+    shard: Annotated[_Shard | None, PlainSerializer(lambda one: one and str(one))] = field(default=None, compare=False)
+    flip_axis: Annotated[tuple[Condition, ...], Field(exclude=True)] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         for setting, known in (("layout", LayoutKind), ("shuffle", Shuffle), ("hypothesis", Ask)):
@@ -185,60 +207,39 @@ class Study:
         """How the box is shown, each way once."""
         return tuple(dict.fromkeys(one.modality for one in self.conditions))
 
-    def settings(self) -> dict[str, object]:
-        """The study as JSON would hold it."""
+    def settings(self) -> dict[str, Any]:
+        """What changes its trials, as JSON would hold it."""
+        return {name: value for name, value in settings_of(self).items() if name not in _BESIDE}
+
+    def differences(self, other: Study, *, but: Iterable[str] = ()) -> dict[str, tuple[object, object]]:
+        """The settings in which another study differs, with its value and this one's.
+
+        The order of agents and conditions is no setting: it changes no trial.
+
+        Args:
+            other: The other study.
+            but: Settings that may differ.
+        """
+        names = [one.name for one in fields(self) if one.compare and one.name not in but]
         return {
-            "study": self.name,
-            "agents": list(self.agents),
-            **({"names": dict(self.names)} if self.names else {}),
-            "conditions": [condition_settings(condition) for condition in self.conditions],
-            "repetitions": self.repetitions,
-            "trials": self.trials,
-            "strategy_trials": self.strategy_trials,
-            **({"until": self.until.settings()} if self.until else {}),
-            **({"strategy_conditions": list(self.strategy_conditions)} if self.strategy_conditions else {}),
-            **self._trial_settings(),
+            "box" if name == "boxes" else name: _told_apart(name, there, here)
+            for name in names
+            for there, here in [(getattr(other, name), getattr(self, name))]
+            if ({*there} != {*here} if name in ("agents", "conditions") else there != here)
         }
 
-    def _trial_settings(self) -> dict[str, object]:
-        """What every trial has alike, whatever its condition, agent and number."""
+    def renamed(self, other: Study) -> dict[str, tuple[object, object]]:
+        """The agents of both that are called otherwise in another study, with their names there and here."""
         return {
-            "box": self.box.as_data(),
-            **({"more_boxes": [box.as_data() for box in self.more_boxes]} if self.more_boxes else {}),
-            "max_steps": self.max_steps,
-            "seed": self.seed,
-            "shuffle": self.shuffle,
-            "plant": self.plant,
-            "layout": self.layout,
-            "assessment": self.assessment,
-            "hypothesis": self.hypothesis,
+            f"name of {agent}": (other.label_of(agent), self.label_of(agent))
+            for agent in other.agents
+            if agent in self.agents and other.label_of(agent) != self.label_of(agent)
         }
 
-    @property
-    def contrast_settings(self) -> dict[str, dict[str, list[str]]]:
-        """What it asks, as JSON would hold it."""
-        return {name: {"of": [*one.of], "minus": [*one.minus]} for name, one in self.contrasts.items()}
-
-    @property
-    def unordered_settings(self) -> dict[str, object]:
-        """The settings with agents and conditions sorted: they are equal if and only if the trials are."""
-        return in_no_order(self.settings())
-
-    def of_equal_trials(self, other: Study) -> bool:
-        """Whether another study has the same settings, but for its agents and its size."""
-        beside = {"agents", "names", "repetitions", "trials", "strategy_trials", "until"}
-        one, two = (study.unordered_settings for study in (self, other))
-        return all(one.get(name) == two.get(name) for name in {*one, *two} - beside)
-
-    def ordered_as(self, settings: Mapping[str, object]) -> Study:
-        """The study with its conditions in the order of settings that have the same; else as it is."""
-        there = settings.get("conditions")
-        places = {sorted_text(one): place for place, one in enumerate(there if isinstance(there, list) else ())}
-        own = [sorted_text(condition_settings(one)) for one in self.conditions]
-        if {*own} != places.keys():
-            return self
-        order = sorted(range(len(own)), key=lambda i: places[own[i]])
-        return replace(self, conditions=tuple(self.conditions[i] for i in order))
+    def ordered_as(self, other: Study) -> Study:
+        """The study with its conditions in the order of another one that has the same; else as it is."""
+        same = {*self.conditions} == {*other.conditions}
+        return replace(self, conditions=other.conditions) if same else self
 
     @property
     def settings_hash(self) -> str:
@@ -247,7 +248,9 @@ class Study:
         The order of agents and conditions is no setting: it changes no trial. The digits stand under a preregistration,
         so they are too many to find two studies with equal ones by trying.
         """
-        return hash_of(self.unordered_settings)[:32]
+        settings = self.settings()
+        settings |= {name: sorted(settings[name], key=_as_json) for name in ("agents", "conditions")}
+        return hashlib.sha256(_as_json(settings).encode()).hexdigest()[:32]
 
     @property
     def identity(self) -> str:
@@ -260,8 +263,10 @@ class Study:
         They cover what a condition does and not what it is called, so that trials of two studies whose conditions share
         a name are never taken for each other. Study, agent, label, repetition and trial are in the record itself.
         """
-        acting = {"specs": list(condition.specs), "modality": condition.modality}
-        return hash_of(self._trial_settings() | acting)[:12]
+        beside = {"name", "conditions", "strategy_conditions", *WHO, *SIZES}
+        acting = {name: value for name, value in self.settings().items() if name not in beside}
+        acting |= {"specs": list(condition.specs), "modality": condition.modality}
+        return hashlib.sha256(_as_json(acting).encode()).hexdigest()[:12]
 
     @property
     def has_pictures(self) -> bool:
@@ -311,14 +316,14 @@ class Study:
         return trials_planned(agent, self)
 
     @property
-    def boxes(self) -> tuple[Lockbox, ...]:
-        """Its boxes."""
-        return (self.box, *self.more_boxes)
+    def box(self) -> Lockbox:
+        """Its box, or the first of several."""
+        return self.boxes[0]
 
     @property
     def boxes_in_words(self) -> str:
         """The name of its box, or how many it has."""
-        return f"{len(self.boxes)} boxes" if self.more_boxes else self.box.name
+        return f"{len(self.boxes)} boxes" if len(self.boxes) > 1 else self.box.name
 
     def box_of(self, trial: int) -> Lockbox:
         """The box of a trial by its number, from 1: boxes take turns, so that a part of a study is balanced."""
@@ -410,7 +415,7 @@ class Study:
             for agent in self.agents
             for one in self.conditions_of(agent)
         }
-        one_panel = None if self.layout == "shuffled" or self.more_boxes else self.panel
+        one_panel = None if self.layout == "shuffled" or len(self.boxes) > 1 else self.panel
         return [
             trial
             for trial in trials
@@ -470,3 +475,63 @@ class Study:
 def trials_planned(agent: str, plan: Study | EarlierSize) -> int:
     """Trials per repetition and condition that a plan has for an agent."""
     return plan.strategy_trials if plan.strategy_trials is not None and is_strategy(agent) else plan.trials
+
+
+@cache
+def _as_settings() -> TypeAdapter[Study]:
+    return TypeAdapter(Study)
+
+
+def settings_of(study: Study) -> dict[str, Any]:
+    """A study as ``study.json`` holds it: what changes its trials, and beside it contrasts, earlier sizes and a shard.
+
+    What is empty is left out.
+    """
+    found = _as_settings().dump_python(study, mode="json")
+    for condition in found["conditions"]:
+        if not condition["plant"]["options"]:
+            del condition["plant"]
+    return {name: value for name, value in found.items() if value not in (None, [], {})}
+
+
+def study_from(text: bytes, path: Path) -> Study:
+    """The study of which this is the ``study.json``; messages name its path.
+
+    Raises:
+        BadFile: If it is of none.
+    """
+    said = parse_json(text, path)
+    if not isinstance(said, dict):
+        raise BadFile(path, "not the settings of a study")
+    try:
+        study = _as_settings().validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
+    except UserMistake as error:
+        raise BadFile(path, str(error)) from None
+    if other := [name for name, value in settings_of(study).items() if said.get(name) != value]:
+        raise BadFile(path, f"{other[0]}: is missing, or not as lockprobe writes it")
+    return study
+
+
+def _as_json(value: object) -> str:
+    """A value as JSON with sorted names, the same for equal values."""
+    return json.dumps(value, sort_keys=True)
+
+
+def _told_apart(name: str, there: Any, here: Any) -> tuple[object, object]:
+    """Two values of a setting for a message: boxes by name, or by the part that differs if their names are equal."""
+    if name == "boxes":
+        names = [", ".join(box.name for box in boxes) for boxes in (there, here)]
+        if names[0] != names[1]:
+            return names[0], names[1]
+        one, two = next((one.as_data(), two.as_data()) for one, two in zip(there, here, strict=True) if one != two)
+        part = next(part for part in {**one, **two} if one.get(part) != two.get(part))
+        return {part: one.get(part)}, {part: two.get(part)}
+    if name == "conditions":
+        said = ["; ".join(f"{one.name}={one.spec}" if one.name else one.spec for one in some) for some in (there, here)]
+        return said[0], said[1]
+    if name == "until":
+        return str(there or "never"), str(here or "never")
+    return there, here

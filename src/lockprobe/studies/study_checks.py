@@ -30,7 +30,7 @@ def check_boxes(study: Study) -> None:
     names = [box.name for box in study.boxes]
     if len(set(names)) < len(names):
         raise BadValue("box", ", ".join(names), "every box once")
-    if study.more_boxes and study.until:
+    if len(names) > 1 and study.until:
         expected = "none with several boxes: what holds at every look is computed for one"
         raise BadValue("until", str(study.until), expected)
 
@@ -38,7 +38,7 @@ def check_boxes(study: Study) -> None:
 def check_people(study: Study) -> None:
     """Refuse what people cannot play."""
     if PEOPLE in study.agents:
-        if study.more_boxes:
+        if len(study.boxes) > 1:
             raise BadValue("box", f"{len(study.boxes)} boxes", "one with people, whose boxes are counted by person")
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
         if study.until:

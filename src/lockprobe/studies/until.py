@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import AS_WRITTEN
 
 MARGIN = 0.1
 """The largest difference in success that counts as none where a study plays until it is decided. It is a convention."""
@@ -32,6 +33,8 @@ class Until:
     Raises:
         BadValue: If the number is out of range.
     """
+
+    __pydantic_config__ = AS_WRITTEN
 
     rule: Literal["decided", "width"]
     points: float = MARGIN
@@ -62,17 +65,16 @@ class Until:
         """The largest difference that counts as none; None where the study says of none that it is small."""
         return self.points if self.rule == "decided" else None
 
-    def settings(self) -> dict[str, object]:
-        """The rule as JSON holds it."""
-        return {"rule": self.rule, "points": self.points}
 
-
-class EarlierSize(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class EarlierSize:
     """The size that a study had before it was extended, in the fields of :class:`lockprobe.studies.study.Study`.
 
     Blocks of an earlier size come before those that were added to it, in what holds at every look.
     """
 
+    __pydantic_config__ = AS_WRITTEN
+
     repetitions: int
     trials: int
-    strategy_trials: int | None
+    strategy_trials: int | None = None

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainSerializer
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import plugin_name_of
-from lockprobe.foundation.spec import Spec, in_words, options_of
+from lockprobe.foundation.spec import Spec, in_words, options_of, split_specs
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_dose
 from lockprobe.trial.doses import doses_of, flip_rate
 from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Intervention, InterventionTraits
@@ -31,19 +34,51 @@ _LONGEST = 200
 """The most characters of the name of a condition."""
 
 
-class Contrast(NamedTuple):
+def _listed(given: object) -> object:
+    return (given,) if isinstance(given, str) else tuple(given) if isinstance(given, list) else given
+
+
+_Labels = Annotated[tuple[Text, ...], BeforeValidator(_listed), Field(min_length=1, max_length=64)]
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
     """Labels of conditions: what is asked is the mean success under some, minus that under the others."""
 
-    of: tuple[str, ...]
-    minus: tuple[str, ...]
+    __pydantic_config__ = AS_WRITTEN
+
+    of: _Labels
+    minus: _Labels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """An intervention as named in a study's settings, which import no code: its spec and its doses."""
+    """An intervention as named in a study's settings, which import no code: its spec and its doses.
 
-    spec: str
-    doses: tuple[str, ...] = ()
+    Raises:
+        BadValue: If the spec holds several interventions, or a dose is no number.
+    """
+
+    __pydantic_config__ = AS_WRITTEN
+
+    spec: Text
+    doses: tuple[Text, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(split_specs(self.spec)) != 1:
+            raise BadValue("intervention", self.spec, "one")
+        options = Spec.parse(self.spec, "intervention").options
+        for dose in self.doses[:1]:
+            check_dose(f"dose {dose} of {self.spec}", options.get(dose, ""))
+
+
+def _recorded(interventions: tuple[Intervention | Recorded, ...]) -> list[dict[str, object]]:
+    """Interventions as settings name them."""
+    found = list[dict[str, object]]()
+    for one in interventions:
+        spec, doses = one.spec if isinstance(one, Recorded) else spec_of(one), InterventionTraits.of(one).doses
+        found.append({"spec": spec, "doses": [*doses]} if doses else {"spec": spec})
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +97,17 @@ class Condition:
         BadValue: If the name cannot stand in the key of a record.
     """
 
-    interventions: tuple[Intervention | Recorded, ...] = field(default=(), compare=False)
-    modality: str = STATES
-    name: str = ""
+    __pydantic_config__ = AS_WRITTEN
+
+    name: Annotated[str, Field(max_length=1000)] = ""
+    interventions: Annotated[
+        tuple[Intervention | Recorded, ...],
+        GetPydanticSchema(lambda _, handler: handler(tuple[Recorded, ...])),  # settings name them
+        PlainSerializer(_recorded),
+    ] = field(default=(), compare=False)
+    modality: Text = STATES
     plant: PlantChange = field(default_factory=PlantChange, compare=False)
-    specs: tuple[str, ...] = field(init=False)
+    specs: Annotated[tuple[str, ...], Field(exclude=True)] = field(init=False)
 
     def __post_init__(self) -> None:
         acting = (one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from pydantic import Field
 
 from lockprobe.foundation.spec import Spec, in_words
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_dose
 
 PLANT = "plant"
 """The part of a condition's spec that changes options of the plant: ``plant?pose_error=0.01``."""
@@ -24,10 +28,19 @@ class PlantChange:
     Attributes:
         options: Option -> its value, of those that differ from the study's plant.
         own: Of those that are doses, the value in the study's plant.
+
+    Raises:
+        BadValue: If a dose is no number.
     """
 
-    options: Mapping[str, str] = field(default_factory=dict)
-    own: Mapping[str, float] = field(default_factory=dict)
+    __pydantic_config__ = AS_WRITTEN
+
+    options: Mapping[Text, Annotated[str, Field(max_length=1000)]] = field(default_factory=dict)
+    own: Mapping[Text, Annotated[float, Field(allow_inf_nan=False)]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for option in self.own:
+            check_dose(f"dose {option} of the plant", self.options.get(option, ""))
 
     @property
     def spec(self) -> str:

@@ -19,7 +19,7 @@ pytestmark = needs_a_browser
 STUDY = Study(
     name="flips",
     agents=("participant",),
-    box=box("chain-4"),
+    boxes=(box("chain-4"),),
     conditions=flips((0.4,)),
     repetitions=1,
     trials=2,
@@ -30,7 +30,7 @@ SHORT = replace(STUDY, max_steps=2)
 LARGE = Study(
     name="flips",
     agents=("participant",),
-    box=box("random-8-3"),
+    boxes=(box("random-8-3"),),
     conditions=flips((0.4,)),
     repetitions=1,
     trials=2,
@@ -38,7 +38,7 @@ LARGE = Study(
     max_steps=2,
 )
 PICTURES = Study(
-    name="modalities", agents=("participant",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgbd",)), repetitions=1, trials=2, max_steps=2,
+    name="modalities", agents=("participant",), boxes=(box("chain-4"),), conditions=flips((0.0,), modalities=("rgbd",)), repetitions=1, trials=2, max_steps=2,
     plant="fast-twin?width=160&height=120",
 )  # fmt: skip
 CHECK = {"after": 0, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}

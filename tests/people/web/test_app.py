@@ -576,7 +576,7 @@ TRUTH = re.compile(
 @pytest.mark.parametrize("layout", ["fixed", "dealt", "shuffled"])
 def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
     study = Study(
-        name="flips", agents=("participant",), box=box("chain-4"), conditions=flips((0.4,), flip), layout=layout, repetitions=1,
+        name="flips", agents=("participant",), boxes=(box("chain-4"),), conditions=flips((0.4,), flip), layout=layout, repetitions=1,
         trials=2, max_steps=20,
     )  # fmt: skip
 
@@ -607,7 +607,7 @@ def told_alike():
     chain = box("chain-4")
     free, locked = chain.names[-1], replace(chain, interlock={chain.names[-1]: ({chain.names[1]: True},)})
     for lockbox, p in ((chain, 0.0), (locked, 1.0)):
-        study = replace(STUDY, box=lockbox, conditions=flips((p,), "outcome-only"), trials=1)
+        study = replace(STUDY, boxes=(lockbox,), conditions=flips((p,), "outcome-only"), trials=1)
         plan = study.plan("participant", study.conditions[0], 1, 1)
         yield study, Names(plan).labels[plan.box.names.index(free)]
 

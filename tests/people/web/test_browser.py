@@ -206,7 +206,7 @@ class Restless(Tab):
 
 
 def test_a_page_that_is_loaded_again_shows_the_same_in_every_scene(tmp_path):
-    study = a_study(box=box("chain-3"), p=(0.4,), max_steps=6)
+    study = a_study(boxes=(box("chain-3"),), p=(0.4,), max_steps=6)
     run(_restless(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 1)
 

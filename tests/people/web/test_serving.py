@@ -21,7 +21,7 @@ from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.people.web import serving
 from lockprobe.people.web.serving import ServerOptions, opened
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import STORE
 
 SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))

@@ -87,14 +87,13 @@ def results_of_trials(trials):
     planned = Study(
         name="flips",
         agents=tuple(dict.fromkeys(trial.group for trial in trials)),
-        box=box("chain-4"),
+        boxes=(box("chain-4"),),
         conditions=flips(sorted({trial.p for trial in trials})),
         repetitions=max(trial.repetition for trial in trials),
         trials=max(trial.trial for trial in trials),
     )
     opened = OpenedStudy(
         directory=Path(),
-        settings=planned.settings(),
         study=planned,
         trials=tuple(sorted(trials, key=planned.place_of)),
         journal=LeftOut(replaced=0),

@@ -26,11 +26,13 @@ def test_every_condition_is_judged(tmp_path):
 def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
     """A target that needs two joints open is in none of the priors."""
     both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
-    planned = replace(small_study(["random"], (0.0,), 1, 6), box=replace(box("chain-4"), name="both", interlock=both))
+    planned = replace(
+        small_study(["random"], (0.0,), 1, 6), boxes=(replace(box("chain-4"), name="both", interlock=both),)
+    )
     assert CONTRADICTED in part(page_of(found_in(tmp_path, planned)), "optimal_actions")
 
 
 def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
-    found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7")))
+    found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 3), boxes=(box("chain-7"),)))
     assert found.where("optimal_actions") == []
     assert not part(page_of(found), "optimal_actions")

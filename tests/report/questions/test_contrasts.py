@@ -15,8 +15,8 @@ from lockprobe.report.page import page_of, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 FILE = """

@@ -27,7 +27,7 @@ def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path)
         for p, own in solved.items()
         for n in range(1, 26)
     ]
-    planned = study_of(name="flips", agents=("llm:a",), box=box("chain-4"), repetitions=1, trials=25)
+    planned = study_of(name="flips", agents=("llm:a",), boxes=(box("chain-4"),), repetitions=1, trials=25)
     found = found_in(tmp_path, planned, trials)
     row = found.one("success_difference", axis="flip rate", versus="")
     assert row.low > 0
@@ -49,7 +49,7 @@ def models(tmp_path_factory):
         for p, solved in ((0.0, 3), (0.4, 9))
         for i in range(10)
     ]
-    planned = study_of(name="flips", agents=(*agents,), box=box("chain-4"), repetitions=1, trials=10)
+    planned = study_of(name="flips", agents=(*agents,), boxes=(box("chain-4"),), repetitions=1, trials=10)
     return found_in(tmp_path_factory.mktemp("models"), planned, trials)
 
 
@@ -118,7 +118,7 @@ def test_what_changed_nothing_is_said_and_concludes_nothing(tmp_path):
 
 
 def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
-    planned = study_of(name="flips", agents=("llm:a", "llm:b"), box=box("chain-4"), repetitions=1, trials=10)
+    planned = study_of(name="flips", agents=("llm:a", "llm:b"), boxes=(box("chain-4"),), repetitions=1, trials=10)
     trials = [make_trial(SOLUTION, agent="llm:a", p=p, trial=i) for p in (0, 0.4) for i in range(1, 5)]
     found = found_in(tmp_path, planned, trials)
     assert found.said("overview", "unfinished") == ["Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."]

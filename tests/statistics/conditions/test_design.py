@@ -29,7 +29,7 @@ SHOWN = "symbolic?tell=state"
 
 
 def designed(conditions, agents=("random",)):
-    return design_of(Study(name="lab", agents=agents, box=box(), conditions=tuple(conditions), plant="twin"))
+    return design_of(Study(name="lab", agents=agents, boxes=(box(),), conditions=tuple(conditions), plant="twin"))
 
 
 def dosed(comparison):

@@ -8,12 +8,13 @@ from builders import play_study, write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.options.settings import read_study, study_from
 from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load, read_records
 from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.study import settings_of, study_from
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 SPEC = "human-inspired?lapse=0.1"
@@ -41,7 +42,7 @@ def test_a_name_changes_no_draw():
 def test_settings_hold_the_spec_and_the_name(tmp_path):
     assert NAMED.settings()["agents"] == [SPEC, "random"]
     assert NAMED.settings()["names"] == {SPEC: "careful"}
-    assert study_from(json.loads(json.dumps(NAMED.settings())), tmp_path) == NAMED
+    assert study_from(json.dumps(settings_of(NAMED)).encode(), tmp_path) == NAMED
     assert "names" not in PLAIN.settings()
     assert NAMED.identity != PLAIN.identity
     assert NAMED.record_identity(NAMED.conditions[0]) == PLAIN.record_identity(PLAIN.conditions[0])

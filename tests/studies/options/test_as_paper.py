@@ -13,8 +13,8 @@ from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import locking_pairs, neighbours
 from lockprobe.foundation.errors import Conflict
 from lockprobe.report.verify.verification import verify
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing.provider import replying, words

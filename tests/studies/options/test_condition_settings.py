@@ -6,8 +6,8 @@ import pytest
 from builders import write_study
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 
 
 def test_a_change_of_the_plant_is_read_back_and_a_false_one_is_refused(tmp_path):

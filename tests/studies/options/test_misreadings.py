@@ -10,8 +10,8 @@ from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.confusion import rates_of
 from lockprobe.report.verify.verification import verify
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 

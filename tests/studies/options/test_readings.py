@@ -1,13 +1,15 @@
 """Readings of a false report as a factor: what is played, by whom, and what is refused."""
 
+import json
+
 import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.options.paper import FULL, SHORT
 from lockprobe.studies.options.readings import ALL, readings_of
-from lockprobe.studies.options.settings import study_from
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.study import settings_of, study_from
 
 MODEL, STRATEGY = "llm:local", "random"
 KEPT = [f"flip?p={p:g}&others=kept" for p in SHORT.p if p]
@@ -61,7 +63,7 @@ def test_who_asks_for_anything_gets_that_alone(asked):
 
 def test_what_models_are_spared_is_a_setting(tmp_path):
     planned = study("flips", agent=[MODEL, STRATEGY])
-    assert study_from(planned.settings(), tmp_path) == planned
+    assert study_from(json.dumps(settings_of(planned)).encode(), tmp_path) == planned
     asked = study("flips", agent=[MODEL, STRATEGY], readings="fresh,kept", full=False)
     assert asked.settings_hash != planned.settings_hash
 

@@ -8,9 +8,10 @@ import pytest
 from builders import modality_study, play_study, small_study, write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.studies.options.settings import read_study, study_from
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.study import study_from
 from lockprobe.trial.record import STATES
 
 
@@ -37,7 +38,7 @@ def acting(p):
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("conditions", None, "not the settings of a study"),
+        ("conditions", None, "conditions: expected a list"),
         ("conditions", [], "at least one"),
         ("conditions", ["truth"], "conditions.0"),
         ("conditions", [SAID, SAID], "every one once"),
@@ -53,8 +54,8 @@ def acting(p):
         ("trials", 0, "trials"),
         ("trials", True, "trials"),
         ("trials", 10**30, "trials"),
-        ("box", None, "box"),
-        ("box", {}, "name"),
+        ("boxes", None, "boxes: expected a list"),
+        ("boxes", [{}], "name"),
         ("agents", ["x" * 1001], "agents.0: expected at most 1000 characters"),
         ("layout", "round", "layout"),
         ("assessment", 1, "assessment"),
@@ -76,7 +77,7 @@ def test_settings_that_are_none_are_refused(directory, name, value, message):
 def test_every_setting_is_there(directory, name):
     path = directory / "study.json"
     path.write_text(json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != name}))
-    with pytest.raises(BadFile, match=rf"{name}|study.json: not the settings of a study"):
+    with pytest.raises(BadFile, match=rf"{name}: is missing"):
         read_study(directory)
 
 
@@ -128,4 +129,4 @@ def test_an_intervention_of_settings_is_one_with_a_number_for_its_dose(acting, m
     condition = {"name": "", "interventions": [acting], "modality": "symbolic?tell=state"}
     settings = study("flips", agent="random", p=[0]).settings() | {"conditions": [condition]}
     with pytest.raises(BadFile, match=message):
-        study_from(settings, Path("study.json"))
+        study_from(json.dumps(settings).encode(), Path("study.json"))

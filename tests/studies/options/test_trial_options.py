@@ -141,7 +141,7 @@ class TestBoxesOfStudies:
         more = lockprobe.run_study(lockprobe.study(box=mine, **self.ASKED), tmp_path)
         assert first == more == lockprobe.load(tmp_path)
         assert {trial.box for trial in first} == {"mine"}
-        from lockprobe.studies.options.settings import read_study
+        from lockprobe.studies.records.directory import read_study
 
         assert read_study(tmp_path).box == mine
         with pytest.raises(lockprobe.UserMistake, match="already holds a study with other settings"):

@@ -10,8 +10,7 @@ from taking_part import take_part
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.options.settings import read_study
-from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
@@ -113,7 +112,7 @@ def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
         ({"conditions": flips((0.0, 0.5))}, r"conditions is 'truth; flip\?p=0.5', not 'truth; flip\?p=0.4'"),
         ({"layout": "shuffled"}, "layout is 'shuffled', not 'fixed'"),
         (
-            {"box": replace(ALL.box, target="slider-1")},
+            {"boxes": (replace(ALL.box, target="slider-1"),)},
             "box is {'target': 'slider-1'}, not {'target': 'revolute-left'}",
         ),
     ],
@@ -121,10 +120,10 @@ def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
 def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
     here = write_study(tmp_path / "here", only("random"))
     there = write_study(tmp_path / "there", replace(only("human-inspired"), **other))
-    before = read_settings(here)
+    before = read_study(here)
     with pytest.raises(BadFile, match=said):
         gather(here, [source_of_directory(there)])
-    assert read_settings(here) == before
+    assert read_study(here) == before
     assert len(load(here)) == 8
 
 

@@ -28,7 +28,7 @@ def named(label, spec):
     ("ours", "theirs", "why"),
     [
         ({}, {"seed": 2}, "seed is 2, not 1"),
-        ({}, {"box": box("chain-3")}, "box is 'chain-3', not 'chain-4'"),
+        ({}, {"boxes": (box("chain-3"),)}, "box is 'chain-3', not 'chain-4'"),
         ({}, {"max_steps": 5}, "budget is 5, not 20"),
         ({}, {"shuffle": "never"}, "truth did something else there: it is {theirs}, not {ours}"),
         (named("x", "flip?p=0.1"), named("x", "flip?p=0.9"), "x did something else there: it is {theirs}, not {ours}"),

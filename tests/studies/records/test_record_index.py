@@ -98,7 +98,7 @@ def test_a_study_of_all_kinds_of_records_is_counted_as_it_is_loaded(mixed):
 
 @pytest.mark.parametrize("layout", ["fixed", "shuffled"])
 def test_records_of_strategies_are_counted_together(tmp_path, layout):
-    planned = replace(small_study(p=[0.0], trials=60), box=box("random-5-17"), layout=layout)
+    planned = replace(small_study(p=[0.0], trials=60), boxes=(box("random-5-17"),), layout=layout)
     run_study(planned, tmp_path)
     assert same_as_loaded(tmp_path, planned) < planned.size / 2
     with read(tmp_path) as store:

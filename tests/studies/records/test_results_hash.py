@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe import run_study, study
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash
 from lockprobe.studies.records.trial_rows import read_timings

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.spec import Spec
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.agent_view import film_seen
 from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of

@@ -19,7 +19,7 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Answers, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial

@@ -43,7 +43,7 @@ _GHOST: Dash = (0, (2, 1.5))
 @own_settings()
 def box_of_study(found: Results) -> Figure:
     """The picture of the box of a study."""
-    return box_figure(box_from_data(found.study["box"]))
+    return box_figure(box_from_data(found.study["boxes"][0]))
 
 
 @own_settings()

@@ -63,7 +63,7 @@ class Results(Part):
 
     def __repr__(self) -> str:
         """How many rows there are; all of them would fill a screen for minutes."""
-        return f"<Results of {self.study.get('study', 'a study')}: {len(self.rows)} rows; {self.answer}>"
+        return f"<Results of {self.study.get('name', 'a study')}: {len(self.rows)} rows; {self.answer}>"
 
     @property
     def measures(self) -> list[Estimate]:
@@ -188,7 +188,7 @@ class Results(Part):
     @property
     def boxes(self) -> list[Mapping[str, Any]]:
         """Its boxes, as in ``study.json``."""
-        return [self.study.get("box", {}), *self.study.get("more_boxes", ())]
+        return list(self.study.get("boxes", ()))
 
     @property
     def subjects(self) -> tuple[str, ...]:

@@ -33,8 +33,8 @@ from lockprobe.report.verify.replay import ReplayedTrial, is_foreign, kind_of, p
 from lockprobe.report.verify.replies import LoggedCalls, replies_held
 from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.next_choice import next_choice
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.merge import lasting_facts
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash

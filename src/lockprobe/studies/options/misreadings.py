@@ -10,7 +10,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.confusion import entries_of
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition

@@ -13,7 +13,7 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.until import MOST, Until
 
-SIZES = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", "most"})
+SIZE_OPTIONS = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", "most"})
 """The options that say how much is played."""
 
 
@@ -67,9 +67,9 @@ def sized_as_there(planned: Study, there: Study, said: Collection[str]) -> Study
     Args:
         planned: The study as it was asked for.
         there: The study of its directory.
-        said: The options that were given, of :data:`SIZES` and others.
+        said: The options that were given, of :data:`SIZE_OPTIONS` and others.
     """
-    said = SIZES & {*said}
+    said = SIZE_OPTIONS & {*said}
     if not said:
         return replace(planned, **Sizes(there.repetitions, there.trials, there.strategy_trials, there.until)._asdict())
     if "full" in said:

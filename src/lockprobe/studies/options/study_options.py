@@ -32,6 +32,7 @@ from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.trial.briefing import Ask
+from lockprobe.trial.condition import Contrast
 
 STUDIES = ("flips", "modalities", "why", "looks")
 """The studies by name."""
@@ -79,15 +80,6 @@ Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
 Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
-
-
-class AskedContrast(BaseModel):
-    """A contrast of a study file: mean success under some conditions minus that under others, by their names."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    of: Annotated[list[str], Field(min_length=1, max_length=64), BeforeValidator(_listed)]
-    minus: Annotated[list[str], Field(min_length=1, max_length=64), BeforeValidator(_listed)]
 
 
 Whole = Annotated[int, BeforeValidator(_number)]
@@ -205,7 +197,7 @@ class StudyOptions(BaseModel):
         ),
     ] = None
     contrasts: Annotated[
-        Annotated[dict[str, AskedContrast], Field(max_length=64)] | None,
+        Annotated[dict[str, Contrast], Field(max_length=64)] | None,
         _about(
             "What is asked, by its name: mean success under the conditions of one list minus that under the conditions "
             "of another; a table of a study file, or a dict in Python (none).",

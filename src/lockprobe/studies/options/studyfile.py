@@ -37,7 +37,6 @@ from lockprobe.studies.options.readings import (
     rates_of_models,
     readings_of,
 )
-from lockprobe.studies.options.settings import LONGEST_SPEC
 from lockprobe.studies.options.sizes import sizes_of
 from lockprobe.studies.options.study_defaults import (
     extent_of,
@@ -51,11 +50,14 @@ from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptio
 from lockprobe.studies.options.trial_options import trial_options
 from lockprobe.studies.study import Study
 from lockprobe.studies.why import arm_conditions
-from lockprobe.trial.condition import TRUTH, Condition, Contrast
+from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
+
+LONGEST_SPEC = 1000
+"""Characters of the spec of an agent, a condition or a plant."""
 
 MOST_BOXES = 100
 """The most boxes that a study generates."""
@@ -117,8 +119,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
     spared += [one for one in conditions if one.p not in rates_of_models(extent)] if spared else []
-    asked_for = {name: Contrast(tuple(one.of), tuple(one.minus)) for name, one in (request.contrasts or {}).items()}
-    planned = replace(planned, strategy_conditions=tuple(one.label for one in spared), contrasts=asked_for)
+    alone = tuple(one.label for one in spared)
+    planned = replace(planned, strategy_conditions=alone, contrasts=request.contrasts or {})
     allow(*planned.plants)
     planned.check_agents()
     planned = with_misreadings(planned)
@@ -158,7 +160,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     plant = resolve_plant(plant_of(request))
     condition = _one_condition(given.get("condition"), request, plant)
     planned = _planned(request, plant, [agent], [condition], paper.ONE_TRIAL, {})
-    if planned.more_boxes:
+    if len(planned.boxes) > 1:
         raise BadValue("box", ", ".join(box.name for box in planned.boxes), "one box for one trial")
     allow(*planned.plants)
     return planned
@@ -176,8 +178,7 @@ def _planned(
     return Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
-        box=boxes[0],
-        more_boxes=boxes[1:],
+        boxes=boxes,
         conditions=tuple(conditions),
         **sizes_of(request, extent, len(boxes))._asdict(),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),

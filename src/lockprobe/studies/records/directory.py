@@ -9,7 +9,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -17,23 +16,13 @@ from types import TracebackType
 from typing import Self
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.foundation.inputs import parse_json, read_input
+from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
-from lockprobe.studies.options.settings_hash import in_no_order
 from lockprobe.studies.records.store import STORE, has_joined, holds_records
-from lockprobe.studies.study import Study
-from lockprobe.studies.until import Until
-from lockprobe.trial.condition import TRUTH
-from lockprobe.trial.record import STATES
-
-_SIZE = ("repetitions", "trials", "strategy_trials", "until")
-"""The settings that say how much is played."""
-
-_BESIDE = frozenset({"agents", "names", "contrasts", "extended", "shard"})
-"""What stands beside the settings that a study on disk must have in common with the one that is asked for."""
+from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
 
 _MADE = (SETTINGS, STORE)
 """Files that a start creates."""
@@ -130,27 +119,16 @@ class StudyDirectory:
                 path.rmdir()
 
 
-def read_settings(directory: Path | str) -> dict[str, object]:
-    """The settings of the study in a directory.
+def read_study(directory: Path | str) -> Study:
+    """The study whose settings lie in a directory.
 
     Raises:
-        BadFile: If the file is missing, or holds no settings of a study.
+        BadFile: If there are none, or they describe no study.
     """
     path = Path(directory) / SETTINGS
     if not path.exists():
         raise BadFile(directory, f"no {SETTINGS} here; is it the directory of a study?")
-    settings = parse_json(read_input(path), path)
-    if not isinstance(settings, dict) or not _are_of_a_study(settings):
-        raise BadFile(path, "not the settings of a study")
-    return settings
-
-
-def _are_of_a_study(settings: Mapping[str, object]) -> bool:
-    match settings:
-        case {"agents": list(), "conditions": list(), "repetitions": int(), "trials": int()}:
-            return True
-        case _:
-            return False
+    return study_from(read_input(path), path)
 
 
 def write_settings(directory: Path, study: Study) -> None:
@@ -161,19 +139,11 @@ def write_settings(directory: Path, study: Study) -> None:
     Raises:
         BadFile: If they cannot be written.
     """
-    earlier: object = [size._asdict() for size in study.earlier]
-    contrasts: object = study.contrast_settings
     if holds_records(directory) and (directory / SETTINGS).exists():
-        there = read_settings(directory)
-        earlier = there["extended"] if _plans(there) > len(study.earlier) else earlier
-        contrasts = contrasts or there.get("contrasts")
-    settings = {
-        **study.settings(),
-        **({"contrasts": contrasts} if contrasts else {}),
-        **({"extended": earlier} if earlier else {}),
-        **({"shard": str(study.shard)} if study.shard else {}),
-    }
-    write_file(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n", alone=True)
+        there = read_study(directory)
+        earlier = max(there.earlier, study.earlier, key=len)
+        study = replace(study, earlier=earlier, contrasts=study.contrasts or there.contrasts)
+    write_file(directory / SETTINGS, f"{json.dumps(settings_of(study), indent=2)}\n", alone=True)
 
 
 def claim(directory: Path, study: Study) -> None:
@@ -192,91 +162,14 @@ def claim(directory: Path, study: Study) -> None:
     if not (played or somebody):
         write_settings(directory, study)
         return
-    there = read_settings(directory)
-    extended = _plans(there) < len(study.earlier)
-    asked = json.loads(json.dumps(study.settings()))
-    known, wanted = in_no_order(there), in_no_order(asked)
-    different = {
-        name: told_apart(name, there.get(name), asked.get(name))
-        for name in sorted({*known, *wanted} - _BESIDE - {*(_SIZE if extended else ())})
-        if known.get(name) != wanted.get(name)
-    } | _renamed(there, study)
+    there = read_study(directory)
+    extended = len(there.earlier) < len(study.earlier)
+    different = study.differences(there, but=(*WHO, *(SIZES if extended else ()))) | study.renamed(there)
     if different:
         raise SettingsChanged(directory, different)
-    agents = joined_agents(_texts(there["agents"]), study.agents)
-    part = study.shard if str(study.shard) == there.get("shard") else None  # of several parts it holds the whole
-    asks = bool(study.contrasts) and study.contrast_settings != there.get("contrasts")
-    if extended or asks or list(agents) != there["agents"] or str(part) != str(there.get("shard")):
-        joined = replace(study, agents=agents, names={**_names(there), **study.names}, shard=part)
+    agents = joined_agents(there.agents, study.agents)
+    part = study.shard if study.shard == there.shard else None  # of several parts it holds the whole
+    asks = study.contrasts and study.contrasts != there.contrasts
+    if extended or asks or agents != there.agents or part != there.shard:
+        joined = replace(study, agents=agents, names={**there.names, **study.names}, shard=part)
         write_settings(directory, joined.ordered_as(there))
-
-
-def _plans(settings: Mapping[str, object]) -> int:
-    """How often a study was extended."""
-    found = settings.get("extended")
-    return len(found) if isinstance(found, list) else 0
-
-
-def _names(settings: Mapping[str, object]) -> dict[str, str]:
-    """Spec -> name of the agents that have one."""
-    names = settings.get("names")
-    return {str(spec): str(name) for spec, name in names.items()} if isinstance(names, dict) else {}
-
-
-def _renamed(there: Mapping[str, object], study: Study) -> dict[str, tuple[object, object]]:
-    """The agents that are called otherwise in a directory."""
-    names = _names(there)
-    return {
-        f"name of {agent}": (names.get(agent, agent), study.label_of(agent))
-        for agent in _texts(there["agents"])
-        if agent in study.agents and names.get(agent, agent) != study.label_of(agent)
-    }
-
-
-def told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
-    """Two values of a setting for a message: boxes by name, or by the parts that differ if their names are equal."""
-    if name == "conditions":
-        return _conditions_said(there), _conditions_said(asked)
-    if name == "until":
-        return _until_said(there), _until_said(asked)
-    if name == "more_boxes":
-        return _boxes_said(there), _boxes_said(asked)
-    if not (isinstance(there, dict) and isinstance(asked, dict)):
-        return there, asked
-    parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
-    first = parts[0] if parts else "name"
-    if first == "name":
-        return there.get("name"), asked.get("name")
-    return {first: there.get(first)}, {first: asked.get(first)}
-
-
-def _boxes_said(boxes: object) -> str:
-    """The names of further boxes."""
-    return ", ".join(str(box.get("name")) for box in boxes) if isinstance(boxes, list) else "none"
-
-
-def _until_said(until: object) -> str:
-    """When a study stops, as it is given on the command line."""
-    if not isinstance(until, dict):
-        return "never"
-    return str(Until(**until)) if {*until} == {"rule", "points"} else str(until)
-
-
-def _conditions_said(conditions: object) -> str:
-    """Conditions by name or, without names, by their interventions."""
-    if not isinstance(conditions, list):
-        return "none"
-    return "; ".join(_condition_said(one) if isinstance(one, dict) else str(one) for one in conditions)
-
-
-def _condition_said(condition: Mapping[str, object]) -> str:
-    acting = condition.get("interventions")
-    specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
-    shown = str(condition.get("modality", STATES))
-    said = specs if shown == STATES else [*specs, shown]
-    acts, name = " + ".join(said) or TRUTH, str(condition.get("name", ""))
-    return f"{name}={acts}" if name else acts
-
-
-def _texts(values: object) -> list[str]:
-    return [str(value) for value in values] if isinstance(values, Iterable) else []

@@ -20,15 +20,14 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.records.attempt_log import AttemptLog
-from lockprobe.studies.records.directory import told_apart, write_settings
+from lockprobe.studies.records.directory import read_study, write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing, read_timings
 from lockprobe.studies.running.paused_trial import RecordedAttempt
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import WHO, Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Fact, Trial
@@ -197,12 +196,9 @@ def _agents(sources: Iterable[MergeSource]) -> tuple[str, ...]:
 
 
 def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -> None:
-    both = [agent for agent in source.study.agents if agent in joined.agents]
-    theirs, ours = (_settings_to_compare(study, both) for study in (source.study, joined))
-    for name in sorted({*theirs, *ours}):
-        if theirs.get(name) != ours.get(name):
-            there, here = (repr(one)[:200] for one in told_apart(name, theirs.get(name), ours.get(name)))
-            raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
+    for name, values in (joined.differences(source.study, but=WHO) | joined.renamed(source.study)).items():
+        there, here = (repr(one)[:200] for one in values)
+        raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
     for trial in source.trials:
         try:
             if trial.player:
@@ -213,12 +209,6 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
     for trial in source.trials:
         if id(trial) not in own:
             raise BadFile(source.path, f"{trial.key} is no trial of that study")
-
-
-def _settings_to_compare(study: Study, agents: Sequence[str]) -> dict[str, object]:
-    """The settings that two studies must share to be merged: all but their agents; shared ones are called alike."""
-    called = {f"name of {agent}": study.label_of(agent) for agent in agents}
-    return {**study.unordered_settings, "agents": [], "names": {}} | called
 
 
 class _IdentityCheck:

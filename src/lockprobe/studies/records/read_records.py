@@ -5,14 +5,12 @@ Records of another study, as after a change of ``study.json`` by hand, are count
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.settings import study_from
-from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import read
 from lockprobe.studies.records.trial_rows import trial_in
 from lockprobe.studies.study import Study
@@ -51,13 +49,12 @@ def left_out(directory: Path | str) -> LeftOut:
     return read_records(directory)[1]
 
 
-def read_records(directory: Path | str, settings: Mapping[str, object] | None = None) -> tuple[list[Trial], LeftOut]:
-    """:func:`load` and :func:`left_out` in one pass. ``settings`` are the directory's settings, if already read."""
-    path = Path(directory) / SETTINGS
-    if settings is None and path.exists():
-        settings = read_settings(directory)
+def read_records(directory: Path | str, study: Study | None = None) -> tuple[list[Trial], LeftOut]:
+    """:func:`load` and :func:`left_out` in one pass. ``study`` is that of the directory, if already read."""
+    if study is None and (Path(directory) / SETTINGS).exists():
+        study = read_study(directory)
     with read(directory) as store:
-        return read_stored(store, None if settings is None else study_from(settings, path))
+        return read_stored(store, study)
 
 
 def read_stored(store: Database, study: Study | None) -> tuple[list[Trial], LeftOut]:

@@ -16,7 +16,7 @@ from typing import Self
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.database import Database
-from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read
