@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build
-from lockprobe.studies.options.paper import FULL, SHORT
+from lockprobe.studies.options.presets import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
 
@@ -30,12 +30,13 @@ def test_h_is_help_everywhere(lockprobe):
 
 
 def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockprobe):
-    said = " ".join(lockprobe("run", "--help")[1].split())
-    assert f"(in each repetition: {SHORT.trials}; {FULL.trials} with --full" in said
-    assert f"inverted ({','.join(f'{p:g}' for p in SHORT.p)}; 0 to {FULL.p[-1]} by {FULL.p[1]} with --full" in said
+    said, full = " ".join(lockprobe("run", "--help")[1].split()), preset("flips")
+    short = full.when["short"]
+    assert f"(in each repetition: {short.trials}; {full.trials} with --full" in said
+    assert f"inverted ({','.join(f'{p:g}' for p in short.p)}; 0 to {full.p[-1]} by {full.p[1]} with --full" in said
     (row,) = re.findall(r"^\| trials, flips \| (.*?) \|", AS_PAPER.read_text("utf-8"), re.MULTILINE)
-    assert row == (f"{SHORT.repetitions} repetitions of {SHORT.trials} trials at {len(SHORT.p)} rates, "
-                   f"{SHORT.strategy_trials} of strategies")  # fmt: skip
+    assert row == (f"{full.repetitions} repetitions of {short.trials} trials at {len(short.p)} rates, "
+                   f"{short.strategy_trials} of strategies")  # fmt: skip
 
 
 def test_people_are_offered_no_stop_when_it_is_decided(lockprobe):

@@ -1,31 +1,29 @@
 """Fractional factorial designs: orthogonal columns, their recognition by specs, and effects against a regression."""
 
 from itertools import combinations
-from math import prod
 
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.statistics.distributions import holm
-from lockprobe.statistics.factorial import factorial_effects, factorials_of, fraction, main_effects
+from lockprobe.statistics.factorial import factorial_effects, factorials_of, main_effects
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of
 
 FULL = ["tremble?p=0.2", "flip?p=0.4", "nudge"]
 EIGHT = [" + ".join(one) for size in (1, 2, 3) for one in combinations(FULL, size)]
-SIGNS = np.array(fraction(8), dtype=np.float64)
+SCENES = study("looks").conditions
+FACTORS = [*SCENES[-1].plant.options]
+SIGNS = np.array([[1.0 if name in one.plant.options else -1.0 for name in FACTORS] for one in SCENES])
 
 
-@pytest.mark.parametrize("factors", [4, 5, 6, 7, 8])
-def test_no_effect_of_a_factor_is_mixed_with_another_or_an_interaction_of_two(factors):
-    columns = list(zip(*fraction(factors), strict=True))
-    assert len(columns) == factors
-    pairs = [tuple(map(prod, zip(*two, strict=True))) for two in combinations(columns, 2)]
-    for column in columns:
-        assert sum(column) == 0
-        assert all(sum(map(prod, zip(column, pair, strict=True))) == 0 for pair in pairs)
-    assert len({*fraction(factors)}) == 16
+def test_no_factor_of_the_study_looks_is_mixed_with_another_or_an_interaction_of_two():
+    assert (SIGNS.shape, len({*map(tuple, SIGNS)}), {*SIGNS[0]}) == ((16, 8), 16, {-1})
+    pairs = [first * second for first, second in combinations(SIGNS.T, 2)]
+    for column in SIGNS.T:
+        assert column.sum() == 0
+        assert not any(column @ pair for pair in pairs)
 
 
 def designed(conditions):

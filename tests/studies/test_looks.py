@@ -4,9 +4,13 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.factorial import factorials_of
-from lockprobe.studies.looks import FACTORS, PLAIN
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of
+
+FACTORS = {
+    "discs": "no", "handle_colours": "plain", "labels": "no", "clutter": "8", "light": "side", "colours": "second",
+    "viewpoint": "oblique", "view_jitter": "5",
+}  # fmt: skip
 
 
 def test_its_scenes_are_a_factorial_design_of_all_factors():
@@ -14,7 +18,7 @@ def test_its_scenes_are_a_factorial_design_of_all_factors():
     (design,) = factorials_of(design_of(found).arms, "rgb")
     assert design.levels == {f"plant.{name}": high for name, high in FACTORS.items()}
     assert len(found.conditions) == len(found.plants) == 16
-    assert (found.conditions[0].label, found.plant_of(found.conditions[0])) == (PLAIN, "fast-twin")
+    assert (found.conditions[0].label, found.plant_of(found.conditions[0])) == ("plain scene", "fast-twin")
     assert (found.layout, found.trials, found.repetitions) == ("shuffled", 10, 1)
 
 
@@ -22,7 +26,7 @@ def test_its_scenes_are_a_factorial_design_of_all_factors():
     ("options", "said"),
     [
         ({"modality": "symbolic"}, "expected pictures, rgb or rgbd, whose looks vary"),
-        ({"modality": ["rgb", "rgbd"]}, "expected one, whose pictures looks is about"),
+        ({"modality": ["rgb", "rgbd"]}, "expected one, which all conditions of looks have"),
         ({"plant": "fast-twin?discs=no"}, "one without discs=no, which this study varies"),
         ({"plant": "symbolic"}, "one whose camera takes pictures: fast-twin, twin, or manual with --camera"),
         ({"sweep": "plant.pose_error=0,1"}, "none with looks"),

@@ -10,8 +10,8 @@ from builders import make_trial, modality_study, play_study, small_study
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import joined_agents
+from lockprobe.studies.options.presets import preset
 from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_options_file
 from lockprobe.studies.options.studyfile import study, trial_study
 from lockprobe.studies.running.single import run_trial
@@ -42,17 +42,18 @@ def test_full_is_the_study_of_the_paper():
 
 
 def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_something():
-    assert study(StudyOptions(agent=["random"])).p == paper.SHORT.p
+    short, full = preset("flips").when["short"], preset("flips")
+    assert [*study(StudyOptions(agent=["random"])).p] == short.p
     asked = study(StudyOptions(agent=["random"], trials=200, repetitions=1))
-    assert (asked.p, asked.repetitions, asked.trials) == (paper.FULL.p, 1, 200)
-    assert study(StudyOptions(agent=["random"], p=[0])).trials == paper.FULL.trials
+    assert ([*asked.p], asked.repetitions, asked.trials) == (full.p, 1, 200)
+    assert study(StudyOptions(agent=["random"], p=[0])).trials == full.trials
 
 
 def test_the_default_plays_references_beside_the_embedded_model():
     default = study("flips")
     assert default.agents[:2] == ("cognitive:perseverant", "human-inspired")
     assert default.agents[2:] == ("llm:local", "random")
-    assert default.p == paper.SHORT.p
+    assert [*default.p] == preset("flips").when["short"].p
 
 
 def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_first():

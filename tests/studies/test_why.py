@@ -6,16 +6,13 @@ import lockprobe
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.statistics.why.arms import ARMS, CROSSED, PARTS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.why import AGENTS, EXTENT
 
 
 def test_without_options_it_plays_every_arm_at_the_papers_rate():
     planned = study("why")
-    assert (planned.name, planned.agents, planned.repetitions) == ("why", AGENTS, 1)
+    assert (planned.name, planned.agents[0], planned.repetitions) == ("why", "cognitive:insistent", 1)
     assert [one.label for one in planned.conditions] == list(ARMS)
-    assert [one.spec for one in planned.conditions] == [
-        spec.format(p=EXTENT.p[0], reading="") for spec in ARMS.values()
-    ]
+    assert [one.spec for one in planned.conditions] == [spec.format(p="0.4", reading="") for spec in ARMS.values()]
 
 
 def test_what_costs_nothing_plays_more_blocks_unless_their_number_is_said():
@@ -84,13 +81,13 @@ def test_it_is_shown_in_one_way_throughout():
         ({"p": [0.2, 0.4]}, "one, which all arms have"),
         ({"p": [1.5]}, "a rate above 0"),
         ({"modality": ["rgb"], "plant": "fast-twin"}, "pictures cannot be corrected"),
-        ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all arms have"),
+        ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all conditions of why have"),
         ({"flip": "independent"}, "noise on all joints is no single statement to correct"),
         ({"flip": "latched", "parts": True}, "re-observed with --parts"),
         ({"parts": True, "modality": "symbolic?tell=state"}, "both with symbolic.tell=state"),
-        ({"condition": "flip?p=0.4"}, "another condition than the arm lie, which is the same"),
-        ({"condition": "lie-lie=nudge?after=5"}, r"got 'lie-lie=nudge.*another name: lie-lie is the arm correction"),
-        ({"condition": "warn + symbolic"}, "none that is shown otherwise than all arms, symbolic.tell=state"),
+        ({"condition": "flip?p=0.4"}, "another condition than lie, which is the same"),
+        ({"condition": "lie-lie=nudge?after=5"}, r"got 'lie-lie=nudge.*another name: lie-lie is correction"),
+        ({"condition": "warn + symbolic"}, "none that is shown otherwise than all others, symbolic.tell=state"),
     ],
 )
 def test_what_it_cannot_have_is_one_line(options, said):

@@ -9,11 +9,11 @@ from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.looks import FACTORS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
 FIVE = box("random-5-3")
+FACTORS = [*study("looks").conditions[-1].plant.options]
 
 
 def test_every_scene_of_looks_is_told_before_its_trial_and_stands_in_its_record(tmp_path, monkeypatch):

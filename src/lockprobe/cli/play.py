@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Annotated, Any, Literal, Self, cast
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import typer
@@ -33,7 +33,6 @@ from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.options.studyfile import trial_study
-from lockprobe.studies.options.trial_options import TrialOptions
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.plan import Names, Plan
@@ -68,7 +67,7 @@ def play(
     seed = asked.get("seed", secrets.randbelow(_SEEDS))
     if record is not None:
         _check_record(record)
-    options_given = cast("TrialOptions", {**asked, "seed": seed, "p": _rate(asked.get("p", [0.0]))})
+    options_given = {**asked, "seed": seed, "p": _rate(asked.get("p", [0.0]))}
     study = trial_study(options_given, agent=participant_spec("local"))
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
@@ -111,11 +110,10 @@ def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
         loop.close()
 
 
-def _of(spec: str, asked: TrialOptions) -> Trial | None:
+def _of(spec: str, asked: Mapping[str, Any]) -> Trial | None:
     """The same trial played by a strategy; None if the box is too large for it."""
     try:
-        player: TrialOptions = {**asked, "agent": spec}
-        return run_trial(**player)
+        return run_trial(**{**asked, "agent": spec})
     except BadValue:
         return None
 

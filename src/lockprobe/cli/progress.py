@@ -24,7 +24,7 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Ledger, hosted
-from lockprobe.studies.options.paper import ROBOT, is_short
+from lockprobe.studies.options.presets import preset
 from lockprobe.studies.options.valid_conditions import Invalid
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
@@ -101,7 +101,8 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
     said, source = f"Plant: {study.plant}", resolve_plant(study.plant)
     if study.has_pictures and owed and source.picture_size is not None:
         said += f"; pictures by {source.renderer()}"
-    robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""
+    own = study.name == "modalities" and study.plant == preset("modalities").plant
+    robot = "; the paper's robot is --plant twin" if own else ""
     return [said + robot]
 
 
@@ -166,7 +167,8 @@ class Plain(Observer):
         if not run:
             self.say(_invited(study, journal))
             return
-        short = is_short(study)
+        little = preset("flips").when["short"]
+        short = study.of_flips and ([*study.p], study.trials, study.repetitions) == (little.p, little.trials, 3)
         kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.boxes_in_words}: {_conditions(study)}; "

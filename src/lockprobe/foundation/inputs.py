@@ -9,12 +9,15 @@ import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from lockprobe.foundation.errors import BadFile
 
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
+
+PRESETS = Path(__file__).parents[1] / "presets"
+"""The studies that ship, a TOML file each."""
 
 _BUFFER = 1 << 18
 """Bytes that are read at once."""
@@ -111,6 +114,11 @@ def parse_json(content: bytes | str, path: Path) -> object:
         raise BadFile(path, "not JSON that can be read (nested too deeply)") from None
     except ValueError as error:
         raise BadFile(path, f"not JSON ({error})") from None
+
+
+def read_preset(name: str) -> dict[str, Any]:
+    """The tables of a TOML file that ships with the package."""
+    return tomllib.loads((PRESETS / f"{name}.toml").read_text("utf-8"))
 
 
 def read_toml(path: Path) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Fractional factorial designs of two levels: which combinations to play, which factors conditions cross, and effects.
+"""Fractional factorial designs of two levels: which factors conditions cross, and effects.
 
 In a design of resolution IV no main effect is mixed with another one, or with an interaction of two factors. Two-factor
 interactions are mixed with each other (Box, Hunter and Hunter, *Statistics for Experimenters*, 2005, ch. 6). A main
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations
 from math import prod
 from typing import NamedTuple
 
@@ -31,22 +31,8 @@ from lockprobe.trial.record import Trial
 MEASURES = ("misreading", "success")
 """What is analysed: the share of statements about an attempt that contradict what happened, and the share solved."""
 
-_BASE = 4
-"""Factors whose combinations are all played; the others follow from three of them each."""
-
 _FEWEST = 3
 """Fewest factors of a factorial design; two are a crossing."""
-
-
-def fraction(factors: int) -> list[tuple[int, ...]]:
-    """The levels of 4 to 8 factors in 16 combinations of resolution IV, -1 or 1; the first is -1 throughout.
-
-    >>> runs = fraction(8)
-    >>> len(runs), runs[0], {sum(column) for column in zip(*runs)}
-    (16, (-1, -1, -1, -1, -1, -1, -1, -1), {0})
-    """
-    thirds = list(combinations(range(_BASE), 3))[: factors - _BASE]
-    return [(*base, *(prod(base[i] for i in third) for third in thirds)) for base in product((-1, 1), repeat=_BASE)]
 
 
 class Factorial(NamedTuple):

@@ -6,12 +6,14 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.studies.options.paper import FULL, SHORT
-from lockprobe.studies.options.readings import ALL, readings_of
+from lockprobe.studies.options.asked_conditions import READINGS
+from lockprobe.studies.options.presets import preset
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import settings_of, study_from
 
 MODEL, STRATEGY = "llm:local", "random"
+FULL = preset("flips")
+SHORT = FULL.when["short"]
 KEPT = [f"flip?p={p:g}&others=kept" for p in SHORT.p if p]
 
 
@@ -21,8 +23,12 @@ def labels(planned, agent=None):
 
 
 def test_words_name_readings_and_all_are_the_two_by_two():
-    assert readings_of(["fresh", "kept"]) == ("re-observed", "integrated")
-    assert readings_of(["sticky", "transient"]) == ("latched", "memoryless")
+    fresh, kept, sticky, transient = (
+        labels(study("flips", agent=STRATEGY, p=[0.4], readings=word))
+        for word in ("fresh", "kept", "sticky", "transient")
+    )
+    assert [fresh, kept] == [["flip?p=0.4"], ["flip?p=0.4&others=kept"]]
+    assert [sticky, transient] == [["flip?p=0.4&inverts=position&others=kept"], ["flip?p=0.4&inverts=position"]]
     planned = study("flips", agent=STRATEGY, p=[0, 0.4], readings="all")
     assert labels(planned) == [
         "truth", "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4&inverts=position",
@@ -31,7 +37,7 @@ def test_words_name_readings_and_all_are_the_two_by_two():
     assert [interventions_in(one)[0].reading for one in planned.conditions[1:]] == [
         "re-observed outcome noise", "integrated outcome noise", "memoryless state noise", "latched state noise",
     ]  # fmt: skip
-    assert len(ALL) == 4
+    assert len(READINGS) == 4
 
 
 def test_asked_for_they_are_played_by_every_agent_beside_other_conditions():
@@ -46,7 +52,7 @@ def test_the_short_study_and_the_papers_play_lies_that_stay_where_that_costs_not
     rates = [f"flip?p={p:g}" for p in SHORT.p if p]
     assert labels(short, MODEL) == ["truth", "flip?p=0.4"]
     assert labels(short, STRATEGY) == ["truth", *rates, *KEPT, "no-feedback"]
-    assert short.size_of(MODEL) == 2 * SHORT.repetitions * SHORT.trials
+    assert short.size_of(MODEL) == 2 * FULL.repetitions * SHORT.trials
     assert labels(study("flips", agent=MODEL), MODEL) == ["truth", *rates]  # which nobody else would play
     assert len(labels(full, STRATEGY)) == 2 * len(FULL.p) - 1
     assert labels(full, MODEL) == labels(full)[: len(FULL.p)]

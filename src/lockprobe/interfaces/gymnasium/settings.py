@@ -20,8 +20,7 @@ from lockprobe.interfaces.gymnasium.observation import sizes
 from lockprobe.interventions.conditions import MODALITIES, says_modality
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for, is_pictured
-from lockprobe.studies.options.studyfile import trial_study
-from lockprobe.studies.options.trial_options import TrialOptions
+from lockprobe.studies.options.studyfile import OF_A_TRIAL, trial_study
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.plan import LABELS, Plan
@@ -129,7 +128,7 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     """The settings from keyword arguments of ``gymnasium.make``.
 
     Args:
-        given: All options of :class:`lockprobe.studies.options.trial_options.TrialOptions` except :data:`NOT_HERE`;
+        given: All options of :data:`lockprobe.studies.options.studyfile.OF_A_TRIAL` except :data:`NOT_HERE`;
             here ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``, which tells outcomes too. Further
             options: ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``steps_left``
             (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
@@ -137,7 +136,7 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or two options conflict.
     """
-    played = [name for name in TrialOptions.__annotations__ if name not in NOT_HERE]
+    played = [name for name in OF_A_TRIAL if name not in NOT_HERE]
     for name in given:
         if name in NOT_HERE:
             raise BadValue(name, given[name], NOT_HERE[name])

@@ -4,37 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.spec import Spec, split_specs
 from lockprobe.statistics.conditions.axis import SeriesArm
 
-ARMS: Mapping[str, str] = {
-    "truth": "truth",
-    "lie": "flip?p={p:g}{reading}",
-    "truth-truth": "correction?p={p:g}&first=truth{reading}",
-    "lie-truth": "correction?p={p:g}{reading}",
-    "truth-lie": "correction?p={p:g}&first=truth&last=lie{reading}",
-    "lie-lie": "correction?p={p:g}&last=lie{reading}",
-    "remark": "distract?p={p:g}&luck=flip",
-}
-"""Arm -> its condition at the rate p: a report is inverted; reports of two statements, of which the second is called a
-correction, cross what is said first and last; an irrelevant sentence follows a true report."""
+_WHY = read_preset("why")
+
+ARMS: Mapping[str, str] = {one["name"]: one["spec"] for one in _WHY["condition"]}
+"""Arm -> its condition, with the flip rate and what a false report is to be filled in."""
 
 CROSSED = ("truth-truth", "lie-truth", "truth-lie", "lie-lie")
 """The four arms of one form, by their first and last statement."""
 
-PARTS: Mapping[str, str] = {
-    "false outcome": "flip?p={p:g}&part=outcome",
-    "false position": "flip?p={p:g}&part=position",
-    "phantom": "phantom?p={p:g}",
-    "hidden moves": "flip?p={p:g}&only=moved",
-    "invented moves": "flip?p={p:g}&only=blocked",
-}
+PARTS: Mapping[str, str] = {one["name"]: one["spec"] for one in _WHY["when"]["parts"]["condition"]}
 """Parts of a false report, which ``run why --parts`` plays too (``docs/readings.md``)."""
 
 ON_REQUEST: Mapping[str, str] = {
-    "withheld": "drop?p={p:g}&luck=flip",
+    "withheld": "drop?p={p}&luck=flip",
     "nudge": "nudge",
-    "lie in loops": "flip?p={p:g}&while=looping",
+    "lie in loops": "flip?p={p}&while=looping",
 }
 """More arms, which are named as conditions: no report; a sentence that names an action loop; a report that is inverted
 only where the agent is in an action loop."""
@@ -72,7 +60,7 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
 
 def _wanted(text: str, rate: float, reading: str) -> _Acting:
     """The interventions of an arm at a rate."""
-    return _acting(map(Spec.parse, split_specs(text.format(p=rate, reading=reading))) if text != "truth" else ())
+    return _acting(map(Spec.parse, split_specs(text.format(p=f"{rate:g}", reading=reading))) if text != "truth" else ())
 
 
 def _acting(specs: Iterable[Spec]) -> _Acting:

@@ -4,30 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
-from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
-from lockprobe.studies.study import LIMITS, Study
+from lockprobe.studies.study import LIMITS, SIZES, Study
 from lockprobe.studies.until import MOST, Until
 
 SIZE_OPTIONS = frozenset({"trials", "repetitions", "strategy_trials", "full", "until", "most"})
 """The options that say how much is played."""
 
 
-class Sizes(NamedTuple):
-    """How much of a study is played, in the fields of :class:`lockprobe.studies.study.Study`."""
-
-    repetitions: int
-    trials: int
-    strategy_trials: int | None
-    until: Until | None
-
-
-def sizes_of(request: StudyOptions, extent: paper.Extent, boxes: int = 1) -> Sizes:
-    """How much a request plays on so many boxes; ``extent`` says what it leaves out.
+def sizes_of(request: StudyOptions, boxes: int = 1) -> dict[str, Any]:
+    """How much a request plays on so many boxes, in the fields of :class:`lockprobe.studies.study.Study`.
 
     Raises:
         BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
@@ -36,12 +26,10 @@ def sizes_of(request: StudyOptions, extent: paper.Extent, boxes: int = 1) -> Siz
     if until is not None:
         most = MOST if request.most is None else request.most
         check_whole("most", most, 1, LIMITS["trials"])
-        return Sizes(1, most, None, until)
-    asked = {name: value for name in Sizes._fields if (value := getattr(request, name)) is not None}
-    usual = {"repetitions": extent.repetitions, "trials": extent.trials, "strategy_trials": extent.strategy_trials}
-    found = Sizes(**{**usual, **asked, "until": None})
-    more = found.strategy_trials
-    return found._replace(trials=boxes * found.trials, strategy_trials=more and boxes * more)
+        return {"repetitions": 1, "trials": most, "until": until}
+    found = {name: getattr(request, name) for name in ("repetitions", "trials", "strategy_trials")}
+    many = {"repetitions": 1, "trials": boxes, "strategy_trials": boxes}
+    return {name: value * many[name] for name, value in found.items() if value is not None}
 
 
 def _until(request: StudyOptions) -> Until | None:
@@ -56,8 +44,8 @@ def _until(request: StudyOptions) -> Until | None:
         if (given := getattr(request, name)) is not None:
             raise BadValue(name, given, f"none with --until {request.until}; --most says how many trials at most")
     if request.full:
-        rates = ",".join(f"{p:g}" for p in paper.FULL.p)
-        raise BadValue("full", True, f"none with --until {request.until}; --p {rates} plays the paper's flip rates")
+        rates = "--p 0,0.1,0.2,0.3,0.4,0.5,0.6 plays the paper's flip rates"
+        raise BadValue("full", True, f"none with --until {request.until}; {rates}")
     return Until.parse(request.until)
 
 
@@ -71,7 +59,7 @@ def sized_as_there(planned: Study, there: Study, said: Collection[str]) -> Study
     """
     said = SIZE_OPTIONS & {*said}
     if not said:
-        return replace(planned, **Sizes(there.repetitions, there.trials, there.strategy_trials, there.until)._asdict())
+        return replace(planned, **{name: getattr(there, name) for name in SIZES})
     if "full" in said:
         return planned
     if planned.until is not None:

@@ -25,7 +25,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, 
 
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
-from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.inputs import PRESETS, read_toml
 from lockprobe.foundation.plugins import refuse_python
 from lockprobe.foundation.spec import named_spec
 from lockprobe.foundation.validation import plain
@@ -313,7 +313,7 @@ def read_options_file(path: Path) -> StudyOptions:
         BadFile: If it is not one, with the key that is wrong.
     """
     if str(path) in SHIPPED and not path.exists():
-        path = Path(__file__).with_name(path.name)
+        path = PRESETS / path.name
     try:
         options = StudyOptions.model_validate(read_toml(path))
     except ValidationError as error:

@@ -3,60 +3,93 @@
 from __future__ import annotations
 
 import asyncio
-import inspect
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Unpack, get_type_hints
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
-from lockprobe.studies.options import paper
-from lockprobe.studies.options.studyfile import trial_study
-from lockprobe.studies.options.trial_options import TrialOptions
+from lockprobe.studies.options.studyfile import OF_A_TRIAL, trial_study
 from lockprobe.studies.records.picture_store import Album
 from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.briefing import Ask
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Agent, Closable
+from lockprobe.trial.protocols import Agent, Closable, Intervention
 from lockprobe.trial.record import Trial
 
 
-def run_trial(**options: Unpack[TrialOptions]) -> Trial:
+def run_trial(
+    *,
+    agent: str | Agent | None = None,
+    box: str | Path | Lockbox | None = None,
+    p: float | None = None,
+    flip: FlipKind | None = None,
+    condition: str | Condition | Sequence[Intervention] | None = None,
+    modality: str | None = None,
+    plant: str | None = None,
+    layout: LayoutKind | None = None,
+    shuffle: Shuffle | None = None,
+    max_steps: int | None = None,
+    assessment: bool | None = None,
+    hypothesis: Ask | None = None,
+    seed: int | None = None,
+    repetition: int | None = None,
+    trial: int | None = None,
+    pictures: Path | str | None = None,
+) -> Trial:
     """Play one trial here and now; a study with the same settings plays the same one.
 
     >>> run_trial(agent="human-inspired", p=0.4, seed=3).key
     'trial/human-inspired/flip?p=0.4/rep=1/trial=1'
 
+    The options are those of a study, each with one value
+    (:class:`lockprobe.studies.options.study_options.StudyOptions`); what is left out is as in a study of flips.
+
     Args:
-        options: Any of :class:`lockprobe.studies.options.trial_options.TrialOptions`.
+        agent: Agent spec, or an object with the :class:`lockprobe.trial.protocols.Agent` protocol (human-inspired).
+        box: Name of a box, path of its file, or the box (chain-4).
+        p: Flip rate, [0, 1] (0).
+        flip: What a false report is.
+        condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or
+            a condition; ``lockprobe list interventions`` lists them. A flip rate is put in front of it.
+        modality: How the box is shown, as its spec, where the condition does not say it.
+        plant: What is acted on, as its spec (symbolic).
+        layout: Where joints lie on the panel (fixed).
+        shuffle: How often labels and their order are drawn (trial).
+        max_steps: Budget in steps (20).
+        assessment: Whether the agent is asked what its last action did (True).
+        hypothesis: When a hosted model says how the box works (before).
+        seed: Seed of everything (1).
+        repetition: Repetition of the study, from 1 (1).
+        trial: Trial of the repetition, from 1 (1).
+        pictures: Directory in which the pictures that the record names are kept; without it they are lost.
 
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or something is missing.
     """
-    asked, pictures = options.get("agent"), options.get("pictures")
-    agent = paper.REFERENCES[-1] if asked is None else asked
-    spec = agent if isinstance(agent, str) else type(agent).__name__
-    study = trial_study(options, agent=spec)
+    given = locals()
+    player = "human-inspired" if agent is None else agent
+    if not isinstance(player, str | Agent):
+        raise BadValue("agent", player, "an agent spec, or an object with facts and decide()")
+    if not isinstance(pictures, str | Path | None):
+        raise BadValue("pictures", pictures, "a directory")
+    spec = player if isinstance(player, str) else type(player).__name__
+    study = trial_study({name: given[name] for name in given if name in OF_A_TRIAL}, agent=spec)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
-    if isinstance(agent, str) and spec_kind(agent) in (PEOPLE, MCP):
-        raise BadValue("agent", agent, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
-    if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
-        refuse_blind(agent, plan.modality, "symbolic")
+    if isinstance(player, str) and spec_kind(player) in (PEOPLE, MCP):
+        raise BadValue("agent", player, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
+    if isinstance(player, str) and not taken_in(player, (plan.modality,)):
+        refuse_blind(player, plan.modality, "symbolic")
     resolve_plant(plan.plant).check(plan.box)
-    once = _alone(plan, agent, None if pictures is None else Path(pictures))
+    once = _alone(plan, player, None if pictures is None else Path(pictures))
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread
         return elsewhere.submit(asyncio.run, once).result()
-
-
-run_trial.__signature__ = inspect.Signature(  # type: ignore[attr-defined] # for notebooks, which do not unpack it
-    [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in get_type_hints(TrialOptions).items()
-    ],
-    return_annotation=Trial,
-)
 
 
 async def _alone(plan: Plan, agent: str | Agent, pictures: Path | None) -> Trial:
