@@ -16,7 +16,7 @@ from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_
 from lockprobe.studies.options.studyfile import study, trial_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import settings_of, study_from
-from lockprobe.trial.condition import Condition
+from lockprobe.trial.condition import Condition, Contrast
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
 STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
@@ -430,6 +430,17 @@ def test_a_condition_with_a_long_spec_needs_a_name():
 def test_a_dose_that_no_curve_can_be_fitted_to_is_refused(agent, sweep, said):
     with pytest.raises(BadValue, match=said):
         study("flips", agent=agent, sweep=sweep)
+
+
+def test_a_file_and_python_may_say_what_is_asked(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('condition = "nudge"\n[contrasts.shout]\nof = "nudge"\nminus = ["truth"]\n')
+    asked = {"shout": {"of": ["nudge"], "minus": "truth"}}
+    for planned in (study(path, agent="random"), study("flips", agent="random", condition="nudge", contrasts=asked)):
+        assert planned.contrasts == {"shout": Contrast(of=("nudge",), minus=("truth",))}
+        assert study_from(json.dumps(settings_of(planned)).encode(), path).contrasts == planned.contrasts
+    with pytest.raises(BadValue, match="^contrasts: got .*expected a list"):
+        study("flips", contrasts={"shout": {"of": 3, "minus": "truth"}})
 
 
 def test_options_in_python_are_those_of_the_command_line():

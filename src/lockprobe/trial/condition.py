@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainSerializer
+from pydantic import BeforeValidator, ConfigDict, Field, GetPydanticSchema, PlainSerializer
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import plugin_name_of
@@ -43,9 +43,12 @@ _Labels = Annotated[tuple[Text, ...], BeforeValidator(_listed), Field(min_length
 
 @dataclass(frozen=True, slots=True)
 class Contrast:
-    """Labels of conditions: what is asked is the mean success under some, minus that under the others."""
+    """Labels of conditions: what is asked is the mean success under some, minus that under the others.
 
-    __pydantic_config__ = AS_WRITTEN
+    In a study file one label may stand without a list.
+    """
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
 
     of: _Labels
     minus: _Labels

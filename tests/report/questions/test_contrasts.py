@@ -87,7 +87,7 @@ def test_of_two_arms_it_is_what_the_study_of_controls_says(tmp_path):
         directory = tmp_path / "study"
         (write_study(directory, planned) if not directory.exists() else None)
         settings = json.loads((directory / "study.json").read_text())
-        settings["contrasts"] = planned.contrast_settings
+        settings["contrasts"] = planned.contrasts
         (directory / "study.json").write_text(json.dumps(settings))
         found = results(directory)
         (own,) = found.where("success_difference", family="contrasts")
