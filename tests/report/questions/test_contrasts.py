@@ -18,6 +18,7 @@ from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.study import settings_of
 
 FILE = """
 agent = ["cognitive:perseverant", "human-inspired", "random"]
@@ -86,9 +87,7 @@ def test_of_two_arms_it_is_what_the_study_of_controls_says(tmp_path):
         planned = study("why", agent="cognitive:perseverant", trials=60, contrasts={name: {"of": more, "minus": less}})
         directory = tmp_path / "study"
         (write_study(directory, planned) if not directory.exists() else None)
-        settings = json.loads((directory / "study.json").read_text())
-        settings["contrasts"] = planned.contrasts
-        (directory / "study.json").write_text(json.dumps(settings))
+        (directory / "study.json").write_text(json.dumps(settings_of(planned)))
         found = results(directory)
         (own,) = found.where("success_difference", family="contrasts")
         theirs = (
