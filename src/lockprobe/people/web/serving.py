@@ -6,12 +6,10 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.foundation.http_server.connections import ConnectionLimits, Connections, raise_file_limit
-from lockprobe.foundation.http_server.listening import listen
-from lockprobe.foundation.http_server.running import running, stop_signals
+from lockprobe.foundation.http_server import listen, running, stop_signals
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
@@ -38,7 +36,6 @@ class ServerOptions:
         port: The port; 0 for any free one.
         public: The origin that participants use through a proxy; empty without a proxy.
         allowed: More names of this machine.
-        limits: Limits on connections.
 
     Raises:
         Missing: If other machines can connect, and a name is missing.
@@ -48,7 +45,6 @@ class ServerOptions:
     port: int = 8765
     public: str = ""
     allowed: tuple[str, ...] = ()
-    limits: ConnectionLimits = field(default_factory=ConnectionLimits)
 
     def __post_init__(self) -> None:
         check_exposure(self.host, self.public, self.allowed)
@@ -87,9 +83,7 @@ async def opened(
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
             with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
                 app = application(state, words, address, log)
-                limits = options.limits.within(raise_file_limit())
-                connections = Connections(limits, log.say, proxied=bool(options.public))
-                async with running(app, listening, connections, seconds_to_finish=SECONDS_TO_FINISH):
+                async with running(app, listening, log.say, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()
                     yield RunningServer(url=address.url, directory=directory, check=state.check)
 
