@@ -1,8 +1,10 @@
-"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose, and clusters that do not answer."""
+"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose, and clusters that do not answer.
+
+Time passes only as jobs are done or waited for: nothing depends on how busy this machine is.
+"""
 
 import socket
 import sys
-import time
 from types import SimpleNamespace
 
 import pytest
@@ -20,6 +22,18 @@ class RayTaskError(RayError):
     def __init__(self, cause):
         super().__init__(str(cause))
         self.cause = cause
+
+
+class Clock:
+    """The time of the driver and of the workers, no two moments of which are one."""
+
+    now = 0.0
+
+    def monotonic(self):
+        self.now += 1e-6
+        return self.now
+
+    perf_counter = monotonic
 
 
 class FakeRay:
@@ -57,8 +71,7 @@ class FakeRay:
 
     def wait(self, calls, num_returns, timeout):
         found = [call for call in calls if not self.silent(call[1], call[3])][:num_returns]
-        if not found:
-            time.sleep(0.05)
+        pool.time.now += 0 if found else timeout
         return found, [call for call in calls if call not in found]
 
     def get(self, call, timeout):
@@ -77,12 +90,19 @@ class FakeRay:
 
 
 @pytest.fixture(autouse=True)
-def known_versions(monkeypatch):
+def known_time_and_versions(monkeypatch):
+    monkeypatch.setattr(pool, "time", Clock())
     monkeypatch.setattr(cluster, "_versions", lambda: {"lockprobe": "1", "Ray": "2", "Python": "3"})
 
 
 def squares():
-    return lambda job: job * job
+    """Squares a number in a millisecond."""
+
+    def work(job):
+        pool.time.now += 0.001
+        return job * job
+
+    return work
 
 
 def results_of(ray, jobs=range(40), begin=squares):
@@ -95,10 +115,11 @@ def test_every_job_has_one_result_and_short_ones_are_sent_together_but_not_the_l
     assert ray.killed == {1, 2}
     assert sorted(ray.worked) == list(range(40))
     assert list(Cluster(FakeRay()).map(abs, [-3, 2, -1])) == [3, 2, 1]
-    results_of(ray := FakeRay(), range(2000))
-    assert max(ray.sizes) > 100
-    assert ray.sizes[0] == 1  # nothing is known yet
-    assert ray.sizes[-1] == 1
+    results_of(ray := FakeRay(), range(5000))
+    assert 200 < max(ray.sizes) <= 250  # a quarter of a second
+    assert ray.sizes[0] == ray.sizes[-1] == 1  # nothing is known yet, and none is waited for at the end
+    results = Cluster(ray := FakeRay()).each(squares, range(400), together=False)
+    assert len(list(results)) == len(ray.sizes) == 400
 
 
 @pytest.mark.parametrize("jobs", [0, 3])
@@ -143,8 +164,7 @@ def test_a_node_with_many_processors_is_one_loss():
     assert ray.actors == 32
 
 
-def test_any_number_of_losses_is_normal_if_something_is_finished_in_between(monkeypatch):
-    monkeypatch.setattr(pool, "_AT_ONCE", 0.0)
+def test_any_number_of_losses_is_normal_if_something_is_finished_in_between():
     lost = set()
 
     def lose(actor, jobs):
@@ -154,15 +174,16 @@ def test_any_number_of_losses_is_normal_if_something_is_finished_in_between(monk
         return "ActorUnavailableError"
 
     ray = FakeRay(lose=lose)
-    assert sorted(results_of(ray, range(60))) == [(job, job * job) for job in range(60)]
-    assert ray.actors > 6
+    found = Cluster(ray).each(squares, range(60), together=False)
+    assert sorted(found) == [(job, job * job) for job in range(60)]
+    assert ray.actors == 2 + 12
 
 
-def test_an_actor_that_does_not_answer_is_given_up(monkeypatch):
-    monkeypatch.setattr(Cluster, "patience", 0.04)
+def test_an_actor_that_does_not_answer_for_ten_minutes_is_given_up():
     ray = FakeRay(processors=1, silent=lambda actor, jobs: actor == 1 and jobs is not None)
     assert sorted(results_of(ray, range(5))) == [(job, job * job) for job in range(5)]
     assert ray.actors == 2
+    assert 600 < pool.time.now < 603
 
 
 def test_what_a_job_raises_is_raised_here_and_what_a_node_lacks_is_said_with_its_name():

@@ -182,8 +182,8 @@ class _Call(Generic[_J]):
     """A pending call of a worker; its first has no jobs and sets the worker up."""
 
     worker: Any
+    since: float
     jobs: list[_QueuedJob[_J]] = field(default_factory=list)
-    since: float = field(default_factory=time.monotonic)
 
 
 class _Driver(Generic[_J, _R]):
@@ -226,7 +226,7 @@ class _Driver(Generic[_J, _R]):
         wanted = min(self._processors, busy + len(self._queue))
         for _ in range(wanted - len(self._calls)):
             worker, reference = self._pool.hire(self._begin)
-            self._calls[reference] = _Call(worker)
+            self._calls[reference] = _Call(worker, time.monotonic())
 
     def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
         call, answer = self._calls[reference], self._pool.answer(reference)
@@ -239,7 +239,8 @@ class _Driver(Generic[_J, _R]):
             self._seconds = (self._seconds + answer.seconds / len(call.jobs)) / 2
         del self._calls[reference]
         if jobs := self._next_batch():  # at once, so that it works while its results are written down
-            self._calls[self._pool.send(call.worker, [job.value for job in jobs])] = _Call(call.worker, jobs)
+            sent = self._pool.send(call.worker, [job.value for job in jobs])
+            self._calls[sent] = _Call(call.worker, time.monotonic(), jobs)
         else:
             self._pool.dismiss(call.worker)
         if isinstance(answer, BatchResult):
