@@ -5,8 +5,7 @@ import re
 
 from stored import records
 
-from lockprobe.interfaces.mcp.connection import Connection
-from lockprobe.interfaces.mcp.session import CallRefused
+from lockprobe.interfaces.mcp.session import CallRefused, Connection
 from lockprobe.trial.record import Decision
 
 SPEC = "python:tool_player:Scripted"

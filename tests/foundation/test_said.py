@@ -7,10 +7,9 @@ import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.foundation.cpu import cpu_model
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, needing
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
 from lockprobe.foundation.formatting import NONE, bracketed, change, minus, p_value, percent, points, range_said, share
-from lockprobe.foundation.install import advice
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, of_whom, section, without
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section, without
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.validation import check_choice, plain
 
@@ -135,27 +134,30 @@ def test_the_processor_is_named_as_its_maker_does(monkeypatch, listed, model):
     assert cpu_model.__wrapped__() == model
 
 
-# A section that fails is left out with its reason, here and in jobs of other processes.
 def broken():
     raise ZeroDivisionError("division\nby zero")
-
-
-def doubled(job):
-    with of_whom(f"job {job}"):
-        return section("Doubling", broken if job == 2 else lambda: 2 * job, lambda: -1)
 
 
 def test_a_section_that_fails_is_replaced_and_named_once_in_a_short_line():
     def long():
         raise ValueError("x" * 1000 + "\n\x1b[2J")
 
+    class Mute(Exception):
+        def __str__(self):
+            raise TypeError
+
+    def mute():
+        raise Mute
+
     with leaving_out() as failed:
         assert section("Loops", lambda: 1, lambda: 2) == 1
         for _ in range(2):
             assert section("Loops", broken, lambda: 2) == 2
         section("Lengths", long, lambda: None)
+        section("Words", mute, lambda: None)
     assert failed[0] == LeftOutSection("Loops", "ZeroDivisionError: division by zero")
-    assert [one.reason.isprintable() and len(one.reason) <= 200 for one in failed] == [True, True]
+    assert [one.reason.isprintable() and len(one.reason) <= 200 for one in failed] == [True] * 3
+    assert failed[2].reason == "Mute"
 
 
 def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
@@ -167,12 +169,6 @@ def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
 
     with pytest.raises(KeyboardInterrupt), leaving_out():
         section("Loops", interrupted, lambda: 2)
-
-
-def test_what_fails_says_of_whom():
-    with leaving_out() as failed:
-        assert [doubled(job) for job in (1, 2, 3)] == [2, -1, 6]
-    assert failed == [LeftOutSection("Doubling of job 2", "ZeroDivisionError: division by zero")]
 
 
 def test_the_line_on_a_report_names_three_sections_and_counts_the_others():

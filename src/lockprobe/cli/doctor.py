@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from lockprobe.agents import weights
 from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
-from lockprobe.foundation.errors import UserMistake
-from lockprobe.foundation.install import advice
+from lockprobe.foundation.errors import UserMistake, advice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

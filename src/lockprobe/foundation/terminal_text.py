@@ -1,4 +1,4 @@
-"""Makes text safe to print in a terminal: control characters become question marks."""
+"""Text that steers nobody: no control characters in a terminal, no end of a line within a line of JSON."""
 
 from __future__ import annotations
 
@@ -22,3 +22,14 @@ def readable(text: str) -> str:
     Letters of every script stay, with the joiners and marks they need.
     """
     return _CONTROLS.sub("?", text)
+
+
+def one_line(line: bytes) -> bytes:
+    r"""A line of JSON with its U+0085, U+2028 and U+2029 escaped: :meth:`str.splitlines` would cut it there.
+
+    >>> one_line('{"a":"one\u2028two"}'.encode())
+    b'{"a":"one\\u2028two"}'
+    """
+    for end in "\x85\u2028\u2029":
+        line = line.replace(end.encode(), b"\\u%04x" % ord(end))
+    return line

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.storage.jsonl import one_line
+from lockprobe.foundation.terminal_text import one_line
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Fact, Step, Trial

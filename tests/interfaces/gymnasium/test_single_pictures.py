@@ -14,9 +14,7 @@ from painted import painted_twins
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
-from lockprobe.interfaces.gymnasium.observation import images
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
-from lockprobe.studies.records.picture_store import Album
 from lockprobe.trial.pictures.png import from_png, to_png
 from lockprobe.trial.record import Decision
 
@@ -62,54 +60,11 @@ def test_depth_is_in_metres_and_zero_where_there_is_none():
     assert (picture["rgb"] == looking().reset(seed=1)[0]).all()
 
 
-class Recorded:
-    """Solves the box, and keeps what it was shown."""
-
-    facts: ClassVar = {}
-
-    def __init__(self):
-        self.given = []
-
-    async def decide(self, situation, rng):
-        self.given.append(images(situation.percept, "rgbd"))
-        return Decision(joint=situation.task.joints[SOLUTION[len(situation.past)]])
-
-
 class Shuffled:
     facts: ClassVar = {}
 
     async def decide(self, situation, rng):
         return Decision(joint=situation.task.joints[int(rng.integers(4))])
-
-
-@pytest.mark.parametrize("observation", ["rgb", "rgbd"])
-def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
-    player = Recorded()
-    trial = run_trial(
-        agent=player, plant=SMALL, modality=observation if observation == "rgbd" else "rgbd", seed=5, repetition=2,
-        trial=3, shuffle="never", pictures=tmp_path,
-    )  # fmt: skip
-    here = seen(looking(observation), SOLUTION, seed=5, options={"repetition": 2, "trial": 3})
-    assert trial.solved
-    for picture, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
-        kept = from_png((tmp_path / names["rgb"]).read_bytes())
-        assert ((picture["rgb"] if observation == "rgbd" else picture) == kept).all()
-    if observation == "rgbd":
-        for given, picture in zip(player.given, here, strict=False):
-            assert all((given[kind] == picture[kind]).all() for kind in ("rgb", "depth"))
-
-
-def test_the_record_is_that_of_the_study():
-    env = looking("rgbd", shuffle="trial")
-    there = run_trial(agent=Shuffled(), plant=SMALL, modality="rgbd", seed=4)
-    env.reset(seed=4)
-    for step in there.steps:
-        env.step(there.listing.index(step.decision.joint))
-    here = env.trial
-    assert replace(here, key=there.key, study=there.study, agent=there.agent, steps=()) == replace(there, steps=())
-    assert [replace(step, decision=None) for step in here.steps] == [
-        replace(step, decision=None) for step in there.steps
-    ]
 
 
 FALSE = [
@@ -119,6 +74,7 @@ FALSE = [
 ]
 SHOWN = [
     *FALSE,
+    {"observation": "rgbd"},
     {"modality": "rgb?blur=2&noise=0.1&occlude=0.2&exposure=-1"},
     {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
 ]
@@ -132,17 +88,25 @@ def test_false_and_damaged_pictures_pass_gymnasiums_check(asked):
 
 
 @pytest.mark.parametrize("asked", SHOWN)
-def test_false_and_damaged_pictures_are_those_of_the_trial(asked, tmp_path):
+def test_true_false_and_damaged_pictures_and_the_record_are_those_of_the_trial(asked, tmp_path):
     words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
-    there = run_trial(agent=Shuffled(), plant=SMALL, seed=4, max_steps=8, pictures=tmp_path, **words)
+    there = run_trial(
+        agent=Shuffled(), plant=SMALL, seed=4, repetition=2, trial=3, max_steps=8, pictures=tmp_path, **words
+    )
     env = LockboxEnv(plant=SMALL, shuffle="trial", max_steps=8, **asked)
-    shown = seen(env, [there.listing.index(step.decision.joint) for step in there.steps], seed=4)
+    actions = [there.listing.index(step.decision.joint) for step in there.steps]
+    shown = seen(env, actions, seed=4, options={"repetition": 2, "trial": 3})
     names = [there.opening_pictures, *(step.pictures for step in there.steps)]
     for picture, kept in zip(shown, names, strict=True):
         rgb = picture["rgb"] if isinstance(picture, dict) else picture
         assert (rgb == from_png((tmp_path / kept["rgb"]).read_bytes())).all()
-    assert [replace(step, decision=None, pictures={}) for step in env.trial.steps] == [
-        replace(step, decision=None, pictures={}) for step in there.steps
+        if isinstance(picture, dict):
+            metres = from_png((tmp_path / kept["depth16"]).read_bytes()) / np.float32(1000)
+            assert (picture["depth"][..., 0] == np.where(metres <= 4, metres, 0)).all()
+    here = env.trial
+    assert replace(here, key=there.key, study=there.study, agent=there.agent, steps=()) == replace(there, steps=())
+    assert [replace(step, decision=None) for step in here.steps] == [
+        replace(step, decision=None) for step in there.steps
     ]
     assert any(step.told_falsely for step in there.steps) == (asked in FALSE)
 
@@ -268,13 +232,3 @@ def test_a_plant_that_breaks_is_no_failure_to_solve(monkeypatch):
     painted_twins(monkeypatch, broken)
     with pytest.raises(PlantFault, match="RuntimeError: no power"):
         looking().reset(seed=1)
-
-
-def test_pictures_can_be_kept(tmp_path):
-    """What `trial` names is what the observations held."""
-    env = looking()
-    pictures = seen(env, SOLUTION, seed=1)
-    names = [env.trial.opening_pictures["rgb"], *(step.pictures["rgb"] for step in env.trial.steps)]
-    percept = env._episode.heard.percept
-    Album(tmp_path).keep(percept.pictures[0])
-    assert (from_png((tmp_path / names[-1]).read_bytes()) == pictures[-1]).all()

@@ -10,10 +10,10 @@ from seen import PhotographedPlant
 from stored import contents, records, sql
 from tool_player import AGENT, SPEC, Player, calls, plain_records
 
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.interfaces.mcp import wording
-from lockprobe.interfaces.mcp.connection import Connection
-from lockprobe.interfaces.mcp.session import CallRefused, ToolSession
+from lockprobe.interfaces.mcp.session import CallRefused, Connection, ToolSession, facts_of
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.studyfile import study
@@ -387,3 +387,29 @@ def test_a_run_does_not_play_clients_and_says_who_does(tmp_path):
         run_study(planned(), tmp_path / "alone")
     trials = run_study(study("flips", agent=["random", AGENT], **STUDY), tmp_path / "both")
     assert {trial.agent for trial in trials} == {"random"}
+
+
+def facts(**said):
+    connection = Connection(**{"client": "name", "version": "1.2", "protocol": "2025-11-25", **said})
+    return facts_of(connection, "0f", position=3, resumed=0)
+
+
+def test_the_facts_say_how_the_agent_was_connected():
+    assert facts() == {
+        "protocol": "MCP tools 2025-11-25",
+        "client": "name",
+        "client_version": "1.2",
+        "wording": "0f",
+        "position": 3,
+    }
+    assert {*SAME_IN_ALL_TRIALS} <= {*facts()}
+    resumed = facts_of(Connection(), "0f", position=1, resumed=2)
+    assert (resumed["resumed"], resumed["client"], resumed["protocol"]) == (2, "", "MCP tools")
+
+
+@pytest.mark.parametrize("name", ["a\nb", "x" * 10_000, "\u202ename", "sk-ant-0123456789abcdef"])
+def test_what_a_client_says_of_itself_is_short_and_plain(name):
+    client = facts(client=name)["client"]
+    assert len(client) <= 100
+    assert client.isprintable()
+    assert "0123456789" not in client

@@ -12,7 +12,7 @@ from typing import IO, Literal
 
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import atomic_files
-from lockprobe.foundation.storage.jsonl import one_line
+from lockprobe.foundation.terminal_text import one_line
 from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
 from lockprobe.interfaces.export.tidy import TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.trial.record import Trial

@@ -7,7 +7,7 @@ away leaves its trial where it is: whoever begins next goes on with it. A refuse
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine, Iterator
+from collections.abc import AsyncIterator, Coroutine, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import product
@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 
 from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, SettingsChanged
-from lockprobe.foundation.redaction import without_keys
-from lockprobe.interfaces.mcp.connection import Connection, facts_of
+from lockprobe.foundation.redaction import without_keys, without_secrets
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.wording import OVER, instruction, observation, wording
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.attempt_log import AttemptLog
@@ -31,12 +31,53 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Outcome, Situation
+from lockprobe.trial.record import Fact, Outcome, Situation
 
 _T = TypeVar("_T")
 
 TOGETHER = 0.01
 """Seconds for which a call blocks others after its work: calls sent together arrive within this time."""
+
+
+_LONGEST_FACT = 100
+"""Characters of what a client says of itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connection:
+    """A client's description of itself.
+
+    Attributes:
+        client: The name that the program gives; empty if it gives none.
+        version: Its version.
+        protocol: The version of the Model Context Protocol.
+    """
+
+    client: str = ""
+    version: str = ""
+    protocol: str = ""
+
+
+def facts_of(connection: Connection, wording: str, *, position: int, resumed: int) -> Mapping[str, Fact]:
+    """The facts of a record.
+
+    Args:
+        connection: The client.
+        wording: Fingerprint of instruction and tools.
+        position: The number of trials that the connection has begun, including this one.
+        resumed: How often the trial was resumed after a client or the server had stopped.
+    """
+    client, version = (
+        printable(without_secrets(said))[:_LONGEST_FACT] for said in (connection.client, connection.version)
+    )
+    facts: dict[str, Fact] = {
+        "protocol": f"MCP tools {connection.protocol}".rstrip(),
+        "client": client,
+        "client_version": version,
+        "wording": wording,
+        "position": position,
+    }
+    return facts | ({"resumed": resumed} if resumed else {})
 
 
 class CallRefused(LockprobeError):

@@ -13,8 +13,7 @@ from importlib.metadata import version
 from typing import Any
 
 from lockprobe.foundation.errors import needing
-from lockprobe.interfaces.mcp.connection import Connection
-from lockprobe.interfaces.mcp.session import CallRefused, Reply, ToolSession
+from lockprobe.interfaces.mcp.session import CallRefused, Connection, Reply, ToolSession
 from lockprobe.interfaces.mcp.wording import tool_schema
 
 with needing("agents with tools", "mcp"):
