@@ -8,9 +8,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import make_trial
-from lockprobe.trial.changes import Acting, pass_through
-from lockprobe.trial.luck import Luck
-from lockprobe.trial.record import Percept
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 ROUND = [0, 1, 0, 1, 2, 0] * 2
@@ -104,21 +101,26 @@ def test_what_a_report_shows_decides(modality):
     assert played([OutcomeAlone()], modality=modality).changed_steps == 11
 
 
+@dataclass(frozen=True, kw_only=True)
+class Gives:
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=f"{percept.text}!")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Needs:
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=percept.text[: percept.text.index("!")] + "?")
+
+
 def test_one_that_needs_what_another_does_breaks_no_trial():
-    @dataclass(frozen=True, kw_only=True)
-    class Needs:
-        def perceive(self, percept, past, task, rng):
-            return replace(percept, text=percept.text.removesuffix("!") + "?"[percept.text.index("!") :])
-
-    @dataclass(frozen=True, kw_only=True)
-    class Gives:
-        def perceive(self, percept, past, task, rng):
-            return replace(percept, text="!")
-
-    luck = Luck(seed=1, box="chain-4", repetition=1, trial=1)
-    acting = [Acting(number, one, luck.stream(f"{number}")) for number, one in enumerate((Gives(), Needs()))]
-    passed = pass_through(acting, Percept(), lambda one, percept: one.one.perceive(percept, (), None, one.luck.at(1)))
-    assert passed.changed == (0, 1)
+    trial = played([Gives(), Needs()])
+    assert trial.error is None
+    assert list(trial.changed.values()) == [12, 12]
 
 
 def test_the_counts_are_recorded_and_impossible_ones_refused():

@@ -16,6 +16,7 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.loop import play
+from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision
@@ -138,23 +139,9 @@ def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
     assert [step.told_state for step in trial.steps] == [None] * 3
 
 
-@dataclass(frozen=True)
-class BrokenChannel:
-    def perceive(self, percept, past, task, rng):
-        raise ValueError("no light")
-
-
-class BrokenPlant(SymbolicPlant):
-    def attempt(self, joint):
-        raise OSError("hand off")
-
-
 class Dark(PhotographedPlant):
     def picture(self, configuration):
         raise RuntimeError("no light in the laboratory")
-
-
-NO_JOINT = "'Z' is no joint; the joints of this trial are A, D, C, B"
 
 
 def raising(error):
@@ -164,30 +151,94 @@ def raising(error):
     return Fake(choose)
 
 
+def broken_at(boundary, error):
+    """A trial in which this part raises an error."""
+
+    class Plant(SymbolicPlant):
+        def attempt(self, joint):
+            raise error
+
+    @dataclass(frozen=True)
+    class Channel:
+        def perceive(self, percept, past, task, rng):
+            raise error
+
+    return {
+        "model": lambda: played(raising(error)),
+        "channel": lambda: played(Fake(joint(0)), channels=(Channel(),)),
+        "plant": lambda: played(Fake(joint(0)), plant=Plant(box())),
+    }[boundary]()
+
+
+class Mute(Exception):
+    """Breaks when it is printed."""
+
+    def __str__(self):
+        raise ValueError
+
+
+@pytest.mark.parametrize("boundary", ["model", "channel", "plant"])
 @pytest.mark.parametrize(
-    ("agent", "settings", "boundary", "message"),
+    "error",
     [
-        (raising(TimeoutError("too slow")), {}, "model", "TimeoutError: too slow"),
-        (raising(SystemExit(3)), {}, "model", "SystemExit: 3"),
-        (Fake(lambda situation: Decision(joint="Z", replies=("Z!",))), {}, "reply", NO_JOINT),
-        (Fake(joint(0)), {"channels": (BrokenChannel(),)}, "channel", "ValueError: no light"),
-        (Fake(joint(0)), {"plant": BrokenPlant(box())}, "plant", "OSError: hand off"),
-        (
-            Fake(joint(0)),
-            {"plan": SHOWN, "channels": (Photograph(),), "plant": Dark(box())},
-            "plant",
-            "RuntimeError: no light in the laboratory",
-        ),
+        ValueError("no"), SystemExit("no"), BaseException("no"), BaseExceptionGroup("no", [OSError()]), Mute(),
+        asyncio.CancelledError("no"),  # the task goes on, so this is an error of theirs
     ],
-)
-def test_an_error_is_attributed_and_never_a_failure_to_solve(agent, settings, boundary, message):
-    trial = played(agent, **settings)
-    assert trial.ending == "error"
-    assert not trial.solved
-    assert trial.error.boundary == boundary
-    assert re.sub(r"^in the agent \(test_loop.py, line \d+\): ", "", trial.error.message) == message
-    assert trial.owed_again == (boundary != "reply")
+)  # fmt: skip
+def test_anybody_s_error_is_attributed_and_never_a_failure_to_solve(boundary, error):
+    trial = broken_at(boundary, error)
+    where = r"in the agent \(test_loop.py, line \d+\): " if boundary == "model" else ""
+    assert re.match(f"{where}{type(error).__name__}({'$' if isinstance(error, Mute) else ': no'})", trial.error.message)
+    assert (trial.ending, trial.solved, trial.error.boundary) == ("error", False, boundary)
+    assert trial.owed_again
     assert trial_from_json(trial_to_json(trial)) == trial
+
+
+@pytest.mark.parametrize("boundary", ["model", "channel", "plant"])
+@pytest.mark.parametrize("error", [Missing("key", "set it"), KeyboardInterrupt(), GeneratorExit()])
+def test_a_users_mistake_and_the_end_of_the_run_are_not_swallowed(boundary, error):
+    with pytest.raises(type(error)) as caught:
+        broken_at(boundary, error)
+    assert caught.value is error
+
+
+def test_the_end_of_the_task_is_no_error():
+    class Cancelled(Fake):
+        async def decide(self, situation, rng):
+            asyncio.current_task().cancel()
+            await asyncio.sleep(0)
+
+    with pytest.raises(asyncio.CancelledError):
+        played(Cancelled(joint(0)))
+
+
+def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
+    error = played(Fake(joint(0)), SHOWN, (Photograph(),), Dark(box())).error
+    assert (error.boundary, error.message) == ("plant", "RuntimeError: no light in the laboratory")
+
+
+OF_A_PERSON = """
+import json
+
+class Agent:
+    facts = {}
+    async def decide(self, situation, rng):
+        return json.loads("{")
+
+def given(call):
+    return call()
+"""
+
+
+@pytest.mark.parametrize(("module", "said"), [("mine", r"in the agent \(mine.py, line 7\): "), ("lockprobe.some", "")])
+def test_an_error_names_the_line_of_a_person_s_file_that_led_to_it_and_no_folder(tmp_path, module, said):
+    """Also where a library raises, or Lockprobe when it is called with nonsense."""
+    theirs: dict = {"__name__": module}
+    exec(compile(OF_A_PERSON, tmp_path / "mine.py", "exec"), theirs)
+    assert re.match(f"{said}JSONDecodeError: ", played(theirs["Agent"]()).error.message)
+    if said:
+        error = played(Fake(lambda situation: theirs["given"](1))).error
+        assert error.message.startswith("in the agent (mine.py, line 10): TypeError")
 
 
 @pytest.mark.parametrize(
@@ -196,31 +247,36 @@ def test_an_error_is_attributed_and_never_a_failure_to_solve(agent, settings, bo
         (None, "decide returned None; return Decision(joint=…)"),
         (1, "decide returned 1 (int); return Decision(joint=…)"),
         (["A"], "decide returned an object of type list; return Decision(joint=…)"),
+        (Decision(joint="Z", replies=("Z!",)), "'Z' is no joint; the joints of this trial are A, D, C, B"),
         (Decision(joint="A", claimed="banana"), "claimed 'banana' is none of moved, blocked, None"),
         (Decision(joint="A", probabilities=(float("nan"),) * 4), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", probabilities=0.5), "probabilities 0.5 (float), and not one number for each of 4 joints"),
+        (Decision(joint="A", probabilities=(1.0,)), "probabilities an object of type tuple, and not one number"),
         (Decision(joint="A", claim_probability=1.5), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", claim_probability=""), "a probability lies outside 0 to 1"),
         (Decision(joint="A", hypothesis="\ud800"), "its text cannot be written"),
         (Decision(joint="A", replies=("\ud800",)), "its text cannot be written"),
+        (Decision(joint="A", replies=None), "its replies cannot be written (Input should be a valid array)"),
+        (Decision(joint="A", usage=Usage(calls=-1)), "its usage.calls cannot be written (Input should be greater"),
+        (Decision(joint="A", tidied=("x", 1)), "its tidied.1 cannot be written (Input should be a valid string)"),
     ],
 )
 def test_a_decision_that_cannot_be_written_down_ends_the_trial_and_poisons_no_journal(decision, message):
     trial = played(Fake(lambda situation: decision))
     assert trial.error.boundary == "reply"
     assert trial.error.message.startswith(message)
+    assert not trial.owed_again
     assert trial_from_json(trial_to_json(trial)) == trial
 
 
 def test_facts_of_any_kind_can_be_written_down():
     agent = Fake(joint(0))
-    agent.facts = {"list": [1], "nan": float("nan"), 3: None}
+    agent.facts = {"list": [1], "nan": float("nan"), 3: None, "large": 2**63, "larger": 2**63 + 1, "odd": "\ud800"}
     trial = played(agent)
-    assert trial.facts == {"list": "[1]", "nan": "nan", "3": None}
+    assert trial.facts == {
+        "list": "[1]", "nan": "nan", "3": None, "large": 2**63, "larger": "9223372036854775809", "odd": "?",
+    }  # fmt: skip
     assert trial_from_json(trial_to_json(trial)) == trial
-
-
-def test_a_users_mistake_is_not_swallowed():
-    with pytest.raises(Missing):
-        played(raising(Missing("key", "set it")))
 
 
 def test_same_seed_same_record_and_another_seed_another():

@@ -32,7 +32,6 @@ def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing()
     assert sorted(names.order) == list(range(5))
     assert names.order != tuple(range(5))
     assert task.joints == names.listing == tuple(names.labels[i] for i in names.order)
-    assert [names.index(label) for label in task.joints] == list(names.order)
     assert task.target == names.labels[PLAN.box.target_index]
     assert task.places == tuple(PLAN.box.joints[i].place for i in names.order)
     percept = names.percept(PhotographedPlant(PLAN.box).attempt(2))
@@ -83,9 +82,8 @@ def places(spec, *more):
 
 def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_ahead():
     found = places("nudge + flip?p=0.2 + tremble?p=0.1 + history?last=3 + flip?p=0.2 + yoked?p=0.4", Aloud())
-    names = [type(one).__name__ for one in found.all]
     of = {
-        place: [names[number] for number in getattr(found, place)]
+        place: [type(placed.one).__name__ for placed in getattr(found, place)]
         for place in ("channels", "showing", "after", "prompts", "memories", "actuators")
     }
     assert of == {
@@ -96,13 +94,11 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
         "memories": ["History"],
         "actuators": ["Tremble"],
     }
-    streams = dict(zip(names, found.streams, strict=True))
-    assert (streams["Tremble"], streams["TextChannel"]) == (("Tremble-0", 0), ("TextChannel-0", 0))
-    channels = [found.streams[number] for number in found.channels]
-    assert channels == [("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
+    streams = [found.streams[placed.number] for placed in (*found.actuators, *found.showing, *found.channels)]
+    assert streams == [("Tremble-0", 0), ("TextChannel-0", 0), ("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
     assert list(found.specs.values())[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
     wordless = Places.of(interventions_of("flip?p=0.2 + drop?p=0.1"))
-    assert (wordless.channels, wordless.showing, wordless.after) == ((0, 1), (), ())
+    assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], (), ())
 
 
 @pytest.mark.parametrize("spec", ["truth", "flip?p=0.3 + nudge", "tremble?p=0.2 + history?last=2"])

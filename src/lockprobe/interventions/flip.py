@@ -200,7 +200,8 @@ class OutcomeFlip:
         if positions is not None and percept.joint is not None:
             place = task.joints.index(percept.joint)
             now, bit, moved = as_bits(positions), 1 << place, outcome == "moved"
-            last = None if not past or past[-1].reported.positions is None else as_bits(past[-1].reported.positions)
+            before = past[-1].reported.positions if past else None
+            last = None if before is None else as_bits(before)
             if last is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
                 last = ((now if last is None else last) & ~bit) | ((now ^ moved * bit) & bit)
             told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)

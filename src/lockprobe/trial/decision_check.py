@@ -3,23 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from reprlib import repr as shortened
 
-from lockprobe.trial.record import Decision
+from pydantic import TypeAdapter, ValidationError
+
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.foundation.redaction import without_keys
+from lockprobe.trial.record import Decision, Task
+
+_record: TypeAdapter[Decision] = TypeAdapter(Decision)
 
 
-def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
-    """The reason why a decision cannot be executed and recorded; None if it can.
+def usable(decision: Decision, task: Task) -> Decision:
+    """A decision without API keys in its texts and without claims where nobody asked.
 
-    ``labels`` are those of the joints, in the order in which the agent knows them.
+    Raises:
+        ReplyFault: If it cannot be executed or recorded.
     """
+    if (why := _why_unusable(decision, task.joints)) is not None:
+        raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", None) or ())))
+    if decision.hypothesis or decision.replies:
+        decision = replace(
+            decision,
+            hypothesis=without_keys(decision.hypothesis),
+            replies=tuple(map(without_keys, decision.replies)),
+            served=without_keys(decision.served),
+        )
+    if not task.assessment:
+        decision = replace(decision, claimed=None, claim_probability=None)
+    return decision
+
+
+def _why_unusable(decision: object, labels: Sequence[str]) -> str | None:
     if not isinstance(decision, Decision):
         return f"decide returned {_said(decision)}; return Decision(joint=…)"
     if decision.joint not in labels:
         return f"{decision.joint!r} is no joint; the joints of this trial are {', '.join(labels)}"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    return _why_out_of_range(decision) or _why_unwritable(decision)
+    return _why_no_chances(decision, len(labels)) or _why_unwritable(decision)
+
+
+def _why_no_chances(decision: Decision, joints: int) -> str | None:
+    chances, claimed = decision.probabilities, decision.claim_probability
+    if chances is not None and not (isinstance(chances, tuple | list) and len(chances) == joints):
+        return f"probabilities {_said(chances)}, and not one number for each of {joints} joints"
+    for number in (*(chances or ()), 0 if claimed is None else claimed):
+        if not (isinstance(number, (float, int)) and 0 <= number <= 1):
+            return "a probability lies outside 0 to 1"
+    return None
+
+
+def _why_unwritable(decision: Decision) -> str | None:
+    """Why what models add to a decision cannot be written: it goes to the record and back, which takes longer."""
+    added = (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied)
+    try:
+        if added != ("", (), None, "", ()):
+            _record.validate_json(_record.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        return f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"
+    except (TypeError, ValueError) as error:
+        return f"its text cannot be written ({error})"
+    return None
 
 
 def _said(found: object) -> str:
@@ -28,23 +75,3 @@ def _said(found: object) -> str:
         return "None"
     kind = type(found).__name__
     return f"{shortened(found)} ({kind})" if isinstance(found, str | int | float) else f"an object of type {kind}"
-
-
-def _why_out_of_range(decision: Decision) -> str | None:
-    """The number of a decision that is out of range; None if all are in range."""
-    numbers = decision.probabilities or ()
-    if decision.claim_probability:
-        numbers = (*numbers, decision.claim_probability)
-    for number in numbers:
-        if not (isinstance(number, (float, int)) and 0 <= number <= 1):
-            return "a probability lies outside 0 to 1"
-    return None
-
-
-def _why_unwritable(decision: Decision) -> str | None:
-    """Why the texts of a decision cannot be written; None if they can."""
-    try:
-        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
-    except (UnicodeEncodeError, TypeError) as error:
-        return f"its text cannot be written ({error})"
-    return None

@@ -6,36 +6,34 @@ into what is *done*; the plant acts; channels decide what is *told*.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from traceback import walk_tb
+from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import Configuration, bits
-from lockprobe.foundation.errors import ChannelFault, ModelFault, ReplyFault, TrialFault
+from lockprobe.foundation.errors import (
+    ChannelFault,
+    LockprobeError,
+    ModelFault,
+    PlantFault,
+    ReplyFault,
+    TrialFault,
+    kind_and_words,
+)
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.trial.boundary import AGENT, INTERVENTIONS, PLANT
 from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.changes import Acting, Changes, pass_through
-from lockprobe.trial.decision_check import why_unusable
-from lockprobe.trial.luck import Luck
+from lockprobe.trial.decision_check import usable
 from lockprobe.trial.model_call import Usage
-from lockprobe.trial.patience import PATIENCE
+from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.places import Places, facts_of
+from lockprobe.trial.places import Acting, Places, without_look
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.protocols import (
-    Actuator,
-    Agent,
-    AgentTraits,
-    Channel,
-    Intervention,
-    InterventionTraits,
-    Memory,
-    Plant,
-    Prompt,
-)
+from lockprobe.trial.protocols import Agent, AgentTraits, Intervention, Plant
 from lockprobe.trial.record import (
     Decision,
     Ending,
@@ -49,9 +47,9 @@ from lockprobe.trial.record import (
     Trial,
     TrialError,
     Turn,
+    facts_of,
 )
-from lockprobe.trial.source import ReportSource
-from lockprobe.trial.told_outcome import told_moved, told_positions
+from lockprobe.trial.source import source_of, with_reading
 
 _T = TypeVar("_T")
 
@@ -67,6 +65,55 @@ class Executor(Protocol):
 async def here(work: Callable[[], _T], /) -> _T:
     """Run the work in the calling thread."""
     return work()
+
+
+_PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
+"""What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
+
+
+class Boundary:
+    """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
+
+    >>> with AGENT:
+    ...     raise SystemExit(3)
+    Traceback (most recent call last):
+    lockprobe.foundation.errors.ModelFault: SystemExit: 3
+
+    Args:
+        fault: The kind of fault.
+        part: What the message calls code that somebody wrote for this part; its file and line are named then.
+    """
+
+    __slots__ = ("_fault", "_part")
+
+    def __init__(self, fault: type[TrialFault], part: str = "") -> None:
+        self._fault, self._part = fault, part
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None and not (isinstance(error, _PASSING) or _is_end_of_task(error)):
+            line = own_line(walk_tb(trace)) if self._part else ""
+            where = f"in {self._part} ({line}): " if line else ""
+            raise self._fault(f"{where}{kind_and_words(error)}") from error
+
+
+def _is_end_of_task(error: BaseException) -> bool:
+    """Whether the task that plays is cancelled. What only says so, as after a timeout inside an agent, is an error."""
+    if not isinstance(error, asyncio.CancelledError):
+        return False
+    try:
+        task = asyncio.current_task()
+    except RuntimeError:  # nothing here can be cancelled
+        return False
+    return task is not None and task.cancelling() > 0
+
+
+AGENT = Boundary(ModelFault, "the agent")
+INTERVENTIONS, PLANT = Boundary(ChannelFault), Boundary(PlantFault)
 
 
 async def play(
@@ -100,10 +147,9 @@ async def play(
         BudgetReached: If its next call could cost more than is left.
     """
     places = interventions if isinstance(interventions, Places) else Places.of(interventions)
-    names = names or Names(plan)
-    loop = _Loop(plan, names, plant, places, agent, keep, place)
-    error: TrialError | None = None
+    loop = _Loop(plan, names or Names(plan), plant, places, agent, keep, place)
     ending: Ending = "budget"
+    error: TrialError | None = None
     try:
         await loop.open()
         for _ in range(plan.budget):
@@ -115,12 +161,19 @@ async def play(
                 break
     except TrialFault as broke:
         ending, error = "error", _error(broke, len(loop.steps) + 1)
-    facts, made, fault = _facts_said(agent, plant, plan)
-    if fault is not None:
-        ending, error = "error", error or _error(fault, len(loop.steps) + 1)
+    facts: dict[str, Fact] = {}
+    made: dict[str, Fact] = {}
+    try:
+        with AGENT:
+            facts = facts_of(agent.facts)
+        with PLANT:
+            made = facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}
+    except TrialFault as broke:
+        ending, error = "error", error or _error(broke, len(loop.steps) + 1)
+    changed, changed_steps = loop.acting.changes(len(loop.steps))
     return _record(
         plan,
-        names,
+        loop.names,
         ending,
         facts=facts,
         channels=places.channel_facts,
@@ -131,21 +184,9 @@ async def play(
         plant=made,
         opening_pictures=loop.opening_pictures,
         opening_sensed=loop.opening_sensed,
-        changed=loop.changes.by_intervention,
-        changed_steps=loop.changes.steps,
+        changed=changed,
+        changed_steps=changed_steps,
     )
-
-
-def _facts_said(agent: Agent, plant: Plant, plan: Plan) -> tuple[dict[str, Fact], dict[str, Fact], TrialFault | None]:
-    """What agent and plant say of themselves, and the fault if one breaks when it is asked."""
-    facts: dict[str, Fact] = {}
-    try:
-        with AGENT:
-            facts = facts_of(agent.facts)
-        with PLANT:
-            return facts, facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}, None
-    except TrialFault as fault:
-        return facts, {}, fault
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
@@ -172,7 +213,7 @@ def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
         condition=plan.label,
         specs=plan.condition.specs,
         doses=plan.condition.doses,
-        modality=plan.modality,
+        modality=plan.condition.modality,
         repetition=plan.repetition,
         trial=plan.trial,
         seed=plan.seed,
@@ -187,12 +228,6 @@ def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
         fork=plan.fork.name if plan.fork is not None else None,
         **(nothing | played),
     )
-
-
-def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
-    """Take a picture. A failure is the plant's fault."""
-    with PLANT:
-        return look(positions)
 
 
 class _Loop:
@@ -212,144 +247,62 @@ class _Loop:
         self.opening = ""
         self.opening_pictures: Mapping[PictureKind, str] = {}
         self.opening_sensed: Mapping[str, Fact] = {}
+        self.names = names
+        self._plan, self._places, self._plant, self._agent = plan, places, plant, agent
         self._keep, self._at = keep, place
-        self._names = names
-        self._plant = plant
-        self._agent = agent
-        self._plan, self._places = plan, places
-        self.changes = Changes(places.specs)
-        self._on_record = plan.fork is not None
-        self._deal_luck(plan.luck)
-        self._joints = plan.box.names
         self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
+        luck = plan.luck
+        self._luck = luck.stream("agent")
+        self.acting = Acting(places, luck, self._task, plan.fork)
+        self._source = source_of(plan.condition.modality)
+        self._said: Snapshot | None = None
+        self._on_record = plan.fork is not None
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
         self._configuration: Configuration = ()
-        self._source = ReportSource(plan.modality)
-
-    def _deal_luck(self, luck: Luck) -> None:
-        """Give the agent and every intervention its random stream."""
-        places = self._places
-        self._luck = luck.stream("agent")
-        dealt = zip(places.all, places.streams, strict=True)
-        acting: list[Acting[Any]] = [
-            Acting(number, one, luck.stream(*stream)) for number, (one, stream) in enumerate(dealt)
-        ]
-        self._channels = [acting[number] for number in places.channels]
-        self._showing = [acting[number] for number in places.showing]
-        self._after = [acting[number] for number in places.after]
-        self._prompts = [acting[number] for number in places.prompts]
-        self._memories = [acting[number] for number in places.memories]
-        self._actuators = [acting[number] for number in places.actuators]
+        self._shown: tuple[bool, ...] | None = None
 
     async def open(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
-            snapshot = await self._at(partial(self._source.sensed, self._plant.observe))
+            snapshot, first = await self._at(partial(self._happened, self._plant.observe))
         self._configuration, self.opening_sensed = snapshot.configuration, facts_of(snapshot.sensed)
-        first = await self._at(partial(self._tell, snapshot))
-        self._moments = (first,)
+        self._moments, self._shown = (first,), first.shown
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
-
-    def _attempt(self, joint: int, chosen: str, attempted: str) -> tuple[Snapshot, Moment]:
-        """Attempt a joint: what really happened, and what is told of it."""
-        snapshot = self._source.sensed(partial(self._plant.attempt, joint))
-        return snapshot, self._tell(snapshot, chosen, attempted)
-
-    def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
-        was = percept = self._reported(snapshot)
-        facts = None
-        if percept.look is not None:
-            was, percept = _unlooked(percept), replace(percept, look=partial(_look, percept.look))
-        with INTERVENTIONS:
-            if self._channels:
-                percept = self.changes.note_report(
-                    pass_through(self._channels, percept, self._perceived, self._places.shown)
-                )
-            for acting in self._showing:
-                facts, percept = _unlooked(percept), self._perceived(acting, percept)
-            if self._after:
-                passed = pass_through(self._after, percept, self._perceived)
-                if (passed.value.outcome, passed.value.positions) != (percept.outcome, percept.positions):
-                    facts = None  # something after the words changed what is told: that holds the facts now
-                percept = self.changes.note_report(passed)
-        return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
-
-    def _reported(self, snapshot: Snapshot) -> Percept:
-        """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
-        truth, fork = self._names.percept(snapshot), self._plan.fork
-        if not self._source.named:
-            return truth
-        truthful = fork is not None and fork.replaces(len(self._moments))
-        with PLANT:
-            said = self._source.said(snapshot, truthful=truthful)
-        return truth if said is snapshot else replace(self._names.percept(said), look=truth.look)
-
-    def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
-        made = acting.one.perceive(percept, self._moments, self._task, acting.luck.at(len(self._moments)))
-        fork = self._plan.fork
-        if fork is None or not fork.replaces(len(self._moments)) or any(acting.one is one for one in fork.acting):
-            return made
-        # the arm of the fork acts in place of this channel; what makes words and pictures goes on acting
-        traits = InterventionTraits.of(acting.one)
-        return made if traits.shows or traits.after_words else percept
-
-    def _kept(self, percept: Percept) -> dict[PictureKind, str]:
-        if self._keep is not None:
-            for picture in percept.pictures:
-                self._keep(picture)
-        return {picture.kind: picture.name for picture in percept.pictures} if percept.pictures else {}
-
-    def _situation(self) -> Situation:
-        """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
-        turns, briefing = self._turns, self._unsaid
-        if self._memories:
-            with INTERVENTIONS:
-                turns = self.changes.note(pass_through(self._memories, turns, self._recalled))
-        if self._prompts:
-            with INTERVENTIONS:
-                briefing = self.changes.note(pass_through(self._prompts, briefing, self._briefed))
-        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
-
-    def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
-        return acting.one.recall(turns, self._task, acting.luck.at(len(self.steps)))
-
-    def _briefed(self, acting: Acting[Prompt], briefing: Briefing) -> Briefing:
-        return acting.one.brief(briefing, self._moments, self._task, acting.luck.at(len(self.steps)))
-
-    def _acted(self, acting: Acting[Actuator], joint: str) -> str:
-        return acting.one.act(joint, self._moments, self._task, acting.luck.at(len(self._moments)))
-
-    def _attempted(self, chosen: str) -> str:
-        """The label of the joint that is really attempted."""
-        if not self._actuators:
-            return chosen
-        with INTERVENTIONS:
-            joint = self.changes.note(pass_through(self._actuators, chosen, self._acted))
-            if joint not in self._names.labels:
-                raise ChannelFault(f"{joint!r} is not a joint")
-        return joint
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
-        self.changes.begin()
         situation = self._situation()
         with AGENT:
             decision = await self._decision(situation)
-        decision = self._usable(decision)
-        label = self._attempted(decision.joint)
-        joint = self._names.index(label)
+        decision = usable(decision, self._task)
+        label = decision.joint
+        if self._places.actuators:
+            with INTERVENTIONS:
+                label = self.acting.done(label, self._moments)
+        joint = self.names.labels.index(label)
         with PLANT:
-            snapshot, moment = await self._at(partial(self._attempt, joint, decision.joint, label))
+            attempt = partial(self._plant.attempt, joint)
+            snapshot, moment = await self._at(partial(self._happened, attempt, decision.joint, label))
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)
-        self.changes.end()
-        told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
+        told = Turn(percept=situation.percept, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
         self._configuration = snapshot.configuration
         if self._plan.fork is not None:
             self._compare(step, self._plan.fork)
         return step
+
+    def _situation(self) -> Situation:
+        """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
+        turns, briefing = self._turns, self._unsaid
+        if self._places.memories:
+            with INTERVENTIONS:
+                turns = self.acting.remembered(turns, self._moments)
+        if self._places.prompts:
+            with INTERVENTIONS:
+                briefing = self.acting.asked(briefing, self._moments)
+        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
 
     def _decision(self, situation: Situation) -> Awaitable[Decision]:
         """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
@@ -366,20 +319,73 @@ class _Loop:
             return decision
         return PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
 
-    def _usable(self, decision: Decision) -> Decision:
-        """The decision without API keys in its texts and without claims where nobody asked.
+    def _happened(
+        self, act: Callable[[], Snapshot], chosen: str | None = None, attempted: str | None = None
+    ) -> tuple[Snapshot, Moment]:
+        """What an attempt, or the first look, really did, and what is told of it."""
+        snapshot = act() if self._source is None else with_reading(act())
+        was = percept = self._reported(snapshot)
+        if percept.look is not None:
+            was, percept = without_look(percept), replace(percept, look=partial(_look, percept.look))
+        with INTERVENTIONS:
+            told, facts = self.acting.told(percept, self._moments)
+        return snapshot, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
-        Raises:
-            ReplyFault: If it cannot be executed or recorded.
+    def _reported(self, snapshot: Snapshot) -> Percept:
+        """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
+        truth = self.names.percept(snapshot)
+        if self._source is None:
+            return truth
+        fork = self._plan.fork
+        truthful = fork is not None and fork.replaces(len(self._moments))
+        self._said = snapshot if truthful else self._source.said(snapshot, self._said)
+        return truth if self._said is snapshot else replace(self.names.percept(self._said), look=truth.look)
+
+    def _kept(self, percept: Percept) -> dict[PictureKind, str]:
+        if self._keep is not None:
+            for picture in percept.pictures:
+                self._keep(picture)
+        return {picture.kind: picture.name for picture in percept.pictures} if percept.pictures else {}
+
+    def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
+        """The record of one step."""
+        told, shown, moved = moment.told, moment.shown, snapshot.outcome == "moved"
+        told_moved = self._told_moved(told, shown, really=moved)
+        if shown is not None:
+            self._shown = shown
+            if told.positions is None and shown == moment.was.positions:
+                shown = None  # a true picture says nothing that the truth does not
+        return Step(
+            step=len(self.steps) + 1,
+            state=bits(self._configuration),
+            joint=self._plan.box.joints[joint].name,
+            moved=moved,
+            told_moved=told_moved,
+            told_state=None if shown is None else self.names.told_state(shown),
+            told=told.text,
+            decision=decision,
+            sensed=facts_of(snapshot.sensed) if snapshot.sensed else {},
+            pictures=self._kept(told),
+            chosen=None
+            if moment.chosen == moment.attempted
+            else self._plan.box.joints[self.names.labels.index(decision.joint)].name,
+            remark=remark,
+        )
+
+    def _told_moved(self, told: Percept, shown: tuple[bool, ...] | None, *, really: bool) -> bool | None:
+        """The reported outcome of an attempt, from outcome or positions; None if nothing is reported.
+
+        Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
+        truth.
         """
-        if (why := why_unusable(decision, self._task.joints)) is not None:
-            raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
-        if decision.hypothesis or decision.replies:
-            hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
-            decision = replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
-        if not self._task.assessment:
-            decision = replace(decision, claimed=None, claim_probability=None)
-        return decision
+        if told.outcome is not None:
+            return told.outcome == "moved"
+        if told.pictures and shown is None:
+            return really
+        if told.joint is None or shown is None or self._shown is None:
+            return None
+        place = self._task.joints.index(told.joint)
+        return shown[place] != self._shown[place]
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""
@@ -388,31 +394,16 @@ class _Loop:
         if step.step < fork.name.at and not self._on_record:
             raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
         if step.step == fork.name.at and fork.name.time > 1:
-            self._deal_luck(replace(self._plan.luck, time=fork.name.time))
-
-    def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
-        """The record of one step."""
-        told = moment.told
-        return Step(
-            step=len(self.steps) + 1,
-            state=bits(self._configuration),
-            joint=self._joints[joint],
-            moved=snapshot.outcome == "moved",
-            told_moved=told_moved(moment, self._moments, self._task, really=snapshot.outcome == "moved"),
-            told_state=self._names.told_state(told_positions(moment)),
-            told=told.text,
-            decision=decision,
-            sensed=facts_of(snapshot.sensed),
-            pictures=self._kept(told),
-            chosen=None if moment.chosen == moment.attempted else self._joints[self._names.index(decision.joint)],
-            remark=remark,
-        )
+            luck = replace(self._plan.luck, time=fork.name.time)
+            self._luck = luck.stream("agent")
+            self.acting.deal(luck)
 
 
 async def _known(decision: Decision) -> Decision:
     return decision
 
 
-def _unlooked(percept: Percept) -> Percept:
-    """The percept without a way to look."""
-    return percept if percept.look is None else replace(percept, look=None)
+def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
+    """Take a picture. A failure is the plant's fault."""
+    with PLANT:
+        return look(positions)

@@ -17,7 +17,8 @@ OWED_ANEW = "owed anew"
 Count = Annotated[int, Ge(0), Le(2**53)]
 """A whole number read from disk."""
 
-Whole = Annotated[int, Ge(-(2**63)), Le(2**63)]
+WHOLE = 2**63
+Whole = Annotated[int, Ge(-WHOLE), Le(WHOLE)]
 """A whole number of a record: other tools read 64 bits."""
 
 Finite = Annotated[float, Gt(-inf), Lt(inf)]

@@ -9,16 +9,18 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import sys
+import sysconfig
 import threading
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from traceback import walk_stack, walk_tb
+from types import FrameType
 from typing import TypeVar
 
 from lockprobe.foundation.errors import ModelFault
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.trial.boundary import own_line
 
 _T = TypeVar("_T")
 
@@ -97,6 +99,17 @@ def _raise_in(thread: int, error: type[BaseException] | None) -> None:
 
 def _said(agent: str, seconds: float, line: str) -> str:
     return f"{agent} has been deciding for {seconds:.3g} s{f' in {line}' * bool(line)} (its class may set step_seconds)"
+
+
+def own_line(frames: Iterable[tuple[FrameType, int]]) -> str:
+    """The file's name and the last line, of code neither installed nor of Lockprobe; empty without such code."""
+    installed = tuple(sysconfig.get_path(kind) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
+    found = ""
+    for frame, line in frames:
+        module, file = str(frame.f_globals.get("__name__")), frame.f_code.co_filename
+        if not (module.startswith("lockprobe") or file.startswith(("<frozen", *installed))):
+            found = f"{PurePath(file).name}, line {line}"
+    return found
 
 
 PATIENCE = Patience()

@@ -1,17 +1,33 @@
-"""The interventions of a condition by the place at which they act, and what the record of every trial says of them."""
+"""The interventions of a condition at their places in the loop: what they are, and what they do in one trial."""
 
 from __future__ import annotations
 
-import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
-from typing import Self
+from dataclasses import dataclass, is_dataclass, replace
+from functools import partial
+from typing import Any, Generic, NamedTuple, Self, TypeVar
 
+import numpy as np
+
+from lockprobe.foundation.errors import ChannelFault
 from lockprobe.foundation.spec import settings_of
+from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.condition import spec_of
+from lockprobe.trial.luck import Luck
+from lockprobe.trial.plan import Fork
 from lockprobe.trial.protocols import Actuator, Channel, Intervention, InterventionTraits, Memory, Prompt
-from lockprobe.trial.record import Fact, Percept
+from lockprobe.trial.record import Fact, Moment, Percept, Task, Turn, facts_of
+
+_One = TypeVar("_One")
+_V = TypeVar("_V")
+
+
+class Placed(NamedTuple, Generic[_One]):
+    """An intervention, and its number in the condition, from 0."""
+
+    number: int
+    one: _One
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,26 +37,24 @@ class Places:
     All trials of a condition have it alike, so it is made once for them.
 
     Attributes:
-        all: The interventions, in the order in which they act. The other attributes hold their numbers in it.
         streams: The name of the random stream of each, and how many trials ahead it lies.
-        channels: Those that change reports before these become words or pictures.
+        channels: Those that change reports before these become words or pictures, in the order in which they act.
         showing: The one that makes words or pictures; empty without one.
         after: Those that change words or pictures.
         prompts, memories, actuators: Those that act where the agent is asked, remembers and attempts.
         shown: What the agent gets of a report.
-        specs: The spec of each that has one, with its number among equal ones.
+        specs: The number of each that has a spec -> the spec, and how often it came before if it did.
         channel_facts: What records say of those that act on reports.
         other_facts: What records say of all others.
     """
 
-    all: tuple[Intervention, ...]
     streams: tuple[tuple[str, int], ...]
-    channels: tuple[int, ...]
-    showing: tuple[int, ...]
-    after: tuple[int, ...]
-    prompts: tuple[int, ...]
-    memories: tuple[int, ...]
-    actuators: tuple[int, ...]
+    channels: tuple[Placed[Channel], ...]
+    showing: tuple[Placed[Channel], ...]
+    after: tuple[Placed[Channel], ...]
+    prompts: tuple[Placed[Prompt], ...]
+    memories: tuple[Placed[Memory], ...]
+    actuators: tuple[Placed[Actuator], ...]
     shown: Callable[[Percept], object]
     specs: Mapping[int, str]
     channel_facts: tuple[Mapping[str, Fact], ...]
@@ -49,25 +63,23 @@ class Places:
     @classmethod
     def of(cls, interventions: Sequence[Intervention]) -> Self:
         """The places of interventions, in the order in which they act."""
-        every = tuple(interventions)
-        traits = [InterventionTraits.of(one) for one in every]
-        told = [number for number, one in enumerate(every) if isinstance(one, Channel)]
-        others = [number for number in range(len(every)) if number not in told]
-        last = max((at for at, number in enumerate(told) if traits[number].shows), default=len(told))
+        every = list(enumerate(interventions))
+        traits = [InterventionTraits.of(one) for one in interventions]
+        told = [Placed(number, one) for number, one in every if isinstance(one, Channel)]
+        last = max((at for at, placed in enumerate(told) if traits[placed.number].shows), default=len(told))
         showing = tuple(told[last : last + 1])
         return cls(
-            all=every,
-            streams=_streams(every),
+            streams=_streams(interventions),
             channels=tuple(told[:last]),
             showing=showing,
             after=tuple(told[last + 1 :]),
-            prompts=tuple(number for number in others if isinstance(every[number], Prompt)),
-            memories=tuple(number for number in others if isinstance(every[number], Memory)),
-            actuators=tuple(number for number in others if isinstance(every[number], Actuator)),
-            shown=next((shown for number in showing if (shown := traits[number].shown)), whole),
-            specs=_specs(every),
-            channel_facts=tuple(_said(every[number], "channel") for number in told),
-            other_facts=tuple(_said(every[number], "intervention") for number in others),
+            prompts=tuple(Placed(number, one) for number, one in every if isinstance(one, Prompt)),
+            memories=tuple(Placed(number, one) for number, one in every if isinstance(one, Memory)),
+            actuators=tuple(Placed(number, one) for number, one in every if isinstance(one, Actuator)),
+            shown=next((shown for placed in showing if (shown := traits[placed.number].shown)), _whole),
+            specs=_specs(interventions),
+            channel_facts=tuple(_said(placed.one, "channel") for placed in told),
+            other_facts=tuple(_said(one, "intervention") for one in interventions if not isinstance(one, Channel)),
         )
 
 
@@ -86,27 +98,7 @@ def _streams(interventions: Sequence[Intervention]) -> tuple[tuple[str, int], ..
     return tuple(streams)
 
 
-def whole(value: object) -> object:
-    """All of a value, and its way to take a picture if it has one: equality leaves that out."""
-    return value, getattr(value, "look", None)
-
-
-def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
-    """Facts as a record holds them: what is neither text, number nor truth value is written as text."""
-    facts: dict[str, Fact] = {}
-    for name, value in said.items():
-        plain = value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
-        facts[str(name)] = value if plain else str(value)  # type: ignore[assignment]
-    return facts
-
-
-def _said(one: Intervention, what: str) -> dict[str, Fact]:
-    """The specification of an intervention: its class and its settings."""
-    return facts_of({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
-
-
 def _specs(interventions: Sequence[Intervention]) -> dict[int, str]:
-    """The number of every intervention that has a spec -> the spec, and how often it came before if it did."""
     seen: Counter[str] = Counter()
     names: dict[int, str] = {}
     for number, one in enumerate(interventions):
@@ -115,3 +107,151 @@ def _specs(interventions: Sequence[Intervention]) -> dict[int, str]:
             seen[spec] += 1
             names[number] = spec if seen[spec] == 1 else f"{spec} ({seen[spec]})"
     return names
+
+
+def _said(one: Intervention, what: str) -> dict[str, Fact]:
+    """The class of an intervention and its settings."""
+    return facts_of({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
+
+
+class Acting:
+    """The interventions of one trial: what they tell, let remember, ask and do, and at which steps.
+
+    An intervention changes a step if it changed what it was given, and the agent would have got something else without
+    it: what no report shows, or a later intervention hides, is no change. A report counts at the step whose decision it
+    precedes: no agent reads the last one. ``past`` holds all moments so far, so its length is the number of the step,
+    or, for a report, the number of that step's decision less one.
+    """
+
+    def __init__(self, places: Places, luck: Luck, task: Task, fork: Fork | None) -> None:
+        self._places, self._task, self._fork = places, task, fork
+        self._changed: dict[int, set[int]] = defaultdict(set)
+        self._together: set[int] = set()
+        self.deal(luck)
+
+    def deal(self, luck: Luck) -> None:
+        """Give every intervention its random stream."""
+        self._luck = [luck.stream(name, ahead) for name, ahead in self._places.streams]
+
+    def told(self, percept: Percept, past: tuple[Moment, ...]) -> tuple[Percept, Percept | None]:
+        """What the agent gets of a report, and the facts from which words or pictures were made.
+
+        Without a way to look, which is for channels. The facts are None where the report holds them itself.
+        """
+        facts, places, step = None, self._places, len(past) + 1
+        perceive = partial(self._perceived, past)
+        if places.channels:
+            percept = self._passed(places.channels, percept, perceive, step, places.shown)
+        for placed in places.showing:
+            facts, percept = without_look(percept), perceive(placed, percept)
+        if places.after:
+            worded, percept = percept, self._passed(places.after, percept, perceive, step)
+            if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
+                facts = None  # something after the words changed what is told: that holds the facts now
+        return without_look(percept), facts
+
+    def _perceived(self, past: tuple[Moment, ...], placed: Placed[Channel], percept: Percept) -> Percept:
+        made = placed.one.perceive(percept, past, self._task, self._luck[placed.number].at(len(past)))
+        fork = self._fork
+        if fork is None or not fork.replaces(len(past)) or any(placed.one is one for one in fork.acting):
+            return made
+        # the arm of the fork acts in place of this channel; what makes words and pictures goes on acting
+        traits = InterventionTraits.of(placed.one)
+        return made if traits.shows or traits.after_words else percept
+
+    def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
+        """The exchanges that the agent still has."""
+
+        def recall(placed: Placed[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
+            return placed.one.recall(turns, self._task, self._drawn(placed, len(past) - 1))
+
+        return self._passed(self._places.memories, turns, recall, len(past))
+
+    def asked(self, briefing: Briefing, past: tuple[Moment, ...]) -> Briefing:
+        """The requests and remarks of a step."""
+
+        def brief(placed: Placed[Prompt], briefing: Briefing) -> Briefing:
+            return placed.one.brief(briefing, past, self._task, self._drawn(placed, len(past) - 1))
+
+        return self._passed(self._places.prompts, briefing, brief, len(past))
+
+    def done(self, chosen: str, past: tuple[Moment, ...]) -> str:
+        """The label of the joint that is really attempted.
+
+        Raises:
+            ChannelFault: If there is no such joint.
+        """
+
+        def act(placed: Placed[Actuator], joint: str) -> str:
+            return placed.one.act(joint, past, self._task, self._drawn(placed, len(past)))
+
+        joint = self._passed(self._places.actuators, chosen, act, len(past))
+        if joint not in self._task.joints:
+            raise ChannelFault(f"{joint!r} is not a joint")
+        return joint
+
+    def _drawn(self, placed: Placed[Any], step: int) -> np.random.Generator:
+        return self._luck[placed.number].at(step)
+
+    def changes(self, steps: int) -> tuple[dict[str, int], int]:
+        """Of so many steps, those that each intervention with a spec changed, and those that all together did."""
+        counts = Counter(number for step, numbers in self._changed.items() if step <= steps for number in numbers)
+        return (
+            {spec: counts[number] for number, spec in self._places.specs.items()},
+            sum(step <= steps for step in self._together),
+        )
+
+    def _passed(
+        self,
+        acting: Sequence[Placed[_One]],
+        given: _V,
+        apply: Callable[[Placed[_One], _V], _V],
+        step: int,
+        shown: Callable[[_V], object] | None = None,
+    ) -> _V:
+        """A value after interventions; those of them that changed what the agent gets at this step are noted.
+
+        ``shown`` is the part of the value that the agent gets; all of it without one.
+        """
+        value, changers = given, list[tuple[Placed[_One], _V]]()
+        for placed in acting:
+            before, value = value, apply(placed, value)
+            if value is not before and _whole(value) != _whole(before):
+                changers.append((placed, before))
+        if changers:
+            shown = shown or _whole
+            end = shown(value)
+            if shown(given) != end:
+                self._together.add(step)
+            for at, (placed, before) in enumerate(changers):
+                if _shown_without(before, changers[at + 1 :], apply, shown) != end:
+                    self._changed[step].add(placed.number)
+        return value
+
+
+def _shown_without(
+    value: _V,
+    later: Sequence[tuple[Placed[_One], _V]],
+    apply: Callable[[Placed[_One], _V], _V],
+    shown: Callable[[_V], object],
+) -> object:
+    """What the agent would have got without an intervention: ``later`` ones act again, on the value before it.
+
+    One that breaks needs what was changed before it.
+    """
+    try:
+        for placed, _ in later:
+            value = apply(placed, value)
+        return shown(value)
+    except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
+        return object()
+
+
+def _whole(value: object) -> object:
+    """All of a value, and its way to take a picture if it has one: equality leaves that out."""
+    return value, getattr(value, "look", None)
+
+
+def without_look(percept: Percept) -> Percept:
+    """The percept without a way to take a picture."""
+    return percept if percept.look is None else replace(percept, look=None)

@@ -189,10 +189,6 @@ class Names:
             assessment=plan.assessment,
         )
 
-    def index(self, label: str) -> int:
-        """The joint of a label, by index in panel order."""
-        return self.labels.index(label)
-
     def percept(self, snapshot: Snapshot) -> Percept:
         """The truth in the agent's terms."""
         return Percept(
@@ -218,6 +214,6 @@ class Names:
         """Positions of the joints as listed, in panel order."""
         return tuple(map(positions.__getitem__, self._listed))
 
-    def told_state(self, positions: tuple[bool, ...] | None) -> str | None:
+    def told_state(self, positions: tuple[bool, ...]) -> str:
         """Reported positions as a bit string in panel order."""
-        return None if positions is None else bits(self._configuration(positions))
+        return bits(self._configuration(positions))

@@ -135,7 +135,7 @@ class InterventionTraits(_Traits):
         shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
             ``Moment.reported``.
         shown: For one that shows, what the agent gets of a percept. A change of anything else counts as none
-            (:mod:`lockprobe.trial.changes`).
+            (:class:`lockprobe.trial.places.Acting`).
     """
 
     name: str = ""

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.doses import flip_rate
-from lockprobe.trial.model_call import Count, Finite, Usage, Whole
+from lockprobe.trial.model_call import WHOLE, Count, Finite, Usage, Whole
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.trial_name import ForkName, TrialName
 
@@ -37,6 +38,21 @@ Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
 
 Fact = str | Whole | Finite | bool | None
+
+
+def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
+    """Facts as a record holds them: what is neither text, number nor truth value is written as text."""
+    facts: dict[str, Fact] = {}
+    for name, value in said.items():
+        whole = isinstance(value, int) and abs(value) <= WHOLE
+        plain = value is None or whole or (isinstance(value, float) and isfinite(value))
+        facts[_written(name)] = value if plain else _written(value)  # type: ignore[assignment]
+    return facts
+
+
+def _written(value: object) -> str:
+    """A value as text; what UTF-8 does not know becomes a question mark."""
+    return str(value).encode(errors="replace").decode()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

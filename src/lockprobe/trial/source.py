@@ -8,7 +8,7 @@ Nothing is drawn from a random stream.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, get_args
@@ -93,31 +93,6 @@ def source_of(modality: str) -> Source | None:
         return None
     check_choice("source", said, get_args(SourceKind))
     return Source(said)  # type: ignore[arg-type] # checked above
-
-
-class ReportSource:
-    """The source of the reports of one trial, with what it said last.
-
-    Args:
-        modality: The modality; the truth is told if it names no source.
-
-    Attributes:
-        named: Whether it names one; else nothing but the truth is told.
-    """
-
-    def __init__(self, modality: str) -> None:
-        self._source = source_of(modality)
-        self._last: Snapshot | None = None
-        self.named = self._source is not None
-
-    def sensed(self, act: Callable[[], Snapshot]) -> Snapshot:
-        """What the plant gives, with the camera's reading if the modality names a source."""
-        return act() if self._source is None else with_reading(act())
-
-    def said(self, truth: Snapshot, *, truthful: bool = False) -> Snapshot:
-        """What is said in place of the truth; the truth if ``truthful``, from which the source then goes on."""
-        self._last = truth if self._source is None or truthful else self._source.said(truth, self._last)
-        return self._last
 
 
 def with_reading(snapshot: Snapshot) -> Snapshot:

@@ -1,11 +1,10 @@
-"""What a report says of the attempt that came before it: its outcome, in words too, and the positions it implies."""
+"""What reports say of attempts: an outcome in words, and which reports were false."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
-from lockprobe.trial.record import Moment, Outcome, Task, Trial
+from lockprobe.trial.record import Outcome, Trial
 
 
 def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
@@ -15,33 +14,6 @@ def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
     ('moved', 'did not move', 'nothing')
     """
     return nothing if outcome is None else "moved" if outcome in (True, "moved") else "did not move"
-
-
-def told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
-    """The reported outcome of the attempt, from outcome or positions; None if nothing is reported.
-
-    Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
-    truth.
-    """
-    told, shown = now.told, now.shown
-    if told.outcome is not None:
-        return told.outcome == "moved"
-    if told.pictures and shown is None:
-        return really
-    if told.joint is None or shown is None:
-        return None
-    joint = task.joints.index(told.joint)
-    for moment in reversed(before):
-        if (last := moment.shown) is not None:
-            return shown[joint] != last[joint]
-    return None
-
-
-def told_positions(moment: Moment) -> tuple[bool, ...] | None:
-    """Positions for the record: the told ones, or those that false pictures show; None for true pictures."""
-    if moment.told.positions is None and moment.shown == moment.was.positions:
-        return None
-    return moment.shown
 
 
 def false_reports(trial: Trial) -> list[bool]:
