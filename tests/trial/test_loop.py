@@ -217,6 +217,69 @@ def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
     assert (error.boundary, error.message) == ("plant", "RuntimeError: no light in the laboratory")
 
 
+class Returning:
+    """An intervention that returns a value at its place, after the words were made."""
+
+    after_words = True
+
+    def __init__(self, place, value):
+        setattr(self, place, lambda given, *others: value(given))
+
+
+class Odd(SymbolicPlant):
+    """Says another configuration than there is."""
+
+    def __init__(self, configuration):
+        super().__init__(box())
+        self.configuration = configuration
+
+    def attempt(self, joint):
+        return replace(super().attempt(joint), configuration=self.configuration)
+
+
+@pytest.mark.parametrize(
+    ("settings", "boundary", "message"),
+    [
+        ({"perceive": lambda told: replace(told, text="\ud800")}, "channel", "UnicodeEncodeError"),
+        ({"perceive": lambda told: replace(told, text=3)}, "channel", "AttributeError"),
+        ({"perceive": lambda told: replace(told, positions=(True,))}, "channel", "positions (True,) are not one"),
+        ({"perceive": lambda told: replace(told, positions=(0, 1, 2, 0))}, "channel", "positions (0, 1, 2, 0) are not"),
+        ({"perceive": lambda told: replace(told, joint="Z")}, "channel", "'Z' is not a joint"),
+        ({"brief": lambda asked: asked.remarking("\ud800")}, "channel", "UnicodeEncodeError"),
+        ({"brief": lambda asked: None}, "channel", "AttributeError"),
+        ({"recall": lambda turns: None}, "channel", "recall returned NoneType, and no tuple of turns"),
+        ({"act": lambda chosen: "Z"}, "channel", "'Z' is not a joint"),
+        ((True, True), "plant", "2 positions of 4 joints"),
+        ((True,) * 5, "plant", "5 positions of 4 joints"),
+        ((0, 1, 2, 0), "plant", "KeyError: 2"),
+    ],
+)
+def test_what_no_record_can_hold_is_an_error_of_the_part_that_made_it(settings, boundary, message):
+    if isinstance(settings, dict):
+        channels = (TextChannel(), *(Returning(*one) for one in settings.items()))
+        trial = played(Fake(joint(0)), channels=channels)
+    else:
+        trial = played(Fake(joint(0)), plant=Odd(settings))
+    assert (trial.ending, trial.error.boundary) == ("error", boundary)
+    assert trial.error.message.startswith(message)
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_what_is_changed_after_the_words_is_what_was_reported():
+    reported = []
+
+    class Watching:
+        def act(self, chosen, past, task, rng):
+            reported.append(past[-1].reported.positions)
+            return chosen
+
+    swapped = Returning("perceive", lambda told: replace(told, positions=(True,) * 4))
+    states = TextChannel(tell="state")
+    for channels in ((states,), (states, swapped)):
+        played(Fake(joint(0)), replace(PLAN, budget=1), (*channels, Watching()))
+    assert reported == [(False,) * 4, (True,) * 4]
+
+
 OF_A_PERSON = """
 import json
 

@@ -14,7 +14,7 @@ from traceback import walk_tb
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
-from lockprobe.boxes.box import Configuration, bits
+from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import (
     ChannelFault,
     LockprobeError,
@@ -259,14 +259,14 @@ class _Loop:
         self._on_record = plan.fork is not None
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
-        self._configuration: Configuration = ()
+        self._state = ""
         self._shown: tuple[bool, ...] | None = None
 
     async def open(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
-            snapshot, first = await self._at(partial(self._happened, self._plant.observe))
-        self._configuration, self.opening_sensed = snapshot.configuration, facts_of(snapshot.sensed)
+            snapshot, self._state, first = await self._at(partial(self._happened, self._plant.observe))
+            self.opening_sensed = facts_of(snapshot.sensed)
         self._moments, self._shown = (first,), first.shown
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
@@ -283,12 +283,15 @@ class _Loop:
         joint = self.names.labels.index(label)
         with PLANT:
             attempt = partial(self._plant.attempt, joint)
-            snapshot, moment = await self._at(partial(self._happened, attempt, decision.joint, label))
-        step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
+            snapshot, state, moment = await self._at(partial(self._happened, attempt, decision.joint, label))
+            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
+        step = self._written(
+            decision, joint, moment, sensed, situation.briefing.remark, moved=snapshot.outcome == "moved"
+        )
         self.steps.append(step)
         told = Turn(percept=situation.percept, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
-        self._configuration = snapshot.configuration
+        self._state = state
         if self._plan.fork is not None:
             self._compare(step, self._plan.fork)
         return step
@@ -321,15 +324,17 @@ class _Loop:
 
     def _happened(
         self, act: Callable[[], Snapshot], chosen: str | None = None, attempted: str | None = None
-    ) -> tuple[Snapshot, Moment]:
-        """What an attempt, or the first look, really did, and what is told of it."""
+    ) -> tuple[Snapshot, str, Moment]:
+        """What an attempt, or the first look, really did, the configuration then, and what is told of it."""
         snapshot = act() if self._source is None else with_reading(act())
+        if len(state := bits(snapshot.configuration)) != len(self._task.joints):
+            raise PlantFault(f"{len(state)} positions of {len(self._task.joints)} joints")
         was = percept = self._reported(snapshot)
         if percept.look is not None:
             was, percept = without_look(percept), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
             told, facts = self.acting.told(percept, self._moments)
-        return snapshot, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
+        return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
     def _reported(self, snapshot: Snapshot) -> Percept:
         """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
@@ -347,9 +352,11 @@ class _Loop:
                 self._keep(picture)
         return {picture.kind: picture.name for picture in percept.pictures} if percept.pictures else {}
 
-    def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
+    def _written(
+        self, decision: Decision, joint: int, moment: Moment, sensed: Mapping[str, Fact], remark: str, *, moved: bool
+    ) -> Step:
         """The record of one step."""
-        told, shown, moved = moment.told, moment.shown, snapshot.outcome == "moved"
+        told, shown = moment.told, moment.shown
         told_moved = self._told_moved(told, shown, really=moved)
         if shown is not None:
             self._shown = shown
@@ -357,14 +364,14 @@ class _Loop:
                 shown = None  # a true picture says nothing that the truth does not
         return Step(
             step=len(self.steps) + 1,
-            state=bits(self._configuration),
+            state=self._state,
             joint=self._plan.box.joints[joint].name,
             moved=moved,
             told_moved=told_moved,
             told_state=None if shown is None else self.names.told_state(shown),
             told=told.text,
             decision=decision,
-            sensed=facts_of(snapshot.sensed) if snapshot.sensed else {},
+            sensed=sensed,
             pictures=self._kept(told),
             chosen=None
             if moment.chosen == moment.attempted

@@ -2,6 +2,11 @@
 
 What awaits is cancelled. In what keeps its thread, another thread raises an error, which ends every loop of Python; of
 a call that does not come back, such as one of another language, it says where it hangs.
+
+Nothing simpler does all of this. A signal reaches the main thread alone, and trials play in others too, as in a
+notebook. A decision in a thread of its own could be left behind, but would compute on beside all later trials, one more
+for each that hangs, and an agent's connections belong to one event loop. A process of its own would cost every step a
+crossing, and an agent its memory of the process.
 """
 
 from __future__ import annotations

@@ -137,6 +137,9 @@ class Acting:
         """What the agent gets of a report, and the facts from which words or pictures were made.
 
         Without a way to look, which is for channels. The facts are None where the report holds them itself.
+
+        Raises:
+            ChannelFault: If no record can hold it.
         """
         facts, places, step = None, self._places, len(past) + 1
         perceive = partial(self._perceived, past)
@@ -148,6 +151,7 @@ class Acting:
             worded, percept = percept, self._passed(places.after, percept, perceive, step)
             if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
                 facts = None  # something after the words changed what is told: that holds the facts now
+        _check_report(percept, self._task.joints)
         return without_look(percept), facts
 
     def _perceived(self, past: tuple[Moment, ...], placed: Placed[Channel], percept: Percept) -> Percept:
@@ -160,12 +164,19 @@ class Acting:
         return made if traits.shows or traits.after_words else percept
 
     def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
-        """The exchanges that the agent still has."""
+        """The exchanges that the agent still has.
+
+        Raises:
+            ChannelFault: If a memory returns none.
+        """
 
         def recall(placed: Placed[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
             return placed.one.recall(turns, self._task, self._drawn(placed, len(past) - 1))
 
-        return self._passed(self._places.memories, turns, recall, len(past))
+        left = self._passed(self._places.memories, turns, recall, len(past))
+        if not isinstance(left, tuple):
+            raise ChannelFault(f"recall returned {type(left).__name__}, and no tuple of turns")
+        return left
 
     def asked(self, briefing: Briefing, past: tuple[Moment, ...]) -> Briefing:
         """The requests and remarks of a step."""
@@ -173,7 +184,9 @@ class Acting:
         def brief(placed: Placed[Prompt], briefing: Briefing) -> Briefing:
             return placed.one.brief(briefing, past, self._task, self._drawn(placed, len(past) - 1))
 
-        return self._passed(self._places.prompts, briefing, brief, len(past))
+        asked = self._passed(self._places.prompts, briefing, brief, len(past))
+        asked.remark.encode()  # what no record can hold breaks here
+        return asked
 
     def done(self, chosen: str, past: tuple[Moment, ...]) -> str:
         """The label of the joint that is really attempted.
@@ -245,6 +258,16 @@ def _shown_without(
         return shown(value)
     except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
         return object()
+
+
+def _check_report(percept: Percept, joints: tuple[str, ...]) -> None:
+    """Refuse a report that no record can hold, of channels that anybody may have written."""
+    percept.text.encode()  # breaks if it is no text, or none that can be written
+    if percept.joint is not None and percept.joint not in joints:
+        raise ChannelFault(f"{percept.joint!r} is not a joint")
+    positions = percept.positions
+    if positions is not None and not (len(positions) == len(joints) and {*positions} <= {False, True}):
+        raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
 
 
 def _whole(value: object) -> object:
