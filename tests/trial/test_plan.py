@@ -40,12 +40,6 @@ def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing()
     assert names.percept(PhotographedPlant(PLAN.box).observe()).joint is None
 
 
-def test_without_shuffling_labels_run_along_the_panel():
-    names = Names(replace(PLAN, shuffle="never"))
-    assert names.labels == names.listing == tuple("ABCDE")
-    assert names.told_state(names.percept(PhotographedPlant(PLAN.box).observe()).positions) == "00000"
-
-
 @pytest.mark.parametrize(
     ("agent", "name", "key"),
     [
