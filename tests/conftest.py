@@ -39,81 +39,6 @@ QUICK = ("boxes", "foundation", "interventions", "trial")
 """Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
 
 
-SLOW = {
-    "test_a_kernel_plays_what_the_policy_plays": (),
-    "test_a_kernel_runs_the_first_notebook": (),
-    "test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson": (),
-    "test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone": (),
-    "test_a_quotation_holds": ("all four readings, 0.5 among them",),
-    "test_a_simulated_plant_gives_the_same_on_one_process_and_on_two": (),
-    "test_a_strategy_at_the_page_plays_as_without_it": ("six joints", "clicks", "touch, outcomes only, unasked"),
-    "test_a_modality_more_changes_no_p_value_of_another": (),
-    "test_an_agent_with_rare_long_trials_is_not_called_faster": ("100-100-0.022", "100-60-0.037", "20-30-0.05"),
-    "test_characters_are_helped_hurt_and_both": (),
-    "test_counted_numbers_give_the_exact_distribution": (
-        "human-inspired-chain-4-0.3-independent",
-        "human-inspired?lapse=0.2-reset-0.5-outcome-only",
-    ),
-    "test_each_command_prints_what_the_answer_sheet_shows": (),
-    "test_equivalence_is_wrong_in_at_most_five_percent": ("0.2-30", "0.1-29", "0.05-30"),
-    "test_every_condition_is_shown_as_it_acts": (),
-    "test_every_decision_is_what_the_model_itself_replied": (),
-    "test_every_number_of_an_answer_was_printed_before": (),
-    "test_every_part_of_it_changes_the_picture_and_no_luck_of_depth": (),
-    "test_every_scene_on_a_phone_and_read_aloud": ("German", "eight joints", "pictures"),
-    "test_tests_that_we_conclude_from_keep_their_error_rate": (),
-    "test_the_first_study": (),
-    "test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports": (),
-    "test_every_text_is_large_enough_inside_and_touches_no_other": ("strategies", "hostile names", "thirty p"),
-    "test_forks_estimate_the_exact_effect_of_one_lie": (),
-    "test_gymnasium_finds_nothing_to_say_against_the_physical_box": (),
-    "test_it_detects_in_the_trials_of_a_study_what_the_report_detects": (),
-    "test_it_tells_which_agents_rise_which_fall_and_which_do_both": (),
-    "test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice": (),
-    "test_killed_at_random_moments_it_decides_the_same_and_buys_nothing_twice": (),
-    "test_many_browsers_at_once_and_the_server_is_killed_meanwhile": (),
-    "test_no_interval_of_the_differences_leaves_out_the_truth": (),
-    "test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies": ("a change of the margin",),
-    "test_no_command_runs_what_a_directory_or_a_file_names": ("replay-plant",),
-    "test_several_processes_change_no_byte": (),
-    "test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none": (
-        "failures break-2000",
-        "successes break-2000",
-        "opposed-2000",
-        "failures break everywhere-2000",
-    ),
-    "test_the_same_seed_gives_the_same_record_whatever_was_played_before": (),
-    "test_the_user_s_settings_change_no_byte_of_any_figure": (),
-    "test_trials_of_the_loop_come_to_the_same": (),
-    "test_two_worker_processes_write_the_records_of_one": (),
-    "test_very_many_take_part_at_once": (),
-    "test_what_is_odd_comes_to_the_same_in_the_loop": (
-        "truth",
-        "flip?p=0.4",
-        "distract?p=0.4&luck=flip",
-        "distract?p=0.4",
-        "correction?p=0.4",
-        "drop?p=0.4&luck=flip",
-    ),
-    "test_what_a_blind_agent_may_still_heed_is_bounded": (
-        "False-0.05",
-        "False-0.02",
-        "True-0.02",
-        "False-0.3",
-        "True-0.2",
-        "False-0.2",
-    ),
-    "test_what_was_said_of_the_size_of_requests_holds_for_the_models_own_count": (),
-    "test_where_plants_have_cameras_only_so_many_trials_are_held": (),
-}
-"""Tests that hold at length, or by simulation, what shorter ones hold too: each with its slow cases, or with all."""
-
-
-def _is_slow(item):
-    name, _, case = item.name.partition("[")
-    return name in SLOW and (not SLOW[name] or case.removesuffix("]") in SLOW[name])
-
-
 @cache
 def _is_quick(path):
     return path.is_relative_to(ROOMS) and path.relative_to(ROOMS).parts[:1] in [(room,) for room in QUICK]
@@ -169,8 +94,6 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if _is_quick(item.path):
             item.add_marker(pytest.mark.quick)
-        if _is_slow(item):
-            item.add_marker(pytest.mark.slow)
 
 
 def pytest_collection_finish():

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from placeholders import undrawn
 from typer.testing import CliRunner
 
@@ -37,6 +38,7 @@ def solved(agent, rate, /, agents, **options):
 FIRST = ("cognitive:perseverant", "human-inspired", "random")
 
 
+@pytest.mark.slow
 def test_the_first_study(tmp_path):
     short = study("flips", agent=FIRST)
     fresh = tuple(one for one in short.conditions if one.label in short.flip_labels)  # the others take their time

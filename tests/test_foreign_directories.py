@@ -6,6 +6,7 @@ Every command of the command line has a row here, so that a new one has to say w
 import io
 import sys
 from collections.abc import Iterator
+from itertools import product
 
 import foreign
 import pytest
@@ -117,8 +118,13 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     sys.modules.pop(foreign.MODULE, None)
 
 
-@pytest.mark.parametrize("kind", foreign.KINDS)
-@pytest.mark.parametrize("command", TAKING)
+@pytest.mark.parametrize(
+    ("command", "kind"),
+    [
+        pytest.param(command, kind, marks=pytest.mark.slow if (command, kind) == ("replay", "plant") else ())
+        for command, kind in product(TAKING, foreign.KINDS)
+    ],
+)
 def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, command, kind):
     for number, line in enumerate(TAKING[command]):
         if line[-1] == "mine" and not (tmp_path / "mine").exists():  # it could not be imported

@@ -228,7 +228,13 @@ def text_of(name):
     return " ".join((ROOT / name).read_text("utf-8").split()).replace("\N{MINUS SIGN}", "-")
 
 
-@pytest.mark.parametrize(("name", "quotation", "numbers"), QUOTED, ids=[quotation[:40] for _, quotation, _ in QUOTED])
+@pytest.mark.parametrize(
+    ("name", "quotation", "numbers"),
+    [
+        pytest.param(*case, id=case[1][:40], marks=pytest.mark.slow if "all four readings" in case[1] else ())
+        for case in QUOTED
+    ],
+)
 def test_a_quotation_holds(name, quotation, numbers):
     assert quotation.format(*numbers()) in text_of(name)
 

@@ -89,6 +89,7 @@ def test_what_students_type_is_on_the_answer_sheet():
     assert commands(PLAN.replace("uv run ", "")) == answered - {"lockprobe play --seed 30"} - looked_at
 
 
+@pytest.mark.slow
 def test_each_command_prints_what_the_answer_sheet_shows(played):
     for _, line, shown in answers():
         printed = [squeezed(row) for row in played[1][line].splitlines()]
@@ -98,6 +99,7 @@ def test_each_command_prints_what_the_answer_sheet_shows(played):
         assert at == sorted(at), line
 
 
+@pytest.mark.slow
 def test_every_number_of_an_answer_was_printed_before(played):
     number = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
     printed, unknown = set(), []
@@ -110,6 +112,7 @@ def test_every_number_of_an_answer_was_printed_before(played):
     assert unknown == []
 
 
+@pytest.mark.slow
 def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played):
     text = sheet("answer-sheet")
     quoted = [squeezed(one.replace("> ", "")) for one in re.findall(r"(?:^> .*\n)+", text, re.MULTILINE)]
@@ -199,6 +202,7 @@ def printed_by(cells):
 BEFORE_THE_STUDIES = next(at for at, cell in enumerate(CELLS) if "lockprobe run" in "".join(cell["source"]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "shown_parts", "drawn"),
     [(BEFORE_THE_STUDIES, "2", 1), (len(CELLS), "245", 2)],
@@ -216,6 +220,7 @@ def test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson(tmp_path, cel
             assert all(squeezed(row) in text for row in shown.splitlines()), line
 
 
+@pytest.mark.slow
 def test_a_kernel_runs_the_first_notebook(tmp_path):
     cells = executed(ROOT / "examples/first.ipynb", tmp_path, "module://matplotlib_inline.backend_inline")
     assert pictures(cells) == 2

@@ -77,6 +77,7 @@ def test_what_makes_pictures_hard_changes_nothing_of_the_physics():
         assert plain._data.qpos.tobytes() == hard._data.qpos.tobytes()
 
 
+@pytest.mark.slow
 def test_every_part_of_it_changes_the_picture_and_no_luck_of_depth():
     size = {"width": 64, "height": 64}
     usual = twin(**size).observe().look()

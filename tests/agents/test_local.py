@@ -48,6 +48,7 @@ def test_the_record_says_what_the_model_was(trial):
     assert str(facts["runtime"]).startswith("xllamacpp ")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model, trial):
     run_trial(agent=model, p=0.0, trial=6, max_steps=2)
     again = run_trial(agent=model, **SHORT)
@@ -64,6 +65,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model, t
     assert [step.decision for step in other.steps] != [step.decision for step in trial.steps]
 
 
+@pytest.mark.slow
 def test_two_worker_processes_write_the_records_of_one(model, tmp_path):
     planned = study(StudyOptions(agent=["llm:local"], p=[0.4], trials=2, repetitions=1, max_steps=2))
     with Journal.open(tmp_path, planned) as journal:
@@ -141,6 +143,7 @@ def test_where_nobody_asks_what_the_last_action_did_it_is_neither_said_nor_score
         assert step.decision.replies == (f"Next joint: {step.decision.joint}",)
 
 
+@pytest.mark.slow
 def test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone(model, trial):
     unasked = run_trial(agent=model, assessment=False, **SHORT)
     assert trial_to_json(run_trial(agent=model, **SHORT)) == trial_to_json(trial)

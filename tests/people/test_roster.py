@@ -231,6 +231,7 @@ def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypa
     take_part(tmp_path, study, short(), clock=clock)
 
 
+@pytest.mark.slow
 def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkeypatch):
     monkeypatch.setattr("lockprobe.people.roster._MOST_WITH_CAMERA", 2)
     study = people_study(p=(0.0,), plant="fast-twin?width=64&height=64", modalities=("rgb",), max_steps=2)

@@ -75,6 +75,7 @@ def test_no_family_changes_a_p_value_of_another(whole, families, family, many):
     assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
 
 
+@pytest.mark.slow
 def test_a_modality_more_changes_no_p_value_of_another(tmp_path):
     """Each modality has its own control, so its own families; the first screen corrects for all of them."""
     of = {**FLIPS, **FAMILIES["success by tremble p"], **FAMILIES["conditions against the control"]}

@@ -126,6 +126,7 @@ def test_forks_are_no_trials_of_the_study_and_the_same_command_owes_nothing(tmp_
     assert load(tmp_path / FORKS) == forks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("agent", "p"), [("cognitive:perseverant", 0.0), ("cognitive:insistent", 0.4)])
 def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
     """Propagation with one report forced either way is the truth, at p = 0 and among other lies."""

@@ -91,6 +91,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
     assert all(call.step > forks[call.key].fork.at for call in read_calls(directory / FORKS))
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(recorded, tmp_path, monkeypatch):
     planned, directory, _ = recorded
     whole = tmp_path / "whole"

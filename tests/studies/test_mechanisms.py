@@ -28,6 +28,7 @@ def test_a_file_of_the_same_name_here_goes_before(tmp_path, monkeypatch):
     assert study("mechanisms.toml").p == (0.3,)
 
 
+@pytest.mark.slow
 def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     kinds = {
         "human-inspired": ({-1}, False),

@@ -88,6 +88,7 @@ def typed(directory):
     return start(*asked, "--no-report", "--out", directory)
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments_it_decides_the_same_and_buys_nothing_twice(tmp_path, monkeypatch, whole):
     trials, asked = whole
     luck, directory, kills, lost = random.Random(11), tmp_path / "killed", 0, 0

@@ -84,6 +84,7 @@ def test_a_forked_process_leaves_the_plant_of_its_parent_alone(made, monkeypatch
     assert (made[0].closed, kept) == (0, made)
 
 
+@pytest.mark.slow
 def test_gymnasium_finds_nothing_to_say_against_the_physical_box():
     check_env(gymnasium.make("lockprobe/Lockbox-v0", observation="rgbd", plant=SMALL).unwrapped, skip_render_check=True)
 

@@ -94,6 +94,7 @@ LOOKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", LOOKS.values(), ids=LOOKS)
 def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
     study, settings = case

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from dataclasses import dataclass, replace
 
+import pytest
 from browser import (
     assert_no_script_ran,
     attend,
@@ -24,6 +25,7 @@ from lockprobe.trial.condition import Condition
 pytestmark = needs_a_browser
 
 
+@pytest.mark.slow
 def test_every_condition_is_shown_as_it_acts(tmp_path):
     """What agents read beside a report stands on the page; who plays at random plays as without it."""
     specs = ("flip?p=0.4 + nudge", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")

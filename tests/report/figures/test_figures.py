@@ -48,7 +48,13 @@ def legible(name, figure):
     assert touching(figure) == [], name
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=pytest.mark.slow if case in ("strategies", "thirty p", "hostile names") else ())
+        for case in CASES
+    ],
+)
 def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
     for name, figure in pictures(studies[case]).items():
         if name != "box":  # which is the same in all of them, and drawn by hand

@@ -94,6 +94,7 @@ def drawn_here():
     return [sha256(one).hexdigest() for one in drawn]
 
 
+@pytest.mark.slow
 def test_the_user_s_settings_change_no_byte_of_any_figure(studies):
     plain = {name: render(figure, "svg") for name, figure in pictures(studies["people"]).items()}
     with mpl.rc_context(HOSTILE):

@@ -250,6 +250,7 @@ def test_tremble_equals_a_lapse_of_the_hand(agent):
     assert slips.solved == pytest.approx(lapses.solved, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spec",
     [
@@ -273,8 +274,12 @@ def test_trials_of_the_loop_come_to_the_same(spec, modality):
 
 @pytest.mark.parametrize(
     "spec",
-    ["truth", "flip?p=0.4", "distract?p=0.4&luck=flip", "flip?p=0.4 + distract?p=0.4&luck=flip", "distract?p=0.4",
-     "correction?p=0.4", "drop?p=0.4&luck=flip", "tremble?p=0.4&luck=flip"],
+    [
+        "flip?p=0.4 + distract?p=0.4&luck=flip", "tremble?p=0.4&luck=flip",
+        *(pytest.param(spec, marks=pytest.mark.slow) for spec in (
+            "truth", "flip?p=0.4", "distract?p=0.4&luck=flip", "distract?p=0.4", "correction?p=0.4", "drop?p=0.4&luck=flip",
+        )),
+    ],
 )  # fmt: skip
 def test_what_is_odd_comes_to_the_same_in_the_loop(spec):
     exact = propagate(LoopBreaker(), condition=spec)

@@ -30,6 +30,7 @@ def test_families_are_those_of_the_report():
     assert families_of(study("flips", agent="random", p=[0])) == ()
 
 
+@pytest.mark.slow
 def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
     asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)

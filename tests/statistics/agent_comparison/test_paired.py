@@ -162,7 +162,15 @@ def test_exchange_within_luck_would_tell_people_apart_who_are_equal():
 
 
 @pytest.mark.parametrize(
-    ("budget", "blocks", "slow"), [(20, 10, 0.05), (20, 18, 0.05), (20, 30, 0.05), (100, 60, 0.037), (100, 100, 0.022)]
+    ("budget", "blocks", "slow"),
+    [
+        (20, 10, 0.05),
+        (20, 18, 0.05),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in [(20, 30, 0.05), (100, 60, 0.037), (100, 100, 0.022)]
+        ),
+    ],
 )
 def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slow):
     """Equal means; every trial is solved, so the budget shows in no failure. Without it, 0.2 to 0.6 of studies err."""

@@ -102,6 +102,7 @@ def shown(directory, workers):
     return load(directory)
 
 
+@pytest.mark.slow
 def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
     pytest.importorskip("mujoco")
     one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
