@@ -202,7 +202,7 @@ WORLDS = {
 TRUTH = 0.5
 
 
-@pytest.mark.parametrize("studies", [150, 2000])
+@pytest.mark.parametrize("studies", [150, pytest.param(2000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("world", WORLDS)
 def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies):
     n, rng, covered, effects = 30, np.random.default_rng(7), [], []

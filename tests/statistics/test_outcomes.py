@@ -1,6 +1,7 @@
 """Trials as columns: what the tests look at is what the records say; agents that play alike whatever they are told."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -51,8 +52,13 @@ def seldom_reads(share, rng, *, whole, blocks=12, reports=3):
     return trials
 
 
-@pytest.mark.parametrize("share", [0.02, 0.05, 0.2, 0.3])
-@pytest.mark.parametrize("whole", [False, True])
+@pytest.mark.parametrize(
+    ("share", "whole"),
+    [
+        (0.05, True),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in product([0.02, 0.05, 0.2, 0.3], [False, True])),
+    ],
+)
 def test_what_a_blind_agent_may_still_heed_is_bounded(share, whole):
     """A bound below the true share is said in at most 5 % of studies, also if whole trials are heeded."""
     rng = np.random.default_rng([int(100 * share), whole])

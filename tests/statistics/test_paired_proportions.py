@@ -57,7 +57,7 @@ def test_the_interval_ends_where_the_score_is_the_normal_quantile():
     assert score_interval(0, 1, 1, 0.95)[1] == score_interval(0, 9, 9, 0.95)[1] == 1.0
 
 
-@pytest.mark.parametrize("pairs", [5, 18, 29, 30])
+@pytest.mark.parametrize("pairs", [5, 18, *(pytest.param(many, marks=pytest.mark.slow) for many in (29, 30))])
 @pytest.mark.parametrize("margin", [0.05, 0.1, 0.2])
 def test_equivalence_is_wrong_in_at_most_five_percent(pairs, margin):
     """Over all tables, where the change is exactly the margin; t-tests err in .150 of 18 pairs."""

@@ -26,6 +26,7 @@ def drawn(name, seed=1, design=None):
     return simulated(name, generator(seed, name), design)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORLDS)
 def test_tests_that_we_conclude_from_keep_their_error_rate(name):
     """Where the truth is no, 13 rejections of 100 have a probability below 0.002 at 5 %; where loops trap, most reject."""
@@ -41,6 +42,7 @@ def test_tests_that_we_conclude_from_keep_their_error_rate(name):
         assert seen["looping"] > 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["no-effect", "unequal-luck", "saturating", "inverted-u"])
 def test_no_interval_of_the_differences_leaves_out_the_truth(name):
     """Of all six differences of a study together: in at most 5 % of studies, and of 100 in at most 12."""
@@ -52,17 +54,20 @@ def test_no_interval_of_the_differences_leaves_out_the_truth(name):
 
 
 def test_broken_trials_find_no_effect_that_is_not_there():
-    """Failures break at the lowest dose alone: of those that remain most are solved, the test says nothing."""
-    wrong = [0, 0]
-    for number in range(40):
-        ended, broken = simulated("broken-trials", generator(number), breaks=0.08)
+    """Failures break at the highest dose alone: of those that remain most are solved.
+
+    Where the broken ones are left out, half of these studies find an effect.
+    """
+    wrong, design = [0, 0], Design(p=(0.0, 0.2, 0.4), trials=40)
+    for number in range(10):
+        ended, broken = simulated("broken-trials", generator(number), design, success=(0.5,) * 3, trap=(0.0,) * 3)
         tested = success_by_dose(ended, broken, generator(number), BUDGET)
         wrong[0] += any(one.p_value < 0.05 for one in tested)
         lines = rise_and_fall(ended, broken, BUDGET)
         wrong[1] += lines.direction is not None
         for one in tested:
             assert one.low <= one.bounds[0] <= one.bounds[1] <= one.high
-    assert max(wrong) <= 5
+    assert max(wrong) <= 2
 
 
 @pytest.mark.parametrize("shape", [False, True])

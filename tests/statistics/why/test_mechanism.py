@@ -31,12 +31,16 @@ def drawn(high, rng, blocks=50, low=LOW, top=HIGH):
     return {arm: (rng.random(blocks) < (top if arm in ("lie", *high) else low)).astype(float) for arm in ARMS}
 
 
-def studies(high, n=200, **more):
+STUDIES = 80
+"""A rate of 5 % is told from one of 20 % by so many: more than :func:`most` has a probability of .99 then."""
+
+
+def studies(high, **more):
     rng = np.random.default_rng(1)
-    return [decide(drawn(high, rng, **more)) for _ in range(n)]
+    return [decide(drawn(high, rng, **more)) for _ in range(STUDIES)]
 
 
-def most(rate, n=200):
+def most(rate, n=STUDIES):
     """The most of so many studies at a rate, with three standard errors."""
     return n * (rate + 3 * math.sqrt(rate * (1 - rate) / n))
 
@@ -50,7 +54,7 @@ def exact(shares, blocks=200):
 def test_a_mechanism_of_the_papers_size_is_found_in_50_blocks_and_a_wrong_one_seldom(claim):
     found = studies(PATTERNS[claim])
     coarse = "form" if claim == "form" else "says"
-    assert sum(one.verdict == coarse for one in found) >= 190
+    assert sum(one.verdict == coarse for one in found) >= 0.9 * STUDIES
     false = "says" if claim == "form" else "form"
     assert sum(one.verdict in (false, "both", "no change") for one in found) <= most(0.05)
     described = Counter(one.claims for one in found)
@@ -59,7 +63,7 @@ def test_a_mechanism_of_the_papers_size_is_found_in_50_blocks_and_a_wrong_one_se
 
 def test_an_effect_of_any_correction_is_said_to_blur_the_answer():
     found = studies(PATTERNS["contradiction"] + ("truth-truth",))
-    assert sum(one.verdict == "blurred" for one in found) >= 180
+    assert sum(one.verdict == "blurred" for one in found) >= 0.9 * STUDIES
     assert sum(one.verdict in ("says", "form", "both") for one in found) <= most(0.05)
 
 
@@ -140,6 +144,7 @@ def test_of_one_agent_nothing_is_corrected_and_of_several_everything():
     assert many.equivalence == pytest.approx(min(1.0, 10 * alone.equivalence))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("low", "high", "shared", "false"),
     [
@@ -160,7 +165,7 @@ def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(low
             if decide(arms, agents=10).verdict in false:
                 wrong += 1
                 break
-    assert wrong <= most(0.05)
+    assert wrong <= most(0.05, 200)
 
 
 def test_at_every_look_the_same_mechanism_is_found_with_more_blocks():
