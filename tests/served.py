@@ -38,7 +38,7 @@ async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
     door = door or ServerOptions(port=0)
     async with (
         opened(directory, study, people, read_words("en"), door) as where,
-        httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=20) as http,
+        httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,
     ):
         yield SimpleNamespace(url=where.url, http=http, directory=directory, study=study)
 

@@ -43,7 +43,7 @@ async def raw(url, request):
     reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
     try:
         writer.write(request.replace(b"HOST", parts.netloc.encode()))
-        return await asyncio.wait_for(reader.read(), 10)
+        return await asyncio.wait_for(reader.read(), 60)
     finally:
         writer.close()
         await writer.wait_closed()

@@ -64,7 +64,7 @@ def test_the_bar_grows_to_the_end_and_says_how_many_boxes_are_done(tmp_path):
 
 @pytest.mark.parametrize("tell", ["state", "both", "outcome"])
 def test_beside_the_picture_it_is_said_where_the_joint_is_now(tmp_path, tell):
-    study = people_study(p=(0.0,), max_steps=6, modalities=(f"symbolic?tell={tell}",))
+    study = people_study(p=(0.0,), max_steps=4, modalities=(f"symbolic?tell={tell}",))
 
     async def plays():
         seen = []

@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import socket
+from urllib.parse import urlsplit
 
 import pytest
 from seated import diaries_of
@@ -84,6 +85,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         assert [scene["panel"]["told"] for scene in shown] == steps
 
 
+@pytest.mark.slow
 def test_very_many_take_part_at_once(tmp_path):
     people = tmp_path / "people.toml"
     people.write_text('practice = ""\n')
@@ -106,15 +108,15 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
     people.write_text('practice = ""\n')
     directory, number, luck = tmp_path / "study", 16, random.Random(7)
     arguments = ("flips", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
-                 "--people", people, "--port", free_port())  # fmt: skip
+                 "--people", people)  # fmt: skip
 
-    def begun():
-        process = start(*arguments)
+    def begun(port=0):
+        process = start(*arguments, "--port", port)
         return process, json.loads(process.stdout.readline())
 
     def killed(process):
         process.send_signal(signal.SIGKILL)
-        process.wait(20)
+        process.wait()
         process.stdout.close()
 
     async def play(where, process):
@@ -125,7 +127,7 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
             assert not playing.done(), "it was over too soon"
             killed(process)
             kills += 1
-            process, _ = await asyncio.to_thread(begun)
+            process, _ = await asyncio.to_thread(begun, urlsplit(where["url"]).port)
         return await playing, process
 
     process, where = begun()
@@ -138,7 +140,7 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
 
 
 def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
-    arguments = ("flips", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path, "--port", free_port())
+    arguments = ("flips", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
 
     async def come_in(where, one=None):
         one = one or Visitor(where["url"], read_study(tmp_path), tmp_path)
@@ -146,21 +148,21 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
         return one
 
     async def both():
-        process = start(*arguments)
+        process = start(*arguments, "--port", 0)
         where = json.loads(process.stdout.readline())
         one = await come_in(where)
         process.send_signal(signal.SIGINT)
-        assert process.wait(10) == 0
+        assert process.wait(60) == 0
         assert process.stdout.read() == ""
         process.stdout.close()
-        process = start(*arguments)
+        process = start(*arguments, "--port", urlsplit(where["url"]).port)
         assert json.loads(process.stdout.readline())["url"] == where["url"]
         was = one.seen[-1]
         await one.open()
         assert one.seen[-1] == was
         await one.play()
         process.send_signal(signal.SIGTERM)
-        assert process.wait(10) == 0
+        assert process.wait(60) == 0
         process.stdout.close()
         await one.close()
 
@@ -296,6 +298,6 @@ def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, 
         (tmp_path / "new").replace(where.directory / STORE)
 
     words = read_words(EXPERIMENT.language)
-    door = ServerOptions(port=free_port())
+    door = ServerOptions(port=0)
     with pytest.raises(BadFile, match="study.db: replaced by somebody else"):
         asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))
