@@ -93,7 +93,7 @@ def test_a_map_is_drawn_anew_for_every_trial_and_kept_within_it():
         run_trial(agent="cognitive:random-map", trial=i, shuffle="never").actions[0] for i in range(1, 200)
     )
     assert min(firsts.values()) > 25
-    for i in range(1, 60):
+    for i in range(1, 11):
         trial = run_trial(agent="cognitive:random-map?window=0", trial=i)
         done = {}
         for step in trial.steps:
@@ -115,6 +115,7 @@ def test_lies_rescue_a_map_and_mislead_it():
     assert half > all_lies + 0.1
 
 
+@pytest.mark.slow
 def test_characters_are_helped_hurt_and_both():
     at = {name: [share(f"cognitive:{name}", p=p, n=1000) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
     assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05

@@ -86,10 +86,10 @@ def test_a_file_that_only_looks_like_a_model(tmp_path, capfd):
         Engine(tmp_path / "bad.gguf")
 
 
-@pytest.mark.parametrize("number", [b"\xff\xff", b"\x00\x7c"], ids=["nan", "infinite"])
-def test_weights_that_give_no_probabilities_are_named(tmp_path, number):
+def test_weights_that_give_no_probabilities_are_named(tmp_path):
+    """Infinite weights, which make every probability none at all."""
     content = weights.locate("llm:local").read_bytes()
-    (tmp_path / "bad.gguf").write_bytes(content[:-2000] + 1000 * number)
+    (tmp_path / "bad.gguf").write_bytes(content[:-2000] + 1000 * b"\x00\x7c")
     damaged = Engine(tmp_path / "bad.gguf", context=256)
     with pytest.raises(BadFile, match="bad.gguf: its weights give no probabilities"):
         damaged.restart(PREFIX)

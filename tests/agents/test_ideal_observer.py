@@ -51,12 +51,12 @@ def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip):
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 def test_false_reports_hurt_one_who_believes_them(flip):
-    found = [propagate(NAIVE, p=p, flip=flip, listing="panel") for p in (0, 0.2, 0.4, 0.6)]
+    found = [propagate(NAIVE, p=p, flip=flip, listing="panel") for p in (0, 0.2, 0.6)]
     steps = [course.steps for course in found]
     assert steps == sorted(steps)
     if flip != "re-observed":
         assert [round(course.success, 2) for course in found] == {
-            "integrated": [1.0, 0.71, 0.49, 0.34], "outcome-only": [1.0, 0.71, 0.49, 0.33],
+            "integrated": [1.0, 0.71, 0.34], "outcome-only": [1.0, 0.71, 0.33],
         }[flip]  # fmt: skip
 
 

@@ -58,8 +58,9 @@ def played(agent, channels, trial=1):
     return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
-@pytest.mark.parametrize("spec", [SPEC, "human-inspired:proximity?lapse=0.3", "ideal-observer?noise=naive"])
-@pytest.mark.parametrize("trial", [1, 2])
+@pytest.mark.parametrize(
+    ("spec", "trial"), [(SPEC, 1), ("human-inspired:proximity?lapse=0.3", 2), ("ideal-observer?noise=naive", 1)]
+)
 def test_seeing_well_it_plays_as_its_strategy_does_that_is_told(spec, trial):
     told = run_trial(agent=spec, trial=trial)
     seen = played(resolve(f"viewer:{spec}{'&' if '?' in spec else '?'}acuity=80").make(), [Photographer()], trial)

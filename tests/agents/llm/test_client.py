@@ -99,9 +99,12 @@ def test_a_request_that_hangs_is_made_again(monkeypatch):
 
     with here(reply, Once()) as server:
         reached(monkeypatch, server.url)
-        answer = asked(timeout=1)
-        assert (answer.text, answer.retries) == ("a reply", 1)
-        assert answer.seconds >= 1
+        answer = asked(timeout=0.5)
+        assert answer.text == "a reply"
+        assert (
+            answer.retries == server.arrived.total() - 1 >= 1
+        )  # where the machine is busy, other attempts may be late
+        assert answer.seconds >= 0.5
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
@@ -219,8 +222,11 @@ def test_attempts_that_may_have_been_charged_are_counted(monkeypatch):
 
     with here(reply, Twice()) as server:
         reached(monkeypatch, server.url)
-        answer = asked(timeout=1)
-    assert (answer.text, answer.retries, answer.unanswered) == ("a reply", 4, 3)
+        answer = asked(timeout=0.5)
+    assert answer.text == "a reply"
+    assert (
+        answer.unanswered == answer.retries - 1 >= 3
+    )  # all but the 500; where the machine is busy, others may be late
 
 
 class Raw(BaseHTTPRequestHandler):

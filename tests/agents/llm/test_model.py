@@ -418,19 +418,19 @@ def answering(change, **more):
     return lambda request: completion(change(said(request)), **more)
 
 
-PROVIDERS = [SPEC, "llm:openai/gpt-4o"]
+OTHER = "llm:openai/gpt-4o"
+"""The class of another provider: what both share is shown with either, in turn."""
 
 
-@pytest.mark.parametrize("spec", PROVIDERS)
 @pytest.mark.parametrize(
-    ("change", "tidied"),
+    ("spec", "change", "tidied"),
     [
-        (lambda text: f"Hm\n</think>\n{text}", ("reasoning",)),
-        (lambda text: f"<|channel|>final<|message|>{text}<|return|>", ("template",)),
-        (lambda text: f"{text}<|im_end|>", ("template",)),
-        (lambda text: f"Here it is:\n```JSON\n{text}\n```", ("fence", "prose")),
-        (lambda text: text.replace('"in turn"', "null"), ("spelling",)),
-        (lambda text: text.replace("did not move", "Did not move.").replace("in turn", "here"), None),
+        (SPEC, lambda text: f"Hm\n</think>\n{text}", ("reasoning",)),
+        (OTHER, lambda text: f"<|channel|>final<|message|>{text}<|return|>", ("template",)),
+        (SPEC, lambda text: f"{text}<|im_end|>", ("template",)),
+        (OTHER, lambda text: f"Here it is:\n```JSON\n{text}\n```", ("fence", "prose")),
+        (SPEC, lambda text: text.replace('"in turn"', "null"), ("spelling",)),
+        (OTHER, lambda text: text.replace("did not move", "Did not move.").replace("in turn", "here"), None),
     ],
 )
 def test_a_habit_of_model_or_server_costs_no_trial_and_is_on_record(tmp_path, monkeypatch, spec, change, tidied):
@@ -462,13 +462,15 @@ def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path,
     assert [reply["joint"] for reply in replies] == [step.decision.joint for step in trials[0].steps][:-1]
 
 
-@pytest.mark.parametrize("spec", PROVIDERS)
 @pytest.mark.parametrize(
-    "answer",
+    ("spec", "answer"),
     [
-        lambda request: completion(None, refusal="I cannot help with opening locks."),
-        lambda request: completion("", stop="content_filter"),
-        lambda request: (400, {"error": {"code": "content_filter", "message": "The prompt was filtered."}}),
+        (SPEC, lambda request: completion(None, refusal="I cannot help with opening locks.")),
+        (OTHER, lambda request: completion("", stop="content_filter")),
+        *(
+            (each, lambda request: (400, {"error": {"code": "content_filter", "message": "The prompt was filtered."}}))
+            for each in (SPEC, OTHER)
+        ),
     ],
 )
 def test_a_refusal_is_an_ending_of_its_own_which_is_paid_for_once(tmp_path, monkeypatch, spec, answer):

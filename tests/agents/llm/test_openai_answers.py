@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+from itertools import cycle
 
 import pytest
 from provider_server import Manner, completion, here
@@ -17,6 +18,16 @@ answers = pytest.importorskip("lockprobe.agents.llm.openai_answers")
 
 PROVIDERS = ("openai-api/fake/model", "openai/gpt-4o", "openrouter/a/b")
 ERROR = {"code": 502, "message": "Upstream error"}
+
+
+def read_by_classes(table):
+    """Every case with a provider, in turn; what has a status of its own with all: their classes look at those first."""
+    turn = cycle(PROVIDERS)
+    return [
+        pytest.param(*case, model, id=f"{name}-{model}")
+        for name, case in table.items()
+        for model in (PROVIDERS if case[0][0] != 200 else [next(turn)])
+    ]
 
 
 @pytest.fixture(autouse=True)
@@ -82,8 +93,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("model", PROVIDERS)
-@pytest.mark.parametrize(("answer", "said"), FAULTS.values(), ids=FAULTS)
+@pytest.mark.parametrize(("answer", "said", "model"), read_by_classes(FAULTS))
 def test_a_fault_of_the_provider_is_asked_again_and_said_in_its_words(monkeypatch, answer, said, model):
     fault, times = asked(monkeypatch, answer, model)
     assert isinstance(fault, ModelFault), fault
@@ -137,8 +147,7 @@ REFUSALS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("model", PROVIDERS)
-@pytest.mark.parametrize(("answer", "said"), REFUSALS.values(), ids=REFUSALS)
+@pytest.mark.parametrize(("answer", "said", "model"), read_by_classes(REFUSALS))
 def test_a_refusal_is_one_reply_with_the_words_of_the_refusal(monkeypatch, answer, said, model):
     reply, times = asked(monkeypatch, answer, model)
     assert (reply.text, reply.stop, times) == (said, REFUSED, 1)
@@ -156,10 +165,9 @@ REPLIES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("model", PROVIDERS)
-@pytest.mark.parametrize("content", REPLIES.values(), ids=REPLIES)
-def test_content_of_any_form_is_one_text(monkeypatch, content, model):
-    reply, times = asked(monkeypatch, body(content), model)
+@pytest.mark.parametrize(("answer", "model"), read_by_classes({name: (body(said),) for name, said in REPLIES.items()}))
+def test_content_of_any_form_is_one_text(monkeypatch, answer, model):
+    reply, times = asked(monkeypatch, answer, model)
     assert (reply.text, reply.stop, reply.unanswered, times) == ("a reply", "stop", 0, 1)
 
 
@@ -168,30 +176,29 @@ def test_content_that_is_the_object_itself_is_its_text(monkeypatch):
     assert json.loads(reply.text) == {"last_action": "moved", "joint": "A"}
 
 
-@pytest.mark.parametrize("model", PROVIDERS)
+HARMLESS = [
+    {"error": None},
+    {"error": {}},
+    {"error": {"code": None, "message": ""}},
+    {"choice": {"error": None}},
+    {"choice": {"native_finish_reason": "STOP"}},
+    {"finish": None},
+    {"finish": "eos_token"},
+    *({"message": {"refusal": refusal}} for refusal in (None, "", False)),
+    {"usage": None},
+]
+
+
 @pytest.mark.parametrize(
-    "more",
-    [
-        {"error": None},
-        {"error": {}},
-        {"error": {"code": None, "message": ""}},
-        {"choice": {"error": None}},
-        {"choice": {"native_finish_reason": "STOP"}},
-        {"finish": None},
-        {"finish": "eos_token"},
-        *({"message": {"refusal": refusal}} for refusal in (None, "", False)),
-        {"usage": None},
-    ],
-    ids=str,
+    ("answer", "model"), read_by_classes({str(more): (body("a reply", **more),) for more in HARMLESS})
 )
-def test_what_is_no_error_and_no_refusal_leaves_a_reply_alone(monkeypatch, more, model):
-    reply, times = asked(monkeypatch, body("a reply", **more), model)
+def test_what_is_no_error_and_no_refusal_leaves_a_reply_alone(monkeypatch, answer, model):
+    reply, times = asked(monkeypatch, answer, model)
     assert (reply.text, times) == ("a reply", 1)
     assert reply.stop in ("stop", "unknown")
 
 
-@pytest.mark.parametrize("finish", ["length", "max_tokens", "MAX_TOKENS"])
-@pytest.mark.parametrize("content", [None, "", '{"jo'])
+@pytest.mark.parametrize(("content", "finish"), [(None, "length"), ("", "max_tokens"), ('{"jo', "MAX_TOKENS")])
 def test_a_reply_that_reached_its_limit_is_one_also_if_it_is_empty(monkeypatch, content, finish):
     reply, times = asked(monkeypatch, body(content, finish=finish))
     assert (reply.text, reply.stop, times) == (content or "", "max_tokens", 1)

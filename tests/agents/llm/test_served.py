@@ -52,12 +52,12 @@ def address():
 
 @pytest.fixture(scope="module")
 def played(address, tmp_path_factory):
-    """A small study of short trials, and what was called for it."""
+    """A study of one short trial, and what was called for it."""
     directory = tmp_path_factory.mktemp("served")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SERVED_BASE_URL", f"{address}/v1")
         patch.setenv("SERVED_API_KEY", "nobody-asks-for-one")
-        planned = study(StudyOptions(agent=[SPEC], p=[0, 0.4], trials=1, repetitions=1, max_steps=3))
+        planned = study(StudyOptions(agent=[SPEC], p=[0.4], trials=1, repetitions=1, max_steps=3))
         trials = run_study(planned, directory, limits=Limits(access=Access(connections=1)))
     return trials, list(read_calls(directory))
 
@@ -73,9 +73,10 @@ def situations(trial):
         percept = Percept(joint=step.decision.joint, positions=percept.positions, text=step.told)
 
 
+@pytest.mark.slow
 def test_every_decision_is_what_the_model_itself_replied(played):
     trials, _ = played
-    assert [trial.p for trial in trials] == [0, 0.4]
+    assert len(trials) == 1
     for trial in trials:
         assert trial.ending in ("solved", "budget")
         for step, situation in zip(trial.steps, situations(trial), strict=True):
@@ -121,6 +122,7 @@ def test_a_prefix_cache_hits_what_requests_repeat(played):
         assert 0.5 < repeated_prefix(requests) < spent.cached_tokens / spent.input_tokens + 0.1
 
 
+@pytest.mark.slow
 def test_what_was_said_of_the_size_of_requests_holds_for_the_models_own_count(played):
     trials, _ = played
     for trial in trials:
