@@ -5,9 +5,12 @@ leaves one when it is called.
 """
 
 import json
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from builders import play_study, write_study
 from stored import rewrite
@@ -43,6 +46,13 @@ def hatch(here: Path) -> None:
 
 def directory(path: Path, kind: str) -> Path:
     """The directory of a study that names code. Each agent owes its last trial."""
+    return Path(shutil.copytree(_made(kind).name, path, dirs_exist_ok=True))
+
+
+@cache
+def _made(kind: str) -> TemporaryDirectory[str]:
+    made = TemporaryDirectory()
+    path = Path(made.name)
     played = Study(name="flips", agents=("random",), boxes=(box("chain-4"),), conditions=flips((0.0, 0.4)), trials=2)
     if kind == "condition":
         played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))
@@ -65,7 +75,7 @@ def directory(path: Path, kind: str) -> Path:
     (path / "study.json").write_text(json.dumps(named.settings()))
     identities = [named.record_identity(named.labelled(trial.condition)) for trial in trials]
     rewrite(path, [json.loads(trial_to_json(trial)) for trial in trials], identities)
-    return path
+    return made
 
 
 def study_files(here: Path) -> Sequence[Path]:

@@ -18,7 +18,8 @@ from lockprobe.people.web import serving
 from lockprobe.trial.record import STATES
 
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
-LOGS = ("study.json", "study.db", "study.db-wal", "study.db-shm", "study.db-journal")
+STORE = ("study.json", "study.db")
+LOGS = (*STORE, "study.db-wal", "study.db-shm", "study.db-journal")
 REPORT = ("report.html", "figures/box.svg", "figures", "tables")
 FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json", "forks/next_choices.json")
 PEOPLE = ("people", "people/experiment.json", "people/server.log")
@@ -39,16 +40,16 @@ READ = {
     "report": (["report"], ("study.db", "report.html", "forks/study.db", "people")),
     "status": (["status"], (*LOGS, "forks/study.db", "people")),
     "verify": (["verify"], (*LOGS, "results.json", "forks/study.db", "people")),
-    "compare": (["report", "OTHER", "--out", "OTHER.html"], LOGS),
-    "replay": (["replay"], LOGS),
-    "measures": (["list", "measures"], LOGS),
-    "export": (["export"], LOGS),
+    "compare": (["report", "OTHER", "--out", "OTHER.html"], STORE),
+    "replay": (["replay"], STORE),
+    "measures": (["list", "measures"], STORE),
+    "export": (["export"], STORE),
 }
 """Command -> its arguments, and what it reads there."""
 
 
 def lockprobe(monkeypatch, directory, line, other):
-    """Runs a command; its exit status, and what it says that is wrong. It may take a minute."""
+    """Runs a command; its exit status. One that waits for a pipe would wait for ever: it may take five minutes."""
     given = [one.replace("DIR", str(directory)).replace("OTHER", str(other)) for one in line]
     where = {"run": ["--no-report", "--out"], "mcp": ["--out"]}.get(line[0], [])
     given += [
@@ -62,7 +63,7 @@ def lockprobe(monkeypatch, directory, line, other):
     given += ["flips/random/flip?p=0.3/rep=1/trial=1"] if line[0] == "replay" else []
     monkeypatch.setattr(sys, "argv", ["lockprobe", *given])
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO()))
-    signal.alarm(60)
+    signal.alarm(300)
     try:
         with pytest.raises(SystemExit) as ended:
             main()

@@ -121,7 +121,7 @@ def test_what_makes_pictures_hard_changes_nothing_that_the_arm_does():
     assert courses[0] == courses[1]
 
 
-@pytest.mark.parametrize("tilt", [0, 45, 75])
+@pytest.mark.parametrize("tilt", [0, 75])
 def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera(tilt):
     options = {"tilt": tilt, "viewpoint": "oblique", "width": 128, "height": 96}
     alone = (

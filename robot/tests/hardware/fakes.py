@@ -84,7 +84,7 @@ def faulty_rig(*, box, labels, rng):
     at = 10**9 if BROKEN else 30
     arm = Breaking(box, path, at=at, instead=_lost)
     operator = Willing()
-    within = Bounded(arm, Bounds(**SPACE, answer=5.0), operator)
+    within = Bounded(arm, Bounds(**SPACE, answer=60.0), operator)
     return Rig(box, labels=labels, arm=within, path=path, operator=operator, truth="verdict", rung="scripted")
 
 

@@ -21,7 +21,7 @@ CHAIN = box("chain-4")
 def rig_of(operator, *, at=10**9, instead=lambda arm: None, **limits):
     path = partial(handle_path, lay_out_panel(CHAIN))
     arm = Breaking(CHAIN, path, at=at, instead=instead)
-    within = Bounded(arm, Bounds(**{**SPACE, "answer": 5.0, **limits}), operator)
+    within = Bounded(arm, Bounds(**{**SPACE, "answer": 60.0, **limits}), operator)
     return Rig(CHAIN, labels=CHAIN.names, arm=within, path=path, operator=operator, truth="person"), arm
 
 
@@ -119,7 +119,7 @@ def test_the_twins_arm_touches_nothing():
     chain = box("chain-2")
     parts = parts_of("twin", chain, chain.names, np.random.default_rng(1))
     operator = Willing()
-    within = Bounded(parts.arm, Bounds(**SPACE, answer=5.0), operator)
+    within = Bounded(parts.arm, Bounds(**SPACE, answer=60.0), operator)
     rig = Rig(chain, labels=chain.names, arm=within, path=parts.path, operator=operator, rung="twin")
     found = rig.dry_run()
     assert found.complaints == ()

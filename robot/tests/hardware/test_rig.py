@@ -41,7 +41,7 @@ def rig_of(box, labels=("A", "B", "C", "D", "E"), *, truth="verdict", operator=N
     arm = Breaking(box, path, at=at, instead=instead or (lambda arm: None))
     camera = DrawnCamera(arm)
     eye = Eye(camera=camera, handles=ImageHandles(size=(WIDTH, HEIGHT), places=HANDLES[: len(box.joints)]))
-    within = Bounded(arm, Bounds(**{**SPACE, "answer": 5.0, **limits}), operator or Willing())
+    within = Bounded(arm, Bounds(**{**SPACE, "answer": 60.0, **limits}), operator or Willing())
     eye = eye if truth == "camera" else None
     labels = labels[: len(box.joints)]
     rig = Rig(
