@@ -31,10 +31,13 @@ main()
 """
 
 STARTING = {
-    "processes for strategies": ("run", "flips", "--agent", "random", "--no-report", "--workers", "2", "--out", "st2"),
+    "processes for strategies": (
+        *("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "20", "--no-report", "--workers", "2"),
+        *("--out", "st2"),
+    ),
     "a report during the run, worker processes, a probe of the pictures": (
         *("run", "modalities", "--agent", "viewer", "--modality", "rgb", "--plant", "fast-twin?width=64&height=64"),
-        *("--trials", "2", "--max-steps", "1", "--workers", "2", "--out", "seen"),
+        *("--p", "0,0.4", "--trials", "2", "--max-steps", "1", "--workers", "2", "--out", "seen"),
     ),
     "processes for populations": ("power", "--p", "0,0.4", "--success", "0.3,0.6", "--studies", "20", "--workers", "2"),
     "a probe of the pictures": ("doctor",),
