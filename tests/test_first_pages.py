@@ -3,9 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 from placeholders import undrawn
@@ -23,16 +21,6 @@ ROOT = Path(__file__).parents[1]
 
 def text_of(name):
     return " ".join((ROOT / "docs" / name).read_text("utf-8").split())
-
-
-@cache
-def trials(agents, **options):
-    with TemporaryDirectory() as directory:
-        return lockprobe.run_study(study("flips", agent=agents, **options), Path(directory) / "study")
-
-
-def solved(agent, rate, /, agents, **options):
-    return sum(trial.solved for trial in trials(agents, **options) if (trial.agent, trial.p) == (agent, rate))
 
 
 FIRST = ("cognitive:perseverant", "human-inspired", "random")
@@ -71,10 +59,10 @@ def test_the_answer_that_the_readme_quotes(tmp_path):
 
 
 def test_five_trials_are_too_few_to_show_it(tmp_path):
-    options = {"agents": FIRST[1:2], "p": (0, 0.2, 0.4, 0.6), "trials": 5}
-    counts = [solved("human-inspired", p, **options) for p in (0, 0.6)]
+    asked = study("flips", agent=FIRST[1:2], p=(0, 0.2, 0.4, 0.6), trials=5)
+    played = lockprobe.run_study(asked, tmp_path / "few")
+    counts = [sum(trial.solved for trial in played if trial.p == p) for p in (0, 0.6)]
     assert "solves {} of 15 trials when told the truth and {} of 15 at".format(*counts) in text_of("start.md")
-    lockprobe.run_study(study("flips", agent=FIRST[1:2], p=options["p"], trials=5), tmp_path / "few")
     with undrawn():
         assert lockprobe.results(tmp_path / "few").answer.startswith("No effect of false reports")
 
