@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.boxes import between_boxes, mean_over_boxes, small_over_boxes
 from lockprobe.statistics.paired_proportions import FEWEST, Pairs, difference_over_boxes, pairs_by_box
+from lockprobe.statistics.proportions import Difference
 
 
 def test_pairs_are_counted_on_their_box():
@@ -70,7 +70,7 @@ def test_with_too_few_boxes_or_pairs_nothing_is_said_of_others():
 def test_means_and_small_changes_hold_over_boxes_too():
     box = np.repeat([f"b{i}" for i in range(6)], 10)
     values = np.repeat([1.0, 1, 1, 0, 0, 0], 10)
-    found = BlockMean(value=0.5, low=0.4, high=0.6, p_value=1e-6, pairs=60, blocks=60)
+    found = Difference(value=0.5, low=0.4, high=0.6, p_value=1e-6, n=60, clusters=60)
     over = mean_over_boxes(found, values, box)
     assert over.low < 0.1
     assert over.high > 0.9

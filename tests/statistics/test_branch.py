@@ -71,7 +71,7 @@ def test_continuations_are_paired_and_a_trial_counts_once():
         for time, (told, lied) in enumerate(ends, 1):
             forks += [fork(parent, "truth", solved=told, time=time), fork(parent, "lie", solved=lied, time=time)]
     found = only(effects_of(forks, parents))
-    assert (found.where, found.arm, found.change.pairs, found.change.blocks) == ("4", "lie", 4, 2)
+    assert (found.where, found.arm, found.change.n, found.change.clusters) == ("4", "lie", 4, 2)
     assert (found.after_truth, found.change.value) == (0.25, 0.75)
 
 

@@ -10,8 +10,9 @@ from builders import make_trial
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lockprobe.statistics.blocks import blocks_of, contrast
 from lockprobe.statistics.conditions.crossed import trend_weights
-from lockprobe.statistics.contrast import against_control, against_first, contrast, declared, interactions
+from lockprobe.statistics.contrast import against_control, against_first, declared, interactions
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
@@ -34,8 +35,8 @@ def drawn(seed, chances, n=40):
 
 def found_of(groups, weights=CROSSING, broken=None, **more):
     broken = broken or [one.at(np.zeros(len(one), bool)) for one in groups]
-    cells = [SimpleNamespace(ended=one, broke=other) for one, other in zip(groups, broken, strict=True)]
-    return contrast(cells, weights, **more)
+    cells = {i: SimpleNamespace(ended=one, broke=broken[i]) for i, one in enumerate(groups)}
+    return contrast(blocks_of(cells), dict(enumerate(weights)), **more)
 
 
 @given(st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=9))
@@ -77,9 +78,9 @@ def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():
 
 def test_only_blocks_with_a_trial_under_every_condition_count():
     first, *others = drawn(4, [0.5] * 4)
-    assert found_of([first.at(np.arange(40) < 7), *others]).pairs == 7
-    assert found_of([first.at(np.arange(40) < 0), *others]) is None
-    assert found_of([first.at(np.arange(40) < 7), others[0].at(np.arange(40) > 7), *others[1:]]) is None
+    assert found_of([first.at(np.arange(40) < 7), *others]).n == 7
+    assert found_of([first.at(np.arange(40) < 0), *others]).n == 0
+    assert found_of([first.at(np.arange(40) < 7), others[0].at(np.arange(40) > 7), *others[1:]]).n == 0
 
 
 def test_under_no_interaction_the_test_keeps_its_level():
@@ -166,9 +167,9 @@ def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_m
 def test_a_study_declares_contrasts_of_agents_and_not_of_people():
     cells, design = played(["tremble?p=0.3"], n=8)
     asked = {"tremor": Contrast(of=("tremble?p=0.3",), minus=("truth",))}
-    (found,) = declared(cells, asked, design)
-    assert (found.agent, found.name, found.choices) == (AGENT, "tremor", 1)
-    assert found.change.value == pytest.approx(found.of.value - found.minus.value)
+    ((*who, (change, of, minus)),) = declared(cells, asked, design)
+    assert who == [AGENT, "tremor", 1]
+    assert change.value == pytest.approx(of.value - minus.value)
     seated = {
         (agent, label): cell([replace(one, agent=f"participant:{i:04d}") for i, one in enumerate(own.trials)])
         for (agent, label), own in cells.items()

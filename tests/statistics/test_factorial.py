@@ -93,7 +93,7 @@ def test_effects_on_success_hold_whatever_became_of_broken_trials(broke):
         if (one.factor, one.measure) == ("tremble.p", "success")
     )
     change, runs = found.change, found.design.runs
-    assert (change.blocks, change.pairs) == (7, 56)
+    assert (change.clusters, change.n) == (7, 56)
     signs, at = np.array([*runs.values()]), [*found.design.levels].index("tremble.p")
     values = solved[:, [labels.index(label) for label in runs]].astype(float)
     ends = []

@@ -9,11 +9,14 @@ from functools import cached_property, partial
 from itertools import product
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
-from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.broken_trials import begun
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import Series, axis_key
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.course import Course, Place, courses, is_baseline
@@ -23,6 +26,7 @@ from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Judged, against_rules
+from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.studies.stopping import Answer, answers_by_agent
 from lockprobe.studies.study import Study
@@ -67,6 +71,14 @@ class PlayedCell:
         """Those of its trials that broke."""
         return broken_off(self.trials, order=self.order)
 
+    @cached_property
+    def success(self) -> Proportion:
+        """The share solved, with an interval that holds whatever became of those that broke."""
+        every, solved = begun(self.ended, self.broke)
+        if self.order is None or every.crossed:
+            return share_of(solved, every.player, every.luck, every.box)
+        return share_at_every_look(solved[np.argsort(self.order.rank(every.repetition, every.trial))])
+
     @property
     def of(self) -> dict[str, Any]:
         """The columns that say of which cell a row is."""
@@ -102,11 +114,13 @@ PERMUTED = "permutation within blocks, and interval"
 
 def measured_row(quantity: str, found: Any, **columns: Any) -> Estimate:
     """The row of what statistics found: its value, interval, P value and sizes, as far as it has them."""
-    own = {name: getattr(found, name) for name in _MEASURED if hasattr(found, name)}
-    return Estimate(quantity=quantity, **own | columns)
+    return Estimate(quantity=quantity, **measured(found) | columns)
 
 
-_MEASURED = ("value", "low", "high", "p_value", "n", "count", "clusters")
+def measured(found: Any) -> dict[str, Any]:
+    """The columns of what statistics found, as far as it has them."""
+    own = ("value", "low", "high", "p_value", "n", "count", "clusters")
+    return {name: getattr(found, name) for name in own if hasattr(found, name)}
 
 
 def share_rows(quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
@@ -137,12 +151,6 @@ def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estim
         if line is not None:
             tested = {"value": line.z, "p_value": line.p_value, "unit": "z"}
             yield Estimate.model_validate({"quantity": "two_lines", **of, "of": f"{what}, {name}", **tested})
-
-
-def of_blocks(found: BlockMean) -> dict[str, Any]:
-    """The columns of a mean over blocks."""
-    counted = {"n": found.pairs, "clusters": found.blocks}
-    return counted | {name: getattr(found, name) for name in ("value", "low", "high", "p_value")}
 
 
 @dataclass(frozen=True, kw_only=True)

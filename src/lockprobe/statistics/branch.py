@@ -16,11 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.statistics.agent_comparison.paired import Array, block_mean
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
@@ -75,7 +76,7 @@ class ForkEffect(NamedTuple):
     truthful: bool
     outcome: str
     after_truth: float
-    change: BlockMean
+    change: Difference
     agents: int
 
 
@@ -197,7 +198,7 @@ def _outcome(fork: Trial, parent: Trial, at: int, outcome: str) -> float:
     return math.nan if on is None else float(following != on)
 
 
-def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> tuple[float, BlockMean]:
+def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> tuple[float, Difference]:
     """The mean after a true report, and the change, from the pairs of each trial."""
     differences = np.full((len(trials), max(map(len, trials))), np.nan)
     for row, pairs in zip(differences, trials, strict=True):

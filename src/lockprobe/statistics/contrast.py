@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import Protocol
 
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.agent_comparison.paired import BlockMean, columns, mean_of_blocks
-from lockprobe.statistics.broken_trials import bounded, opposed
+from lockprobe.statistics.blocks import Blocks, Played, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.conditions.design import Design
@@ -25,7 +24,8 @@ from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import Outcomes, heeded_at_most
+from lockprobe.statistics.outcomes import heeded_at_most
+from lockprobe.statistics.proportions import Difference
 from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
@@ -37,15 +37,11 @@ LEVELS = "levels of "
 """How the names of families of factors begin."""
 
 
-class _Cell(Protocol):
+class _Cell(Played, Protocol):
     """One agent under one condition."""
 
     @property
     def trials(self) -> Sequence[Trial]: ...
-    @property
-    def ended(self) -> Outcomes: ...
-    @property
-    def broke(self) -> Outcomes: ...
 
 
 Cells = Mapping[tuple[str, str], _Cell]
@@ -73,89 +69,45 @@ class Effect:
     axis: str = ""
 
 
-def contrast(
-    cells: Sequence[_Cell], weights: Sequence[int], *, factor: float = 1.0, choices: int = 1
-) -> BlockMean | None:
-    """A weighted sum of success of one agent under conditions; None if no block of luck has a trial in each.
-
-    The P value is from sign flips of whole blocks. If trials broke, it and the interval hold whatever became of them.
-
-    The weights sum to 0, ``factor`` scales the sum, and ``choices`` contrasts are judged together (Bonferroni).
-    """
-    groups, broken = [one.ended for one in cells], [one.broke for one in cells]
-    most = sum(weight for weight in weights if weight > 0)
-
-    def of(trials: Sequence[Outcomes]) -> BlockMean:
-        laid = columns(trials)
-        sums = np.asarray(sum(weight * one.solved for weight, one in zip(weights, laid, strict=True)))
-        return mean_of_blocks(sums, laid[0].box, planned=laid[0].planned, unit=most, factor=factor, choices=choices)
-
-    if not all(map(len, groups)) or not (found := of(groups)).pairs:
-        return None
-    if any(map(len, broken)):
-        found = bounded(found, *opposed(of, groups, broken, [weight > 0 for weight in weights]))
-    return found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Declared:
-    """A contrast that a study declares, of one agent.
-
-    Attributes:
-        modality: How the box was shown under the first condition.
-        change: Mean success under the conditions of one side minus that under those of the other.
-        of: Success under the conditions of one side, in the blocks that count; of several its mean, without interval.
-        minus: That under those of the other side.
-        choices: How many contrasts of how many agents are judged together.
-    """
-
-    agent: str
-    modality: str
-    name: str
-    change: BlockMean
-    of: BlockMean
-    minus: BlockMean
-    choices: int
-
-
-def declared(cells: Cells, contrasts: Mapping[str, Contrast], design: Design) -> Iterator[Declared]:
+def declared(
+    cells: Cells, contrasts: Mapping[str, Contrast], design: Design
+) -> Iterator[tuple[str, str, int, tuple[Difference, Difference, Difference]]]:
     """What a study asks of each agent that has trials under all conditions of a contrast, in blocks of equal luck.
 
     All contrasts of all agents that the study is about are one family, and those of baselines another. A condition in
     which nothing was changed is in no contrast; people, whose boxes lie in several blocks, have none.
+
+    Yields:
+        Agent, name of the contrast, how many are judged together, and mean success under the conditions of one side
+        minus that under those of the other, followed by both in the blocks that count; of several conditions these are
+        without interval.
     """
     cells = acting(cells, design)
     asked = [
         (agent, is_baseline(design.spec_of(agent)), name, one, own)
         for agent in design.agents
         for name, one in contrasts.items()
-        for own in [[cells[agent, label] for label in (*one.of, *one.minus) if (agent, label) in cells]]
-        if len(own) == len(one.of) + len(one.minus) and not any(cell.ended.crossed for cell in own)
+        for own in [{label: cells[agent, label] for label in (*one.of, *one.minus) if (agent, label) in cells}]
+        if own.keys() >= {*one.of, *one.minus} and not any(cell.ended.crossed for cell in own.values())
     ]
     sizes = Counter(baseline for _, baseline, *_ in asked)
     for agent, baseline, name, one, own in asked:
-        weights = [len(one.minus)] * len(one.of) + [-len(one.of)] * len(one.minus)
-        change = contrast(own, weights, factor=1 / (len(one.of) * len(one.minus)), choices=sizes[baseline])
-        if change is not None:
-            of, minus = _success_on_sides([cell.ended for cell in own], len(one.of))
-            yield Declared(
-                agent=agent, modality=own[0].trials[0].modality, name=name, change=change, of=of, minus=minus,
-                choices=sizes[baseline],
-            )  # fmt: skip
+        blocks, choices, of, minus = blocks_of(own), sizes[baseline], {*one.of}, {*one.minus}
+        weights = dict.fromkeys(of, len(minus)) | dict.fromkeys(minus, -len(of))
+        change = contrast(blocks, weights, factor=1 / (len(of) * len(minus)), choices=choices)
+        if change.n:
+            yield agent, name, choices, (change, _share(blocks, one.of), _share(blocks, one.minus))
 
 
-def _success_on_sides(groups: Sequence[Outcomes], first: int) -> Iterator[BlockMean]:
-    """Success under the first conditions and under the others, in blocks that have a trial under all of them."""
-    laid = columns(groups)
-    solved = np.hstack([sheet.solved for sheet in laid])
-    kept = ~np.isnan(solved).any(axis=1)
-    for side in np.split(solved[kept].T, [first]):
-        mean = BlockMean(value=float(np.mean(side)), pairs=side.shape[1], blocks=side.shape[1])
-        if len(side) == 1:
-            box = laid[0].box[kept] if len(laid[0].box) else ()
-            share = share_at_every_look(side[0]) if laid[0].planned else share_of(side[0], (), (), box)
-            mean = replace(mean, value=share.value, low=share.low, high=share.high)
-        yield mean
+def _share(blocks: Blocks, names: Sequence[str]) -> Difference:
+    """Success under some of the conditions, in blocks that have a trial under all of them."""
+    whole = ~np.isnan([*blocks.solved.values()]).any(axis=0)
+    solved, n = np.array([blocks.solved[name][whole] for name in names]), int(whole.sum())
+    if len(names) > 1:
+        return Difference(value=float(np.mean(solved)), n=n, clusters=n)
+    box = blocks.box[whole] if len(blocks.box) else ()
+    share = share_at_every_look(solved[0]) if blocks.planned else share_of(solved[0], (), (), box)
+    return Difference(value=share.value, low=share.low, high=share.high, n=n, clusters=n)
 
 
 def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
@@ -238,7 +190,7 @@ def _against_first(
         )  # fmt: skip
 
 
-def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, BlockMean, int]]:
+def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, Difference, int]]:
     """Every interaction: agent, what is crossed, the contrast, and how many are judged together.
 
     Two interventions are left out where their doses have an interaction. None is computed where all must hold at every
@@ -247,11 +199,12 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, B
     acted = acting(cells, design, wholly=True)
     sizes = _judged_together(acting(cells, design), design)
 
-    def found_in(agent: str, crossed: Crossed, choices: int = 1) -> BlockMean | None:
-        own = [acted[agent, name] for name in crossed.weights if (agent, name) in acted]
+    def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:
+        own = {name: acted[agent, name] for name in crossed.weights if (agent, name) in acted}
         if not own or len(own) < len(crossed.weights):
             return None
-        return contrast(own, [*crossed.weights.values()], factor=crossed.factor, choices=choices)
+        found = contrast(blocks_of(own), crossed.weights, factor=crossed.factor, choices=choices)
+        return found if found.n else None
 
     for agent, of in product(design.agents, design.comparisons.values()):
         if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:

@@ -18,14 +18,14 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.spec import Spec
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean
+from lockprobe.statistics.agent_comparison.paired import Array
 from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.conditions.axis import SeriesArm
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.distributions import holm, student_quantile, student_tails
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.trial.record import Trial
 
 MEASURES = ("misreading", "success")
@@ -88,7 +88,7 @@ class FactorEffect(NamedTuple):
     design: Factorial
     factor: str
     measure: str
-    change: BlockMean
+    change: Difference
 
 
 def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design) -> Iterator[FactorEffect]:
@@ -102,7 +102,7 @@ def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: 
             blocks = sorted(set.intersection(*map(set, begun)))
             every = [[own[block] for own in begun] for block in blocks]
             whole = [row for row in every if len(ended(row)) == len(row)]
-            counted = {"blocks": len(whole), "pairs": len(whole) * len(made.runs)}
+            counted = {"clusters": len(whole), "n": len(whole) * len(made.runs)}
             for measure in MEASURES if len(whole) > 1 else ():
                 found = _of_measure(every, whole, np.array([*made.runs.values()], dtype=np.float64), measure)
                 for factor, change in zip(made.levels, found, strict=False):
@@ -111,7 +111,7 @@ def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: 
 
 def _of_measure(
     every: Sequence[Sequence[Trial]], whole: Sequence[Sequence[Trial]], signs: Array, measure: str
-) -> list[BlockMean]:
+) -> list[Difference]:
     """The effects on a measure; ``every`` row of trials by condition is a block, in ``whole`` ones none broke."""
     values = np.array([[_value(trial, measure) for trial in row] for row in whole], dtype=np.float64)
     found = main_effects(values, signs)
@@ -132,7 +132,7 @@ def _value(trial: Trial, measure: str) -> float:
     return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
 
 
-def main_effects(values: Array, signs: Array) -> list[BlockMean]:
+def main_effects(values: Array, signs: Array) -> list[Difference]:
     """The effects of all factors, with P values that are not corrected; none unless two blocks have them.
 
     Values are of each trial, shape (blocks, conditions), NaN where it has none; signs are the level of each factor, -1
@@ -147,13 +147,13 @@ def main_effects(values: Array, signs: Array) -> list[BlockMean]:
 
     contrasts = np.stack([mean_of(values[:, of > 0]) - mean_of(values[:, of < 0]) for of in signs.T], axis=-1)
     kept = contrasts[~np.isnan(contrasts).any(axis=1)]
-    n, found = len(kept), list[BlockMean]()
+    n, found = len(kept), list[Difference]()
     if n < 2:
         return found
     errors = kept.std(axis=0, ddof=1) / math.sqrt(n)
     reach = student_quantile(1 - ALPHA / signs.shape[1] / 2, n - 1)
     for value, error in zip(kept.mean(axis=0).tolist(), errors.tolist(), strict=True):
-        mean, half = BlockMean(value=round(value, 12), pairs=n, blocks=n), reach * error
+        mean, half = Difference(value=round(value, 12), n=n, clusters=n), reach * error
         if error > 0:
             p_value = float(student_tails(abs(value) / error, n - 1))
             mean = replace(mean, low=max(-1.0, value - half), high=min(1.0, value + half), p_value=p_value)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics.distributions import normal_quantile, root, sign_test, student_mean
-from lockprobe.statistics.proportions import LEVEL
+from lockprobe.statistics.proportions import LEVEL, Difference
 
 FEW = 5
 """The most differing pairs with which McNemar's exact test cannot reject at 5 %."""
@@ -67,24 +67,17 @@ class Pairs:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Paired:
-    """The paired difference of two conditions.
+class Paired(Difference):
+    """The paired difference of two conditions: the share solved under the second minus that under the first.
 
     Attributes:
         only_first, only_second: Pairs solved under the first condition alone, and under the second alone.
-        n: Pairs.
-        value: Share solved under the second condition minus the first, [-1, 1]; NaN without pairs.
-        low, high: Ends of its interval, [-1, 1].
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
         interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
     """
 
     only_first: int
     only_second: int
-    n: int
-    value: float
-    low: float
-    high: float
     p_value: float
     interval_p: float
 

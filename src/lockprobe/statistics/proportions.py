@@ -52,12 +52,26 @@ class Proportion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """The difference of two shares, second minus first, with its 95 % interval and a two-sided P value."""
+    """A difference, or a mean of differences, NaN without any, with what could be estimated of it.
+
+    Attributes:
+        low, high: Ends of its 95 % interval, or of a wider one that allows for several; None where there is none.
+        p_value: Two-sided; None where nothing was tested.
+        n: Trials, or pairs of trials, that it is of.
+        clusters: Blocks of luck, people or trials that these come in, where they are counted.
+    """
 
     value: float
-    low: float
-    high: float
-    p_value: float
+    low: float | None = None
+    high: float | None = None
+    p_value: float | None = None
+    n: int = 0
+    clusters: int | None = None
+
+    @property
+    def clear(self) -> bool:
+        """Whether there is an interval and it excludes 0."""
+        return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 class Ratio(NamedTuple):
@@ -124,7 +138,7 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     value = second.value - first.value
     if first.broken or second.broken:
         low, high = (found for ends in opposed_shares(first, second) if (found := difference(*ends)))
-        p_value = max(low.p_value, high.p_value) if low.value * high.value > 0 else 1.0
+        p_value = max(low.p_value or 0.0, high.p_value or 0.0) if low.value * high.value > 0 else 1.0
         return Difference(value=value, low=low.low, high=high.high, p_value=p_value)
     first, second = proportion(first.count, first.n), proportion(second.count, second.n)
     down = math.hypot(second.value - second.low, first.high - first.value)

@@ -6,7 +6,7 @@ from builders import write_study
 from lockprobe.report.page import parts_of, tables_of
 from lockprobe.report.questions.why import TABLE, why_said
 from lockprobe.report.results import results
-from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.proportions import Difference
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import CONTRASTS, Decision
 from lockprobe.studies.options.studyfile import study
@@ -74,7 +74,7 @@ def test_other_studies_have_no_such_part(tmp_path):
 
 def mean(value, half=0.05):
     p_value = 0.001 if abs(value) > half else 0.6
-    return BlockMean(value=value, low=value - half, high=value + half, p_value=p_value, pairs=150, blocks=150)
+    return Difference(value=value, low=value - half, high=value + half, p_value=p_value, n=150, clusters=150)
 
 
 def said(verdict, *claims, total=0.2, needed=230):

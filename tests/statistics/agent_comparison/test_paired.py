@@ -44,15 +44,15 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
     column, mcnemar = (second * 1.0 - first)[:, None], paired(first, second)
     once, often = block_mean(column, unit=1.0), block_mean(np.tile(column, 7), unit=1.0)
     for found in (once, often):
-        assert (found.value, found.p_value, found.blocks) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
+        assert (found.value, found.p_value, found.clusters) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
         assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
-    assert (often.pairs, once.pairs) == (280, 40)
+    assert (often.n, once.n) == (280, 40)
 
 
 def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
     found = block_mean(differences, unit=1.0)
-    assert (found.pairs, found.blocks, found.value) == (5, 3, pytest.approx(0.2))
+    assert (found.n, found.clusters, found.value) == (5, 3, pytest.approx(0.2))
     assert block_mean(np.full((3, 2), np.nan), unit=1.0).p_value is None
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     values, (first, second) = sheets([one, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])

@@ -76,7 +76,7 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
     for first, other in zip(found, turned, strict=True):
         assert first.shares == tuple(np.mean(every, axis=0)[::-1])
         mean = first.mean(SUCCESS)
-        assert (mean.value, mean.pairs) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
+        assert (mean.value, mean.n) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
         assert first.mean(STEPS).value == pytest.approx(-16 * mean.value)  # 4 steps, or 20
         for p in first.met:
             mean = first.mean(SUCCESS, p)
@@ -221,6 +221,6 @@ def test_a_block_without_the_lowest_p_is_dropped():
     apart = np.random.default_rng(1).integers(-1, 2, (12, 3)) * 1.0
     apart[:4, 0] = apart[5, 1] = np.nan
     some_left = changes_of(P, apart, None, np.random.default_rng(1), ONE_BOX)
-    assert [some_left[p].pairs for p in P[1:]] == [7, 8]
+    assert [some_left[p].n for p in P[1:]] == [7, 8]
     apart[:, 0] = np.nan
     assert changes_of(P, apart, None, np.random.default_rng(1), ONE_BOX) == {}

@@ -10,8 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import ttest_1samp
 
+from lockprobe.statistics.blocks import Blocks
 from lockprobe.statistics.why.arms import ARMS, PLANNED
-from lockprobe.statistics.why.mechanism import CONTRASTS, MARGIN, decide, decision_of
+from lockprobe.statistics.why.mechanism import CONTRASTS, MARGIN, decision_of
+from lockprobe.statistics.why.mechanism import decide as decide_blocks
 
 LOW, HIGH = 0.23, 0.67
 """Success at the size of the paper's effect."""
@@ -24,6 +26,11 @@ PATTERNS = {
     "form": ("truth-truth", "lie-truth", "truth-lie", "lie-lie", "remark"),
 }
 """Claim -> the arms with which success is high, as with false reports, if it is true."""
+
+
+def decide(solved, agents=1, planned=False):
+    """What arms decide."""
+    return decide_blocks(Blocks(solved=solved, planned=planned), agents=agents)
 
 
 def drawn(high, rng, blocks=50, low=LOW, top=HIGH):
@@ -93,7 +100,7 @@ def test_an_interaction_is_of_blocks_that_have_all_four_arms():
     assert decide(arms).contrasts["interaction"].value == 0
     missing = np.where(np.arange(200) % 2, math.nan, arms["truth-lie"])
     found = decide(arms | {"truth-lie": missing})
-    assert (found.contrasts["interaction"].value, found.contrasts["interaction"].blocks) == (0, 100)
+    assert (found.contrasts["interaction"].value, found.contrasts["interaction"].clusters) == (0, 100)
     assert found.claims == ("first",)
 
 
@@ -170,18 +177,18 @@ def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(low
 
 def test_at_every_look_the_same_mechanism_is_found_with_more_blocks():
     solved = drawn(PATTERNS["last"], np.random.default_rng(4), blocks=150)
-    once, ever = decide(solved), decide(solved, every_look=True)
+    once, ever = decide(solved), decide(solved, planned=True)
     assert (once.verdict, once.claims) == (ever.verdict, ever.claims) == ("says", ("last",))
     assert ever.total.low < once.total.low < ever.total.value == once.total.value
     few = exact((0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0), blocks=12)
     assert decide(few).total.clear
-    assert not decide(few, every_look=True).total.clear
+    assert not decide(few, planned=True).total.clear
 
 
 def test_at_every_look_no_change_is_said_of_arms_that_hardly_differ():
     same = exact((0.5,) * 7)
-    assert decide(same, every_look=True).verdict == "no change"
-    assert decide({arm: own[:40] for arm, own in same.items()}, every_look=True).verdict == "inconclusive"
+    assert decide(same, planned=True).verdict == "no change"
+    assert decide({arm: own[:40] for arm, own in same.items()}, planned=True).verdict == "inconclusive"
 
 
 def test_a_decision_is_that_of_its_means_over_blocks():

@@ -1,14 +1,18 @@
 """Why false reports change success: arms by what acts, outcomes as recorded, and mechanisms that are known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from builders import play_study
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
+from lockprobe.statistics.blocks import Blocks
 from lockprobe.statistics.conditions.axis import SeriesArm
+from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.why.arms import ARMS, ON_REQUEST, PARTS, PLANNED, arms_of
 from lockprobe.statistics.why.contrasts import whys
@@ -46,12 +50,13 @@ def test_other_arms_may_be_missing_or_there_and_planned_ones_may_not():
     assert arms_of([*as_arms(rest), *as_arms(["truth-lie"], 0.4, "&others=kept")]) is None
 
 
-def whys_of(trials, *agents, **more):
+def whys_of(trials, *agents, order=None):
     """What the agents of these trials show."""
-    cells = {}
-    for trial in trials:
-        cells.setdefault((trial.group, trial.condition), []).append(trial)
-    return whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS)), **more)
+    cells = {
+        name: SimpleNamespace(trials=own, ended=outcomes(own, order=order), broke=broken_off(own, order=order))
+        for name, own in grouped(trials, lambda trial: (trial.group, trial.condition)).items()
+    }
+    return whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS)))
 
 
 def played(*agents, trials=BLOCKS, **more):
@@ -71,8 +76,10 @@ def solved(trials):
 def test_the_decision_is_that_of_the_outcomes_in_any_order(trials, solved):
     (found,), (again,) = whys_of(trials, AGENT), whys_of(trials[::-1], AGENT)
     assert (found.agent, found.p, found.conditions) == (AGENT, 0.4, {arm: arm for arm in ARMS})
-    assert found.decision == again.decision == decide(solved)
-    assert {arm: own.tolist() for arm, own in found.solved.items()} == {arm: solved[arm].tolist() for arm in ARMS}
+    assert found.decision == again.decision == decide(Blocks(solved=solved))
+    assert {arm: own.tolist() for arm, own in found.blocks.solved.items()} == {
+        arm: solved[arm].tolist() for arm in ARMS
+    }
     assert found.decision.claims == ("last",)
     differences = solved["lie"] - solved["truth"]
     assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.06)
@@ -88,24 +95,25 @@ def test_intervals_hold_whatever_became_of_broken_trials(trials, solved):
     broke = np.arange(BLOCKS) % 4 == 1
     broken = [replace(one, ending="error") if one.condition == "lie" and one.trial % 4 == 2 else one for one in trials]
     (why,) = whys_of(broken, AGENT)
-    assert (why.broke["lie"] == broke).all()
+    assert (why.blocks.broke["lie"] == broke).all()
     found = why.decision
-    failed, opened = (decide(solved | {"lie": np.where(broke, end, solved["lie"])}) for end in (0.0, 1.0))
+    ends = (solved | {"lie": np.where(broke, end, solved["lie"])} for end in (0.0, 1.0))
+    failed, opened = (decide(Blocks(solved=end)) for end in ends)
     assert found.total.low == min(failed.total.low, opened.total.low)
     assert found.total.high == max(failed.total.high, opened.total.high)
     assert found.equivalence == max(failed.equivalence, opened.equivalence)
     assert found.total.value == (solved["lie"] - solved["truth"])[~broke].mean()
-    assert found.total.blocks == BLOCKS - broke.sum()
+    assert found.total.clusters == BLOCKS - broke.sum()
 
 
 def test_at_every_look_blocks_are_in_the_order_of_the_plan(trials, solved):
     half, order = BLOCKS // 2, BlockOrder(plans=((2, 10), (2, BLOCKS // 2)))
     moved = [replace(one, repetition=1 + (one.trial > half), trial=(one.trial - 1) % half + 1) for one in trials]
-    (found,) = whys_of(moved, AGENT, orders={AGENT: order})
+    (found,) = whys_of(moved, AGENT, order=order)
     place = order.rank(np.repeat([1, 2], half), np.tile(np.arange(1, half + 1), 2))
-    assert found.every_look
-    assert found.solved["lie"][place].tolist() == solved["lie"].tolist()
-    assert found.solved["lie"].tolist() != solved["lie"].tolist()
+    assert found.blocks.planned
+    assert found.blocks.solved["lie"][place].tolist() == solved["lie"].tolist()
+    assert found.blocks.solved["lie"].tolist() != solved["lie"].tolist()
 
 
 @pytest.mark.parametrize("missing", PLANNED)

@@ -29,7 +29,7 @@ from lockprobe.report.format import DETECTED, EVERY, TextTable
 from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -100,7 +100,7 @@ def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
             times, shown = len(changes) - 1, not one.plays_alike
             tested = {"quantity": CHANGE, "of": _ANY, "unit": "points", "test": _test(one, CHANGE)}
             yield _Tested(tested | {"p_value": one.change_p}, [over] * shown, (CHANGE, one.family), times)
-            mean = {"quantity": CHANGE, "of": "mean", "unit": "points"} | of_blocks(changes[None])
+            mean = {"quantity": CHANGE, "of": "mean", "unit": "points"} | measured(changes[None])
             yield _Tested(mean, [over] * shown)
             for dose in (dose for dose in changes if dose is not None):
                 change = _change(one, dose, at[one.doses[0]]["condition"])
@@ -152,13 +152,13 @@ def _difference(one: AgentPair, quantity: str, dose: float | None = None) -> dic
     note = "; ".join(filter(None, (_SAME * (at_one and one.copies), _WORST * one.bounded, _ALIKE * alike)))
     columns = {"quantity": quantity, "unit": "steps" if quantity == STEPS else "points", "note": note}
     clusters = {"clusters": None} if at_one and quantity == SUCCESS else {}
-    return columns | {"test": _test(one, quantity, dose) * (not alike)} | of_blocks(one.mean(quantity, dose)) | clusters
+    return columns | {"test": _test(one, quantity, dose) * (not alike)} | measured(one.mean(quantity, dose)) | clusters
 
 
 def _change(one: AgentPair, dose: float, control: str) -> dict[str, Any]:
     """The columns of how much more a dose changes the success of the one than of the other."""
     columns = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
-    return columns | of_blocks(one.changes[dose])
+    return columns | measured(one.changes[dose])
 
 
 def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:

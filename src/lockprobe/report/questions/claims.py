@@ -201,7 +201,7 @@ def _to_peak(course: Course, quantity: str) -> tuple[Cell, published.Shares, Dif
 
 
 def _in_points(change: Difference) -> str:
-    return f"{points(change.value)} points [{points(change.low)}, {points(change.high)}]"
+    return f"{points(change.value)} points {bracketed(change.value, change.low, change.high).partition(' ')[2]}"
 
 
 def _rise_to_peak(course: Course) -> tuple[int, float | None]:

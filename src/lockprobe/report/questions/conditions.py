@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.errors import UserMistake
@@ -21,13 +20,11 @@ from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, PERMUTED, PlayedCell, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
-from lockprobe.statistics.broken_trials import begun
-from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.contrast import CONTROLS, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
-from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
 _AGAINST = "against the rules"
 
@@ -35,15 +32,11 @@ _AGAINST = "against the rules"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield cell.estimate("trials", len(cell.ended), unit="trials")
-        every, solved = begun(cell.ended, cell.broke)
-        if cell.order is None or every.crossed:
-            share = share_of(solved, every.player, every.luck, every.box)
-        else:
-            share = share_at_every_look(solved[np.argsort(cell.order.rank(every.repetition, every.trial))])
+        share = cell.success
         yield from cell.share("success", share, note="never acted" if never_acted(cell.trials) else "")
         if share.broken and share.n:
             for end, bound in zip(BOUNDS, share.bounds, strict=True):
-                yield cell.estimate("success", bound, of=end, n=len(every))
+                yield cell.estimate("success", bound, of=end, n=share.n + share.broken)
         for point in points(cell.ended):
             yield cell.estimate("success", point.success, n=point.n, of=f"rep={point.repetition}")
         yield cell.estimate("broken", len(cell.broke), unit="trials")

@@ -15,21 +15,21 @@ from lockprobe.report.questions.conditions import cells_of, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import DECLARED, SIDES
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.contrast import declared
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.studies.study_design import design_of
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    for one in declared(cells_of(numbers), numbers.study.contrasts, design_of(numbers.study)):
-        own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
-        test = E_PROCESS if numbers.opened.every_look else "sign flips of blocks"
-        of = own | {"family": DECLARED, "corrected_for": one.choices, "test": test, "unit": "points"}
-        yield Estimate(quantity="success_difference", **of, of=one.name, **of_blocks(one.change))
-        for side, share in zip(SIDES, (one.minus, one.of), strict=True):
-            yield Estimate(quantity="success_in_pairs", **own, of=f"{one.name}, {side}", **of_blocks(share))
+    cells, asked = cells_of(numbers), numbers.study.contrasts
+    test = E_PROCESS if numbers.opened.every_look else "sign flips of blocks"
+    for agent, name, choices, (change, of, minus) in declared(cells, asked, numbers.design):
+        own = {"agent": agent, "modality": cells[agent, asked[name].of[0]].modality}
+        judged: dict[str, Any] = {"family": DECLARED, "corrected_for": choices, "test": test, "unit": "points"}
+        yield measured_row("success_difference", change, **own, **judged, of=name)
+        for side, share in zip(SIDES, (minus, of), strict=True):
+            yield measured_row("success_in_pairs", share, **own, of=f"{name}, {side}")
 
 
 class Compared(NamedTuple):

@@ -15,7 +15,7 @@ from lockprobe.report.prose import Subject, share_intervals_said
 from lockprobe.report.questions.conditions import cells_of, detected_said, tested_cells
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
@@ -49,7 +49,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
             of |= {"of": f"{first}{_BETWEEN}{second}", "doses": dict(numbers.conditions[both].doses)}
         of |= {"unit": "points", "family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
-        yield Estimate(quantity="success_interaction", agent=agent, **of, **of_blocks(found))
+        yield measured_row("success_interaction", found, agent=agent, **of)
 
 
 def _places(found: Results, axis: str) -> dict[str, str]:

@@ -12,7 +12,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said, tested_cells
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
@@ -54,10 +54,10 @@ def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
     for found in () if numbers.study.of_flips else factorial_effects(cells, numbers.design):
         levels = found.design.levels
-        yield Estimate(
-            quantity="factor_effect", agent=found.agent, modality=found.design.modality, of=found.measure,
-            axis=f"{found.factor}={levels[found.factor]}", unit="points", **of_blocks(found.change), family="factors",
-            corrected_for=len(levels), test="Student over blocks",
+        yield measured_row(
+            "factor_effect", found.change, agent=found.agent, modality=found.design.modality, of=found.measure,
+            axis=f"{found.factor}={levels[found.factor]}", unit="points", family="factors", corrected_for=len(levels),
+            test="Student over blocks",
         )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from lockprobe.report.format import TextTable
 from lockprobe.report.prose import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks
+from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.statistics.rules import against_rules
@@ -59,10 +59,10 @@ def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
         later = _TRUE if one.truthful else "later reports as in the condition"
         of: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "condition": one.condition}
         of |= {"of": f"{one.outcome}, {one.arm}, {one.where}, {later}", "doses": dict(condition.doses)}
-        tested = of_blocks(one.change) | {"corrected_for": one.agents, "test": "sign flips of trials"}
+        tested = measured(one.change) | {"corrected_for": one.agents, "test": "sign flips of trials"}
         family = "agents; P values of success also all forks of one agent (Holm)"
         rows.append(Estimate(quantity=_CHANGE, **of, **tested, unit=unit, family=family))
-        of |= {"unit": "steps" if unit == "steps" else "share", "n": one.change.pairs}
+        of |= {"unit": "steps" if unit == "steps" else "share", "n": one.change.n}
         rows.append(Estimate(quantity=_AFTER_TRUTH, **of, value=one.after_truth))
     return rows
 

@@ -5,22 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, change, listed, p_value
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
+from lockprobe.report.questions.conditions import cells_of
 from lockprobe.report.questions.contrasts import Compared, contrasts_table
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Detail, Listed, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, of_blocks, share_rows
-from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import E_PROCESS, share_at_every_look
+from lockprobe.report.study_numbers import StudyNumbers, measured_row
+from lockprobe.statistics.proportions import ALPHA, Difference
+from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.why.contrasts import whys
 from lockprobe.statistics.why.mechanism import (
     CONTENT,
@@ -33,7 +30,6 @@ from lockprobe.statistics.why.mechanism import (
     Verdict,
     decision_of,
 )
-from lockprobe.studies.study_design import design_of
 
 _EFFECT, _CONTRAST, _SUCCESS, _AGENTS = "false_report_effect", "arm_contrast", "success_in_arm", "agents"
 
@@ -73,22 +69,19 @@ _VERDICTS: Mapping[Verdict, str] = {
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    cells = grouped(numbers.trials, lambda trial: (trial.group, trial.condition))
-    for one in whys(cells, design_of(numbers.study), numbers.opened.orders):
+    cells = cells_of(numbers)
+    for one in whys(cells, numbers.design):
         own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
         of = own | {"family": _AGENTS, "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
-        test = E_PROCESS if one.every_look else "sign flips of blocks"
-        yield Estimate(quantity=_EFFECT, **of, of="total", test=test, **of_blocks(one.decision.total))
+        test = E_PROCESS if one.blocks.planned else "sign flips of blocks"
+        yield measured_row(_EFFECT, one.decision.total, **of, of="total", test=test)
         for name, mean in one.decision.contrasts.items():
-            yield Estimate(quantity=_CONTRAST, **of, of=name, test=test, **of_blocks(mean))
-        test = f"two one-sided {'e-processes' if one.every_look else 'tests'}"
+            yield measured_row(_CONTRAST, mean, **of, of=name, test=test)
+        test = f"two one-sided {'e-processes' if one.blocks.planned else 'tests'}"
         yield Estimate(quantity=_EFFECT, **of, of="margin", value=MARGIN, p_value=one.decision.equivalence, test=test)
         yield Estimate(quantity=_EFFECT, **own, of="blocks needed", unit="blocks", value=one.needed)
-        for arm, solved in one.solved.items():
-            begun, name = solved[one.broke[arm] | ~np.isnan(solved)], one.conditions[arm]
-            success = share_at_every_look(begun) if one.every_look else share_of(begun, (), ())
-            doses = dict(numbers.study.labelled(name).doses)
-            yield from share_rows(_SUCCESS, success, **own, condition=name, of=arm, doses=doses)
+        for arm, name in one.conditions.items():
+            yield from cells[one.agent, name].share(_SUCCESS, cells[one.agent, name].success, of=arm)
 
 
 def answer(found: Results) -> str:
@@ -109,9 +102,10 @@ def why_said(agent: str, modality: str, decision: Decision, needed: float | None
         return f"False reports change {of} by less than {margin}{sure}."
     sure = f"{size}; {p_value(total.p_value)}"
     if decision.verdict == "inconclusive":
-        more = f" About {needed or 0:g} blocks would detect that with a power of 80 %; {total.blocks} were played."
+        played = total.clusters or 0
+        more = f" About {needed or 0:g} blocks would detect that with a power of 80 %; {played} were played."
         said = f"No effect of false reports on {of} was detected{f' ({sure})' * sized}"
-        return f"{said}, and a change of {margin} or more is not excluded.{more * ((needed or 0) > total.blocks)}"
+        return f"{said}, and a change of {margin} or more is not excluded.{more * ((needed or 0) > played)}"
     way = "raise" if decision.way > 0 else "lower"
     sure = f" ({sure.partition(', ')[2]})" * sized
     return f"False reports {way} {of} by {100 * abs(total.value):.0f} points{sure}. {_cause(decision, way, sized)}."
@@ -146,13 +140,8 @@ def _compared(found: Results, total: Estimate) -> list[Estimate]:
 def _decided(found: Results, total: Estimate) -> Decision:
     """What the rows of an agent decide."""
     first, *others = (
-        BlockMean(
-            value=row.value or 0.0,
-            low=row.low,
-            high=row.high,
-            p_value=row.p_value,
-            pairs=row.n or 0,
-            blocks=row.clusters or 0,
+        Difference(
+            value=row.value or 0.0, low=row.low, high=row.high, p_value=row.p_value, n=row.n or 0, clusters=row.clusters
         )
         for row in _compared(found, total)
     )

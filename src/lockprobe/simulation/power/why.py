@@ -14,6 +14,7 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.blocks import Blocks
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.statistics.why.mechanism import MARGIN, Claim, Verdict, decide
 
@@ -96,7 +97,7 @@ def why_power(
     for size in blocks:
         rng = generator(seed, "stated", name, str(size))
         drawn = (rng.random((size, len(ARMS))) < np.array(success) for _ in range(studies))
-        found = [decide(dict(zip(ARMS, one.T.astype(np.float64), strict=True))) for one in drawn]
+        found = [decide(Blocks(solved=dict(zip(ARMS, one.T.astype(np.float64), strict=True)))) for one in drawn]
         verdicts = Counter(one.verdict for one in found)
         rates.append(
             VerdictRates(

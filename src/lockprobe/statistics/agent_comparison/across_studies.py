@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import BlockMean, both_played, columns, paired_success
+from lockprobe.statistics.agent_comparison.paired import both_played, columns, paired_success
 from lockprobe.statistics.broken_trials import begun, bounded, opposed
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.course import is_baseline
@@ -133,7 +133,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> Iterator[StudyDiff
         return
 
     def of(groups: Sequence[Outcomes]) -> StudyDifference:
-        apart: BlockMean | Difference
+        apart: Difference
         solved: list[NDArray[Any]] = [group.solved for group in groups]
         if paired:
             one, two = columns(groups)

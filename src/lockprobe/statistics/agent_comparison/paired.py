@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.inference.mean_steps import RareBlock
 from lockprobe.statistics.outcomes import Outcomes, boxes_of_all
 from lockprobe.statistics.paired_proportions import FEW, difference_over_boxes, paired, pairs_by_box, score_interval
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
 Array = NDArray[np.float64]
@@ -56,26 +56,6 @@ class Sheet(NamedTuple):
     person: NDArray[np.str_]
     planned: bool
     box: NDArray[np.str_]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BlockMean:
-    """A mean over pairs of trials, NaN without any, with its 95 % interval, clustered by block of luck.
-
-    There is no interval where it cannot be estimated, and no P value where nothing was tested.
-    """
-
-    value: float
-    low: float | None = None
-    high: float | None = None
-    p_value: float | None = None
-    pairs: int
-    blocks: int
-
-    @property
-    def clear(self) -> bool:
-        """Whether there is an interval and it excludes 0."""
-        return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 def sheets(groups: Sequence[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
@@ -118,7 +98,7 @@ def block_mean(
     choices: int = 1,
     rare: RareBlock | None = None,
     exchange: bool = True,
-) -> BlockMean:
+) -> Difference:
     """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
 
     The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
@@ -141,9 +121,9 @@ def block_mean(
     sizes = sizes[sizes > 0]
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
-        return BlockMean(value=math.nan, pairs=0, blocks=0)
+        return Difference(value=math.nan, n=0, clusters=0)
     value = float(sums.sum()) / pairs
-    found = BlockMean(value=value, p_value=sign_flip(sums) if exchange else None, pairs=pairs, blocks=n)
+    found = Difference(value=value, p_value=sign_flip(sums) if exchange else None, n=pairs, clusters=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
     if unit is None and spread < TIE:
         return found
@@ -167,7 +147,7 @@ def mean_of_blocks(
     factor: float = 1.0,
     choices: int = 1,
     rare: RareBlock | None = None,
-) -> BlockMean:
+) -> Difference:
     """The mean of whole numbers times a factor, as it holds of blocks and of their boxes, or at every look.
 
     Interval and P value are corrected for ``choices`` means that are judged together. ``unit`` is the largest of the
@@ -178,14 +158,14 @@ def mean_of_blocks(
     if planned:
         (ever,) = at_every_look([numbers_of(numbers, factor * unit)], agents=choices)
         pairs, p_value = int(np.count_nonzero(~np.isnan(numbers))), ever.p_value if ever.n else None
-        return BlockMean(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, pairs=pairs, blocks=ever.n)
+        return Difference(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, n=pairs, clusters=ever.n)
     mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
-    if mean.pairs:
+    if mean.n:
         mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
     return over_boxes(mean, numbers, box, choices)
 
 
-def over_boxes(mean: BlockMean, differences: Array, box: NDArray[np.str_], choices: int) -> BlockMean:
+def over_boxes(mean: Difference, differences: Array, box: NDArray[np.str_], choices: int) -> Difference:
     """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
     if not len(box):
         return mean
@@ -194,7 +174,7 @@ def over_boxes(mean: BlockMean, differences: Array, box: NDArray[np.str_], choic
 
 
 def _student(
-    found: BlockMean,
+    found: Difference,
     spread: float,
     widest: float,
     clusters: int,
@@ -204,7 +184,7 @@ def _student(
     rare: RareBlock | None,
     choices: int,
     small: float = 1.0,
-) -> BlockMean:
+) -> Difference:
     """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
 
     ``spread`` is the variance of the sum of its pairs, ``widest`` the pairs of the largest cluster, ``most`` the
@@ -212,14 +192,14 @@ def _student(
     """
     if clusters < 2:
         return found
-    value, share, level = found.value, widest / found.pairs, 1 - ALPHA / choices
+    value, share, level = found.value, widest / found.n, 1 - ALPHA / choices
     if rare is None:
         more = widest**2 if spread < TIE else widest
-        se = math.sqrt(spread + small * (unit or 0.0) ** 2 * more) / found.pairs
+        se = math.sqrt(spread + small * (unit or 0.0) ** 2 * more) / found.n
         half = student_quantile((1 + level) / 2, clusters - 1) * se
         low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
     else:
-        se = math.sqrt(spread) / found.pairs
+        se = math.sqrt(spread) / found.n
         low, high = rare.interval(value, se, clusters, share=share, level=level)
         p_value = rare.p_value(value, se, clusters, share=share)
     tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
@@ -237,14 +217,14 @@ def two_way(
     most: float,
     rare: RareBlock | None = None,
     choices: int = 1,
-) -> BlockMean:
+) -> Difference:
     """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
 
     The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). ``most`` is
     the largest mean; other arguments are those of :func:`block_mean`.
     """
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
-    found = BlockMean(value=value, pairs=pairs, blocks=len(sizes[0]))
+    found = Difference(value=value, n=pairs, clusters=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
     return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, choices=choices)
@@ -252,7 +232,7 @@ def two_way(
 
 def crossed_mean(
     values: Array, luck: Labels, person: Labels, *, unit: float, rare: RareBlock | None = None
-) -> BlockMean:
+) -> Difference:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
     If people have unequally many trials, a conclusion must hold with every trial and with every person counted alike
@@ -266,7 +246,7 @@ def crossed_mean(
     return _held_by_both(pooled, alike)
 
 
-def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> BlockMean:
+def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> Difference:
     """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
 
     If people have unequally many trials, a conclusion must also hold with every person counted alike.
@@ -283,7 +263,7 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
 
 
-def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
+def _held_by_both(pooled: Difference, alike: Difference) -> Difference:
     """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
     if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
         return pooled
@@ -298,7 +278,7 @@ def both_played(one: Sheet, two: Sheet) -> NDArray[np.bool_]:
     return ~np.isnan(two.solved - one.solved)
 
 
-def paired_success(one: Sheet, two: Sheet, at: int = 0) -> BlockMean:
+def paired_success(one: Sheet, two: Sheet, at: int = 0) -> Difference:
     """The second's success minus the first's at one dose, with McNemar's test and Agresti and Min's interval.
 
     If one of several people has several boxes, agents are exchanged within whole people, and the interval is over them.
@@ -315,7 +295,7 @@ def paired_success(one: Sheet, two: Sheet, at: int = 0) -> BlockMean:
         over = at_one_dose(second * 1.0 - first, person, unit=1.0)
         low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
         p_value = 1.0 if over.p_value is None else over.p_value
-    return BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=found.n, blocks=found.n)
+    return Difference(value=value, low=low, high=high, p_value=p_value, n=found.n, clusters=found.n)
 
 
 def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:

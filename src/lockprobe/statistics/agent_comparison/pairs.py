@@ -26,7 +26,6 @@ from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.agent_comparison.paired import (
     TIE,
     Array,
-    BlockMean,
     Labels,
     Sheet,
     at_one_dose,
@@ -43,6 +42,7 @@ from lockprobe.statistics.agent_comparison.paired import (
 from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.inference.mean_steps import rare_block
+from lockprobe.statistics.proportions import Difference
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
@@ -119,7 +119,7 @@ class AgentPair:
         one, two = (sheet.solved[both_played(*self.laid[0])].mean() for sheet in self.laid[0])
         return float(one), float(two)
 
-    def mean(self, quantity: str, dose: float | None = None) -> BlockMean:
+    def mean(self, quantity: str, dose: float | None = None) -> Difference:
         """The difference in success or in steps over all doses, or at one at which both finished a trial.
 
         Interval and P value hold whatever became of broken trials, and are corrected for nothing.
@@ -127,7 +127,7 @@ class AgentPair:
         found, *ends = (self._mean(quantity, dose, *laid) for laid in self.laid)
         return bounded(found, *ends) if ends else found
 
-    def _mean(self, quantity: str, dose: float | None, one: Sheet, two: Sheet) -> BlockMean:
+    def _mean(self, quantity: str, dose: float | None, one: Sheet, two: Sheet) -> Difference:
         if dose is not None and quantity == SUCCESS and not self.every_look:
             return paired_success(one, two, self.doses.index(dose))
         here = slice(None) if dose is None else [self.doses.index(dose)]
@@ -150,7 +150,7 @@ class AgentPair:
         return min((one.p_value for one in self.changes.values() if one.p_value is not None), default=None)
 
     @cached_property
-    def changes(self) -> Mapping[float | None, BlockMean]:
+    def changes(self) -> Mapping[float | None, Difference]:
         """How much more each dose changes the success of the second, and the mean of all changes (None).
 
         P values and intervals of doses are corrected for the doses. There are none for a baseline, at a single dose,
@@ -161,7 +161,7 @@ class AgentPair:
         found, *ends = map(self._changes, range(len(self.laid)))
         return {dose: bounded(mean, *(end[dose] for end in ends)) if ends else mean for dose, mean in found.items()}
 
-    def _changes(self, end: int) -> dict[float | None, BlockMean]:
+    def _changes(self, end: int) -> dict[float | None, Difference]:
         # at the lowest dose success of the first counts for the change, so its broken trials end the other way
         (one, two), turned = self.laid[end], self.laid[-end]
         apart = np.column_stack([(turned[1].solved - turned[0].solved)[:, :1], (two.solved - one.solved)[:, 1:]])
@@ -219,7 +219,7 @@ def changes_of(
     person: Labels | None,
     rng: np.random.Generator,
     box: Labels,
-) -> dict[float | None, BlockMean]:
+) -> dict[float | None, Difference]:
     """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
 
     P values and intervals of doses are corrected for all doses: by Westfall and Young's maximum of absolute t, and by
@@ -235,7 +235,7 @@ def changes_of(
     """
     changes = apart[:, 1:] - apart[:, :1]
     met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
-    found = dict[float | None, BlockMean]()
+    found = dict[float | None, Difference]()
     if person is not None:
         for i in met:
             here = ~np.isnan(changes[:, i])

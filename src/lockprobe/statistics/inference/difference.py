@@ -44,15 +44,15 @@ Groups = dict[tuple[int, ...], list[NDArray[np.bool_]]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DifferenceAt:
+class DifferenceAt(Difference):
     """The difference in success between one dose and the lowest, or a condition and the control, in one sample.
 
     Attributes:
         dose: The dose, or the place of the condition.
         first, second: Shares of the compared trials solved at the lowest dose, and at this one.
-        value: The second less the first, [-1, 1], in trials that ended.
-        low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (doses compared with the lowest times
-            agents judged together). If trials broke, it holds whatever became of them.
+        low, high: Ends of the interval of the second less the first in trials that ended; its level is 1 - 0.05 /
+            (doses compared with the lowest times agents judged together). If trials broke, it holds whatever became of
+            them.
         pairs: The paired comparison of the trials that both have; None for people.
         exchange: Permutation P value, corrected for all doses (Westfall & Young's single-step maximum of differences in
             standard errors) and for the agents.
@@ -65,9 +65,6 @@ class DifferenceAt:
     dose: float
     first: Proportion
     second: Proportion
-    value: float
-    low: float
-    high: float
     pairs: Paired | None
     exchange: float
     p_value: float
@@ -248,10 +245,8 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = 
     together = outcomes.at(np.isin(outcomes.dose, both))
     later, pairs = together.dose == both[1], None
     if outcomes.crossed:
-        found: Difference | Paired = clustered_difference(
-            together.solved, later, together.player, together.luck, choices=choices
-        )
-        interval_p = found.p_value
+        found = clustered_difference(together.solved, later, together.player, together.luck, choices=choices)
+        alone = interval_p = found.p_value or 0.0
         first, second = (
             proportion(int(one.sum()), len(one)) for one in (together.solved[~later], together.solved[later])
         )
@@ -259,9 +254,9 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = 
         groups = together.at(~later), together.at(later)
         solved, box = solved_in_pairs(*groups), boxes_of_blocks(*groups)
         found = pairs = difference_over_boxes(pairs_by_box(solved, box), choices=choices)
-        interval_p = pairs.interval_p
+        alone, interval_p = pairs.p_value, pairs.interval_p
         first, second = (share_of(column, (), (), box) for column in solved.T)
-    tested = min(1.0, choices * found.p_value) if exchange is None else exchange
+    tested = min(1.0, choices * alone) if exchange is None else exchange
     return DifferenceAt(
         dose=float(both[1]), first=first, second=second, value=found.value, low=found.low, high=found.high, pairs=pairs,
         exchange=tested, p_value=max(tested, min(1.0, choices * interval_p)),

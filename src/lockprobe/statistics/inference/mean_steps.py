@@ -16,7 +16,6 @@ than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have s
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from numpy.typing import NDArray
 from lockprobe.statistics.clustered import two_way_variance
 from lockprobe.statistics.distributions import student_quantile, student_tails
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import LEVEL
+from lockprobe.statistics.proportions import LEVEL, Difference
 
 BLOCKS = 3
 """Blocks that are added to the variance."""
@@ -68,29 +67,11 @@ def rare_block(first: float, second: float, budget: float, shortest: float) -> R
     return RareBlock(max(budget - second, first - least, 1.0), max(budget - first, second - least, 1.0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeanSteps:
-    """The mean steps at all higher doses together, less those at the lowest.
+def mean_steps(outcomes: Outcomes, budget: int) -> Difference:
+    """The mean steps at all higher doses together, less those at the lowest; not a number without pairs.
 
     Of agents the sample is every pair of trials with the same luck, one of them at the lowest dose; of people all
     trials.
-
-    Attributes:
-        value: The difference in steps; not a number without pairs.
-        low, high: Ends of the 95 % interval; None where it cannot be estimated.
-        p_value: That it is 0, Student's t over clusters, two-sided; None where it cannot be estimated.
-        n: Size of the sample.
-    """
-
-    value: float = math.nan
-    low: float | None = None
-    high: float | None = None
-    p_value: float | None = None
-    n: int = 0
-
-
-def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
-    """Compare the mean steps of all higher doses with those of the lowest.
 
     The standard error is clustered: of agents by luck, which trials share over doses; of people two-way, by person and
     by luck, with a correction for the number of people in each group. Student's t has one degree of freedom less than
@@ -98,14 +79,14 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     """
     later = outcomes.dose > outcomes.dose.min(initial=math.inf)
     if not later.any():
-        return MeanSteps()
+        return Difference(value=math.nan, n=0)
     lowest, higher, variance, clusters, n = (_of_people if outcomes.crossed else _of_pairs)(outcomes, later)
     change = higher - lowest
     if clusters < 2:
-        return MeanSteps(value=change, n=n)
+        return Difference(value=change, n=n)
     error, rare = math.sqrt(variance), rare_block(lowest, higher, budget, float(outcomes.length.min()))
     low, high = rare.interval(change, error, clusters)
-    return MeanSteps(
+    return Difference(
         value=change,
         low=max(-float(budget), low),
         high=min(float(budget), high),

@@ -15,10 +15,10 @@ import numpy as np
 from lockprobe.statistics.broken_trials import bounded, completed
 from lockprobe.statistics.inference.difference import DifferenceAt, any_difference, whatever_broke
 from lockprobe.statistics.inference.log_rank import looping
-from lockprobe.statistics.inference.mean_steps import MeanSteps, mean_steps
+from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.ushape import TwoLines, onset_lines, two_lines
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.proportions import ALPHA, Difference
 
 Question = Literal["success", "speed", "shape", "looping", "looping again"]
 
@@ -56,7 +56,7 @@ def success_by_dose(
     return whatever_broke(found, *ends) if ends else found
 
 
-def steps_over_doses(counted: Outcomes, broken: Outcomes, budget: int) -> MeanSteps:
+def steps_over_doses(counted: Outcomes, broken: Outcomes, budget: int) -> Difference:
     """The mean steps at all higher doses less those at the lowest."""
     found, ends = mean_steps(counted, budget), possible_ends(counted, broken, budget)
     return bounded(found, *(mean_steps(end, budget) for end in ends)) if found.p_value is not None and ends else found

@@ -16,17 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, mean_of_blocks, numbers_of
+from lockprobe.statistics.agent_comparison.paired import Array, numbers_of
+from lockprobe.statistics.blocks import Blocks, Weights, contrast
 from lockprobe.statistics.boxes import small_over_boxes
-from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.paired_proportions import ONE_BOX, equivalence
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.paired_proportions import equivalence
+from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.statistics.sequential.contrasts import at_every_look
 
 MARGIN = 0.1
@@ -93,8 +91,8 @@ class Decision:
         verdict: The conclusion.
     """
 
-    total: BlockMean
-    contrasts: Mapping[str, BlockMean]
+    total: Difference
+    contrasts: Mapping[str, Difference]
     claims: tuple[Claim, ...]
     equivalence: float
     verdict: Verdict
@@ -105,56 +103,27 @@ class Decision:
         return 1 if self.total.value > 0 else -1
 
 
-def decide(
-    solved: Mapping[str, Array],
-    *,
-    broke: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
-    box: NDArray[np.str_] = ONE_BOX,
-    agents: int = 1,
-    every_look: bool = False,
-) -> Decision:
-    """The decision from the outcomes of the arms.
+def decide(blocks: Blocks, *, agents: int = 1) -> Decision:
+    """The decision from the blocks of the arms, of so many agents that are judged together (Bonferroni).
 
-    Args:
-        solved: Arm -> 1 where the block was solved, 0 where not, NaN where no trial has ended, shape (blocks,); the
-            arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
-        broke: Arm -> whether its trial broke, of the same shape; all intervals and P values then hold whatever became
-            of these.
-        box: The box of each block, of the same shape; empty if all are of one.
-        agents: Number of agents that are judged together (Bonferroni).
-        every_look: Whether the decision must hold at every look; blocks are then in the order in which they were
-            planned.
+    The arms are those of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
     """
-
-    def mean(pairs: Pairs) -> BlockMean:
-        tables = differences(solved, broke, pairs)
-        found, *ends = (mean_of_blocks(table, box, planned=every_look, choices=agents) for table in tables)
-        return bounded(found, *ends) if ends else found
-
-    total = mean(TOTAL)
-    totals = [table[:, 0] for table in differences(solved, broke, TOTAL)]
-    small = max(_equivalence(changes, agents, box, every_look=every_look) for changes in totals)
-    known = {name: pairs for name, pairs in CONTRASTS.items() if {arm for pair in pairs for arm in pair} <= {*solved}}
-    contrasts = {name: mean(pairs) for name, pairs in known.items()} if _detected(total) else {}
-    return decision_of(total, contrasts, small)
+    lie = weights_of(TOTAL)
+    total = contrast(blocks, *lie, choices=agents)
+    small = max(_equivalence(sums[:, 0], blocks, agents) for sums in blocks.sums(*lie))
+    found = {}
+    for name, pairs in CONTRASTS.items() if _detected(total) else ():
+        if {arm for pair in pairs for arm in pair} <= blocks.solved.keys():
+            found[name] = contrast(blocks, *weights_of(pairs), choices=agents)
+    return decision_of(total, found, small)
 
 
-def differences(solved: Mapping[str, Array], broke: Mapping[str, NDArray[np.bool_]], pairs: Pairs) -> list[Array]:
-    """The differences of pairs of arms, shape (blocks, pairs), NaN in blocks that lack one.
-
-    They are those of the trials that ended, and if some broke, also those at both ends of what these can have become.
-    """
-    ends = [(solved, solved)]
-    if any(broke[arm].any() for pair in pairs for arm in pair if arm in broke):
-        low, high = ({arm: np.where(broke[arm], end, own) for arm, own in solved.items()} for end in (0.0, 1.0))
-        ends += [(low, high), (high, low)]
-    found = [np.column_stack([up[more] - down[less] for more, less in pairs]) for up, down in ends]
-    for table in found:
-        table[np.isnan(table).any(axis=1)] = np.nan
-    return found
+def weights_of(pairs: Pairs) -> list[Weights]:
+    """The first arm of each pair less the second."""
+    return [{more: 1, less: -1} for more, less in pairs]
 
 
-def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: float) -> Decision:
+def decision_of(total: Difference, contrasts: Mapping[str, Difference], small: float) -> Decision:
     """The decision from means over blocks, as in :class:`Decision`; contrasts count only if the total is detected."""
     if not _detected(total):
         none: Verdict = "no change" if small < ALPHA else "inconclusive"
@@ -168,7 +137,7 @@ def decision_of(total: BlockMean, contrasts: Mapping[str, BlockMean], small: flo
     return Decision(total=total, contrasts=contrasts, claims=claims, equivalence=small, verdict=verdict)
 
 
-def _claims(contrasts: Mapping[str, BlockMean], way: int) -> tuple[Claim, ...]:
+def _claims(contrasts: Mapping[str, Difference], way: int) -> tuple[Claim, ...]:
     """The claims of which all contrasts go this way."""
     held = [claim for claim, needs in NEEDS.items() if all(_goes(contrasts, name, way) for name in needs)]
     if "contradiction" in held and _one_exceeds_both(contrasts, way):
@@ -180,14 +149,14 @@ def _claims(contrasts: Mapping[str, BlockMean], way: int) -> tuple[Claim, ...]:
     return tuple(held)
 
 
-def _goes(contrasts: Mapping[str, BlockMean], name: str, way: int) -> bool:
+def _goes(contrasts: Mapping[str, Difference], name: str, way: int) -> bool:
     """Whether a contrast is detected in this direction; a minus sign before it turns it round."""
     name, way = (name[1:], -way) if name.startswith("-") else (name, way)
     found = contrasts.get(name)
     return found is not None and _detected(found, PART) and found.value * way > 0
 
 
-def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
+def _one_exceeds_both(contrasts: Mapping[str, Difference], way: int) -> bool:
     """Whether one false statement does more than two of them, by over a quarter of what two do.
 
     Then the statements' disagreement itself acts, which a plain false report has not.
@@ -197,15 +166,16 @@ def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
     return one - both > max(0.0, both) / 4
 
 
-def _detected(found: BlockMean, level: float = ALPHA) -> bool:
+def _detected(found: Difference, level: float = ALPHA) -> bool:
     return found.p_value is not None and found.p_value < level and found.clear
 
 
-def _equivalence(changes: Array, agents: int, box: NDArray[np.str_], *, every_look: bool) -> float:
+def _equivalence(changes: Array, blocks: Blocks, agents: int) -> float:
     """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
-    kept = changes[~np.isnan(changes)]
-    if every_look:
+    if blocks.planned:
         return at_every_look([numbers_of(changes[:, None])], agents=agents, margin=MARGIN)[0].small_p_value
+    known = ~np.isnan(changes)
+    kept = changes[known]
     found = equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), MARGIN)
-    over = small_over_boxes(kept, box[~np.isnan(changes)], MARGIN) if len(box) else 0.0
+    over = small_over_boxes(kept, blocks.box[known], MARGIN) if len(blocks.box) else 0.0
     return min(1.0, agents * max(found, over))
