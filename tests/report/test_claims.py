@@ -10,7 +10,7 @@ from builders import SOLUTION, make_trial, modality_study, small_study, write_st
 from clumsy import CLUMSY
 from reported import found_in
 
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import judged, not_judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion, ratio
@@ -207,4 +207,4 @@ def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(tmp_pat
     rows = tables_of(clumsy)["claims"][1:]
     assert {row[6] for row in rows} == {"not judged", "not measured"}
     assert {row[7] for row in rows if row[5]} == {not_judged(clumsy)}
-    assert f"<p>{not_judged(clumsy)}</p>" in page_of(clumsy)
+    assert f"<p>{not_judged(clumsy)}</p>" in Page(found=clumsy).text()

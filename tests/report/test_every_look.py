@@ -7,7 +7,7 @@ import pytest
 from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.questions.stopping import SECTIONS
 from lockprobe.studies.until import EarlierSize, Until
@@ -53,7 +53,7 @@ def test_the_first_screen_says_for_how_many_looks_it_holds(pages, kind):
     found = pages[kind]
     assert found.progress.every_look == kind
     look = "at every look" if kind else "95 % intervals after all planned trials"
-    assert look in page_of(found)
+    assert look in Page(found=found).text()
     assert bool(said(found, "every_look")) == bool(kind)
     assert "False reports lower the success of human-inspired" in found.answer
     if kind:
@@ -75,13 +75,16 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
 
 def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):
     """An interval of success is wider then than Wilson's, which only loop rates have."""
-    once, always = ({*re.findall(r"[^.>]*Wilson[^.<]*", page_of(pages[kind]))} for kind in ("", "until"))
+    once, always = ({*re.findall(r"[^.>]*Wilson[^.<]*", Page(found=pages[kind]).text())} for kind in ("", "until"))
     assert any("success" in one for one in once)
     assert {one.strip() for one in always} == {
         "Intervals of loop rates are 95 % Wilson intervals",
         "Fisher's tests and Wilson intervals do not account for that; the other tests do",
     }
-    assert "Intervals of success are 95 % confidence sequences, which hold at every look." in page_of(pages["until"])
+    assert (
+        "Intervals of success are 95 % confidence sequences, which hold at every look."
+        in Page(found=pages["until"]).text()
+    )
 
 
 def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_decided(pages):

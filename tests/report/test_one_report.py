@@ -6,7 +6,7 @@ import pytest
 from builders import play_study, write_study
 from reported import found_in
 
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 
@@ -205,7 +205,7 @@ def test_a_condition_that_changed_nothing_is_the_answer_and_has_no_effect(tmp_pa
     assert idle == agents
     assert found.answer == said(agents)
     assert not [row for row in found.rows if row.control]
-    assert not [words for words in ("No effect", "No difference from") if words in page_of(found)]
+    assert not [words for words in ("No effect", "No difference from") if words in Page(found=found).text()]
 
 
 def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_concluded_from(tmp_path):
@@ -216,6 +216,6 @@ def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_conclud
     assert idle == {*agents}
     assert {row.condition for row in found.rows if row.control} == {acts[1]}
     assert "o effect of any other condition on the success of" in found.answer
-    assert "any condition" not in page_of(found)
+    assert "any condition" not in Page(found=found).text()
     (on_top,) = found.said("overview", "changed_nothing")
     assert said(agents[:2]) in on_top

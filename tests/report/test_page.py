@@ -13,10 +13,9 @@ from jinja2 import UndefinedError
 from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.report import page as made
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate
@@ -33,7 +32,7 @@ def found(tmp_path_factory):
     return found_in(tmp_path_factory.mktemp("page"), small_study())
 
 
-class Page(HTMLParser):
+class Parsed(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.tags, self.loads = [], []
@@ -46,8 +45,8 @@ class Page(HTMLParser):
 
 def test_the_page_loads_nothing_and_runs_one_program_of_ours(found):
     picture = image(b"<svg />")
-    text = page_of(found, {figure.name: picture for of in all_sections() for figure in of.figures})
-    page = Page(text)
+    text = Page(found=found, drawn={figure.name: picture for of in all_sections() for figure in of.figures}).text()
+    page = Parsed(text)
     assert all(load.startswith(("data:image/", "#")) for load in page.loads)
     assert not {"link", "iframe", "object"} & set(page.tags)
     assert page.tags.count("script") == 2  # the trials as JSON, and the program
@@ -64,8 +63,8 @@ def test_what_models_say_is_escaped(tmp_path):
     trials = [make_trial(SOLUTION, p=p, trial=i, **said) for p in (0.0, 0.3) for i in (1, 2)]
     trials += [make_trial([0, 1, 2] * 4, budget=12, p=0.0, trial=3, claims=[None, "moved"], **said)]
     found = found_in(tmp_path, small_study([said["agent"]], (0.0, 0.3), 1, 3), trials)
-    text = page_of(found)
-    page = Page(text)
+    text = Page(found=found).text()
+    page = Parsed(text)
     assert page.tags.count("script") == 2
     assert not [load for load in page.loads if "evil" in load]
     assert "img" not in page.tags
@@ -79,8 +78,8 @@ def test_no_name_hides_or_reorders_what_stands_beside_it_and_order_of_records_ch
     planned = small_study([name], (0.0, 0.3), 1, 1)
     found, again = (found_in(tmp_path / of, planned, made) for of, made in (("a", trials), ("b", trials[::-1])))
     assert found == again
-    text = page_of(found)
-    assert text == page_of(again)
+    text = Page(found=found).text()
+    assert text == Page(found=again).text()
     assert "llm:evil/?a?b c?d" in text
     assert all(line.isprintable() for line in text.split("\n"))
     assert found.cells[0].agent == name
@@ -91,13 +90,13 @@ def test_a_partial_study_says_so_and_names_what_broke(tmp_path):
     broken = make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model")
     found = found_in(tmp_path, study, [*play_study(study)[:5], broken])
     assert (found.progress.planned, found.progress.finished, found.progress.partial) == (24, 5, True)
-    text = page_of(found)
+    text = Page(found=found).text()
     assert "Partial: 5 of 24 trials." in text
     assert "it broke" in text
     alone = found_in(tmp_path / "alone", study, [make_trial([], agent="random", p=0.3, broken="model")])
     (cell,) = alone.cells
     assert (cell.trials, cell.get("success"), cell.value("broken", "model")) == (0, None, 1)
-    assert "it broke" in page_of(alone)
+    assert "it broke" in Page(found=alone).text()
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +129,7 @@ def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(fou
     rows = [Estimate(quantity="x", value=value, low=low, high=high) for low, value, high in ends]
     rows[0] = rows[0].model_copy(update={"p_value": 0.01})
     shown = Table("long", lambda found: [["agent", "x"], *([str(i), "1"] for i in range(300))], 1, lambda found: rows)
-    page = rendered("written", blocks=[shown], page=made.Page(found=found))
+    page = rendered("written", blocks=[shown], page=Page(found=found))
     assert page.count("<tr>") - 1 == page.count('<td class="pl">') == 200
     assert "100 more rows are in <code>tables/long.csv</code>" in page
     assert page.count("fd") == 1  # detected: filled
@@ -145,7 +144,7 @@ def test_a_table_is_made_once_and_two_of_one_name_are_two(found):
     def table(text):
         return Table("effects", lambda found: asked.append(text) or [[text]])
 
-    page, one, two = made.Page(found=found), table("one"), table("two")
+    page, one, two = Page(found=found), table("one"), table("two")
     assert [page.cells(of) for of in (one, two, one, two)] == [[["one"]], [["two"]]] * 2
     assert asked == ["one", "two"]
 
@@ -184,7 +183,7 @@ def test_trials_that_broke_are_open_for_their_agents_alone(tmp_path):
     found = found_in(tmp_path / "all", planned, [*played, *crashed, *given_up])
     assert found.progress.broken == {crashes: 1, gone: 20}
     assert (found.progress.partial, found.progress.every_look, found.progress.finished) == (False, "", 39)
-    text = " ".join(re.sub("<[^>]*>", "", page_of(found)).split())
+    text = " ".join(re.sub("<[^>]*>", "", Page(found=found).text()).split())
     assert "Partial" not in text
     assert f"Broken: 1 trial of {crashes}, 20 trials of {gone}. They did not end; the same command plays these" in text
     found = found_in(tmp_path / "open", planned, [*played[:-1], *crashed, *given_up])

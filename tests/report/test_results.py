@@ -9,7 +9,7 @@ from page_text import page_text
 from pydantic import BaseModel
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.report_files import report_files
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
@@ -66,7 +66,7 @@ def test_every_number_of_a_page_is_in_the_results(twice, name):
     def seen(found):
         if name == "tables":
             return str(tables_of(found))
-        return " ".join(page_text(re.sub(r'(?s)<div class="r ax".*?</div>', "", page_of(found))))
+        return " ".join(page_text(re.sub(r'(?s)<div class="r ax".*?</div>', "", Page(found=found).text())))
 
     (shown, forms), (again, others) = ((NUMBER.findall(seen(found)), forms) for found, forms in twice)
     differ = [pair for pair in zip(shown, again, strict=True) if pair[0] != pair[1]]
@@ -80,7 +80,7 @@ def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
     opened = open_study(reported)
     made = dict(report_files(opened, tell=lambda said: None))
     (trials,) = re.findall(r'id="trials-data">(.*?)</script>', made["report.html"])
-    assert (reported / "report.html").read_text("utf-8") == page_of(found, drawn, trials=trials)
+    assert (reported / "report.html").read_text("utf-8") == Page(found=found, drawn=drawn, trials=trials).text()
 
 
 def test_what_is_left_out_is_counted(tmp_path):
@@ -99,4 +99,4 @@ def test_what_is_left_out_is_counted(tmp_path):
     }  # fmt: skip
     assert sum(cell.trials for cell in found.cells) == 4
     said = "1 trials that ended as error, 2 trials outside the settings"
-    assert said in " ".join(page_text(page_of(found)))
+    assert said in " ".join(page_text(Page(found=found).text()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from os.path import lexists
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from lockprobe.people.diary import Diary
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class OpenedStudy:
     """What a study directory holds. Everything else in a report is computed from it.
 
@@ -39,9 +40,6 @@ class OpenedStudy:
         forks: Forks of these trials on record (``lockprobe branch``).
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
         measured: What installed packages measure, if it is given instead of measured; None otherwise.
-        every_look: Why what is said of its trials must hold at every look; empty if all of a fixed number are played.
-        analysed: Those of its trials that numbers are of: without those behind an open block if it is judged at every
-            look.
     """
 
     directory: Path
@@ -54,14 +52,21 @@ class OpenedStudy:
     forks: tuple[Trial, ...] = ()
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     measured: Sequence[Row] | None = None
-    every_look: EveryLook = ""
-    analysed: tuple[Trial, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Find out for how many looks its numbers must hold, and which trials can be analysed then."""
-        kind = _every_look(self)
-        object.__setattr__(self, "every_look", kind)
-        object.__setattr__(self, "analysed", counted(self.study, self.trials) if kind else self.trials)
+    @cached_property
+    def every_look(self) -> EveryLook:
+        """Why what is said of its trials must hold at every look; empty if all of a fixed number are played."""
+        if self.study.until is not None:
+            return "until"
+        if self.study.earlier:
+            return "extended"
+        run = self.finished - self.finished_by_people + sum(self.broken.values())
+        return "unfinished" if run < self.study.size - self.study.invited else ""
+
+    @cached_property
+    def analysed(self) -> tuple[Trial, ...]:
+        """Those that numbers are of: without those behind an open block if the study is judged at every look."""
+        return tuple(counted(self.study, self.trials)) if self.every_look else self.trials
 
     @property
     def orders(self) -> Mapping[str, BlockOrder]:
@@ -88,16 +93,6 @@ class OpenedStudy:
     def finished_by_people(self) -> int:
         """Of these, places of people."""
         return self.study.places_filled([trial for trial in self.trials if trial.player])
-
-
-def _every_look(opened: OpenedStudy) -> EveryLook:
-    study = opened.study
-    if study.until is not None:
-        return "until"
-    if study.earlier:
-        return "extended"
-    run = opened.finished - opened.finished_by_people + sum(opened.broken.values())
-    return "unfinished" if run < study.size - study.invited else ""
 
 
 def open_study(directory: Path) -> OpenedStudy:

@@ -166,17 +166,3 @@ def _checked_cells(table: Table, found: Results) -> TextTable:
         if len(row) != len(rows[0]) or not all(isinstance(cell, str) for cell in row):
             raise TypeError(f"expected {len(rows[0])} cells of text in every row of table {table.name}, not {row}")
     return rows
-
-
-def page_of(
-    found: Results, drawn: Pictures | None = None, photographs: Mapping[str, str] | None = None, trials: str = ""
-) -> str:
-    """The page.
-
-    Args:
-        found: The results.
-        drawn: The figures; one that is missing is left out.
-        photographs: Pictures that agents saw, by the names of their files, as data.
-        trials: The data of the trials that it steps through.
-    """
-    return Page(found=found, drawn=drawn or {}, photographs=photographs or {}, trials=trials).text()

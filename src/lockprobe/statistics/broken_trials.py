@@ -83,6 +83,18 @@ def bounded(found: _Found, low: _Found, high: _Found) -> _Found:
     )
 
 
+def worst(found: _Found, ends: Sequence[_Found]) -> _Found:
+    """A test without the broken trials, a data class with a direction, with the larger P value of all ends.
+
+    It is 1 if the directions differ, and None if an end has none. Without ends no trial broke.
+    """
+    tests = [one.p_value for one in (*ends, found)]
+    if not ends or None in tests:
+        return replace(found, p_value=None) if ends else found
+    alike = len({one.direction for one in (found, *ends)}) == 1
+    return replace(found, p_value=max(tests[:-1]) if alike else 1.0)
+
+
 def begun(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, NDArray[np.float64]]:
     """All begun trials, and 1 where one was solved, 0 where it was not, NaN where it broke, shape (trials,)."""
     every = appended(counted, broken)

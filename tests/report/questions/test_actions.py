@@ -7,7 +7,7 @@ from page_parts import part
 from reported import found_in
 
 from lockprobe.boxes.families import box
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 
 CONTRADICTED = "On this box true reports contradict this prior"
 
@@ -18,7 +18,7 @@ def test_every_condition_is_judged(tmp_path):
     assert len(rows) == len(found.cells)
     assert {row.clusters for row in rows} == {8}
     assert len(tables_of(found)["optimal-actions"]) == 5  # a blind agent once, the other at every p
-    shown = part(page_of(found), "optimal_actions")
+    shown = part(Page(found=found).text(), "optimal_actions")
     assert "every joint is free or needs one other joint open" in shown
     assert CONTRADICTED not in shown
 
@@ -29,10 +29,10 @@ def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
     planned = replace(
         small_study(["random"], (0.0,), 1, 6), boxes=(replace(box("chain-4"), name="both", interlock=both),)
     )
-    assert CONTRADICTED in part(page_of(found_in(tmp_path, planned)), "optimal_actions")
+    assert CONTRADICTED in part(Page(found=found_in(tmp_path, planned)).text(), "optimal_actions")
 
 
 def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
     found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 3), boxes=(box("chain-7"),)))
     assert found.where("optimal_actions") == []
-    assert not part(page_of(found), "optimal_actions")
+    assert not part(Page(found=found).text(), "optimal_actions")

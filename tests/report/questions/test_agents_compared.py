@@ -8,7 +8,7 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from statsmodels.stats.multitest import multipletests
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
@@ -136,7 +136,7 @@ def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_com
     rows = [row for row in begun.where(SUCCESS) if row.versus]
     assert [(row.agent, row.condition, row.n) for row in rows] == [("llm:a", "", 10), ("llm:a", "truth", 10)]
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
-    assert 'id="agents_compared"' not in page_of(found)
+    assert 'id="agents_compared"' not in Page(found=found).text()
     assert table(found) == []
 
 

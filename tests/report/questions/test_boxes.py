@@ -7,7 +7,7 @@ from page_parts import part
 from reported import found_in
 
 from lockprobe import run_trial
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.studies.options.studyfile import study
 
@@ -40,26 +40,26 @@ def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_thei
 
 
 def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
-    assert "boxes like these 6, and those of single shares for these 6" in str(page_of(six))
-    assert "differs between boxes" in part(page_of(six), "boxes")
+    assert "boxes like these 6, and those of single shares for these 6" in str(Page(found=six).text())
+    assert "differs between boxes" in part(Page(found=six).text(), "boxes")
     three = played(tmp_path, "chain-4,fork,reset", strategy_trials=6)
     said = "Intervals are for more trials on these three boxes. Three are too few to speak of boxes like these."
     assert boxes_said(three) == said
-    assert "one more box" not in part(page_of(three), "boxes")
+    assert "one more box" not in part(Page(found=three).text(), "boxes")
     by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
     assert "if these are taken as a sample" in boxes_said(by_hand)
 
 
 def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
     one = played(tmp_path, "fork", strategy_trials=6)
-    assert not part(page_of(one), "boxes")
-    assert "All trials are of fork." in re.sub(r"\s+", " ", part(page_of(one), "limits"))
+    assert not part(Page(found=one).text(), "boxes")
+    assert "All trials are of fork." in re.sub(r"\s+", " ", part(Page(found=one).text(), "limits"))
     assert not one.where("success_difference", of="SD between boxes")
 
 
 def test_where_nothing_is_compared_the_part_says_of_what_intervals_are(tmp_path):
     alone = found_in(tmp_path, study("flips", agent="random", p=[0], box="chain-4,fork", trials=2, repetitions=1))
-    assert "these two boxes" in part(page_of(alone), "boxes")
+    assert "these two boxes" in part(Page(found=alone).text(), "boxes")
     assert not alone.sections_left_out
 
 

@@ -11,7 +11,7 @@ from stored import records
 import lockprobe
 from lockprobe.cli.result import result_facts
 from lockprobe.foundation.errors import BadFile, UserMistake
-from lockprobe.report.page import page_of, parts_of, tables_of
+from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
@@ -59,7 +59,7 @@ def test_a_contrast_is_a_mean_over_blocks_of_equal_luck(asked):
 
 def test_the_first_screen_has_the_first_in_its_list_and_the_others_in_its_table(asked):
     directory, found = asked
-    table = page_of(found).partition('class="changes"')[2].partition("</section>")[0]
+    table = Page(found=found).text().partition('class="changes"')[2].partition("</section>")[0]
     assert (table.count(">any odd report<"), table.count(">a lie that stays<")) == (3, 0)
     assert {one["contrast"] for one in result_facts(found, directory)["agents"]} == {"a lie that stays"}
 

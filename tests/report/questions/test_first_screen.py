@@ -8,7 +8,7 @@ from reported import found_in
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import points
-from lockprobe.report.page import page_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
@@ -34,7 +34,7 @@ def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path)
     assert row.p_value > 0.05
     (line,) = primary_lines(found)
     assert line.verdict == "not detected"
-    top = screen(page_of(found))
+    top = screen(Page(found=found).text())
     assert "A change whose interval excludes 0 is detected only if its test rejects, too." in top
     assert "No effect of false reports on the success of llm:a was detected; changes of up to " in top
 
@@ -59,7 +59,7 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     assert models.answer.startswith(
         "No effect of false reports on the success of 5 agents was detected; changes of up to"
     )
-    top = screen(page_of(models))
+    top = screen(Page(found=models).text())
     assert all(text in top for text in (models.answer, *said.values()))
     assert "Partial" not in top
     for line in primary_lines(models):  # every agent is in the list
@@ -75,7 +75,7 @@ def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):
     found = found_in(tmp_path, small_study(), [])
     assert found.answer == "No trial has ended yet."
     assert primary_lines(found) == []
-    assert "Partial: 0 of 48 trials." in screen(page_of(found))
+    assert "Partial: 0 of 48 trials." in screen(Page(found=found).text())
 
 
 @pytest.mark.parametrize("p", [(0.0, 0.4), (0.4,)])
@@ -113,7 +113,7 @@ def test_what_changed_nothing_is_said_and_concludes_nothing(tmp_path):
     assert beside.answer == alone.answer
     (said,) = beside.said("overview", "changed_nothing")
     assert re.fullmatch(r"history\?last=50 changed nothing \(0 of \d+ steps\), so nothing is concluded from it\.", said)
-    assert said in screen(page_of(beside))
+    assert said in screen(Page(found=beside).text())
     assert not alone.said("overview", "changed_nothing")
 
 
@@ -122,7 +122,7 @@ def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
     trials = [make_trial(SOLUTION, agent="llm:a", p=p, trial=i) for p in (0, 0.4) for i in range(1, 5)]
     found = found_in(tmp_path, planned, trials)
     assert found.said("overview", "unfinished") == ["Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."]
-    assert "Partial: 8 of 40 trials." in screen(page_of(found))
+    assert "Partial: 8 of 40 trials." in screen(Page(found=found).text())
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from builders import SOLUTION, make_trial, small_study
 from reported import found_in
 
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.rows import Results
 from lockprobe.statistics.loops.chance import chance_level
 
@@ -53,10 +53,10 @@ def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, 
     found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
     assert [row[4] for row in tables_of(found)["loops"][1:]] == [said]
     than = {"more": "more than by chance", "less": "less than by chance"}.get(said, "by chance")
-    assert f" % ({than} 31 % to 48 %)" in page_of(found)
+    assert f" % ({than} 31 % to 48 %)" in Page(found=found).text()
 
 
 def test_a_study_without_an_ended_trial_has_no_loops(tmp_path):
     found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), [make_trial([0], agent="llm:x", broken="model")])
     assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage"))
-    assert 'id="loops"' not in page_of(found)
+    assert 'id="loops"' not in Page(found=found).text()

@@ -7,7 +7,7 @@ from builders import SOLUTION, make_trial, modality_study, small_study
 from page_parts import part
 from reported import found_in
 
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 
 
 def test_table_1_has_a_row_for_each_modality(tmp_path, modal):
@@ -19,7 +19,7 @@ def test_table_1_has_a_row_for_each_modality(tmp_path, modal):
         ("RGB-D", "30", "10 of 10"),
         ("positions and outcomes in words", "4", "4 of 10"),
     ]
-    assert "Table 1" in part(page_of(found), "misreading")
+    assert "Table 1" in part(Page(found=found).text(), "misreading")
 
 
 def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
@@ -62,5 +62,5 @@ def test_the_rate_is_the_mean_over_trials_and_misread_is_pooled_over_claims(tmp_
     assert cell.value("misread") == 0.25
     assert cell.value("misinterpretations", "rate") == 0.5
     assert cell.value("misinterpretations", "SD of rates") == pytest.approx(0.5**0.5)
-    assert "25 % of claims contradict the report" in page_of(found)
-    assert part(page_of(found_in(tmp_path / "b", planned, silent)), "misreading") == ""
+    assert "25 % of claims contradict the report" in Page(found=found).text()
+    assert part(Page(found=found_in(tmp_path / "b", planned, silent)).text(), "misreading") == ""

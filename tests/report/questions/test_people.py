@@ -9,7 +9,7 @@ from seated import under
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import withdraw
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -58,7 +58,7 @@ def test_people_are_counted_by_person_and_by_first_boxes_and_are_one_agent_elsew
     assert found.one("success", **THEIRS, of="every person alike").value == found.one("success", **THEIRS, of=BY).value
     assert [cell.condition for cell in found.cells if cell.agent == "participant"] == ["truth", "flip?p=0.4"]
     assert found.fact("participant", "position") == "1; 2"
-    page = page_of(found)
+    page = Page(found=found).text()
     assert page.count(f"{PLAYED} of 20 boxes for people were played; 6 are still available.") == 1
     assert "people remember earlier boxes, agents do not" in page
     assert "reports as panel" in page
@@ -84,15 +84,15 @@ def test_who_left_early_counts_as_every_person_does(tmp_path):
     positions = [found.one("success", **THEIRS, of=f"position={i}") for i in (1, 2)]
     assert [(one.count, one.n) for one in positions] == [(1, 3), (2, 2)]
     assert values(found, "trials", condition="") == {"view=panel": 5, "feedback=no": 2, "feedback=yes": 3}
-    assert "with every person counted alike it is 50 %." in page_of(found)
-    assert "Of their first boxes they opened 1 of 3 (" in page_of(found)
+    assert "with every person counted alike it is 50 %." in Page(found=found).text()
+    assert "Of their first boxes they opened 1 of 3 (" in Page(found=found).text()
 
 
 def test_before_anybody_came_the_report_says_so(tmp_path):
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
     assert values(found, "boxes") == {"planned": 3, "finished": 0}
-    assert "agreed to take part" not in page_of(found)
-    assert "0 of 3 boxes for people were played; 3 are still available." in page_of(found)
+    assert "agreed to take part" not in Page(found=found).text()
+    assert "0 of 3 boxes for people were played; 3 are still available." in Page(found=found).text()
     assert tables_of(found)["people"] == []
 
 
@@ -118,7 +118,7 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
     assert values(found, "people", modality="").items() >= ends.items()
     assert values(found, "boxes", condition="truth") == {"given": 2, "left_open": 0}
     assert values(found, "boxes", condition="flip?p=0.4") == {"given": 2, "left_open": 1}
-    page = page_of(found)
+    page = Page(found=found).text()
     assert (
         "3 people agreed to take part: 1 withdrew (their data are deleted), 1 left boxes unfinished or still playing, "
         "1 finished all their boxes. 2 are in the analysis." in page

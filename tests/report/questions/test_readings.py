@@ -5,7 +5,7 @@ from builders import write_study
 from reported import found_in
 
 from lockprobe.foundation.formatting import NONE
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.readings import SECTIONS, draw
 from lockprobe.report.results import results
 from lockprobe.report.table_rows import points_cell
@@ -81,7 +81,7 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     compared = "solved fewer trials with false reports that stay than with false reports that are corrected"
     assert compared in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
-    assert "false reports that stay" in page_of(found)
+    assert "false reports that stay" in Page(found=found).text()
 
 
 def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):

@@ -8,7 +8,7 @@ from reported import found_in
 from lockprobe.boxes.families import box
 from lockprobe.foundation.plugins import allow
 from lockprobe.report.compare import compare_studies
-from lockprobe.report.page import page_of, tables_of
+from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import clustered_proportion
@@ -44,7 +44,7 @@ def test_every_joint_has_a_row_and_failures_are_counted_apart(tmp_path):
     assert found.one("verdicts", of="wrong, blocked for moved").count == 0
     assert ((wrong := found.one("readings", of="wrong")).low, wrong.high > 0) == (0, True)
     said = "Wrong: the verdict of the arm at 24 of 48 attempts, the reading of the camera at 0 of 48 attempts."
-    assert said in page_of(found)
+    assert said in Page(found=found).text()
 
 
 AGENTS = ["cognitive:careful", "human-inspired"]
@@ -106,7 +106,7 @@ def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(
             assert cell.get("against_rules", "missed").count == 0
             assert (kept.count, kept.n) == (every.count, every.n)
         assert kept is None or kept.n <= cell.trials
-    assert "attempts at free joints missed" in page_of(missing)
+    assert "attempts at free joints missed" in Page(found=missing).text()
 
 
 @pytest.mark.parametrize("plant", [CLUMSY, "symbolic"])

@@ -7,7 +7,7 @@ from builders import modality_study, write_study
 from page_parts import part
 from reported import found_in
 
-from lockprobe.report.page import page_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions.seen import embedded
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.write import write_report
@@ -34,13 +34,13 @@ def test_pictures_for_agents_are_shown_with_what_was_told_and_a_page_without_fil
     kinds = [(fact.name, fact.text) for fact in found.facts if fact.name in ("rgb", "depth", "depth16")]
     names = [picture_names[i] for i in (0, 1, 0, 2, 1, 4)]  # those that only the record needs are left out
     assert kinds == list(zip(("rgb", "rgb", "rgb", "depth", "rgb", "depth"), names, strict=True))
-    shown = part(page_of(found, photographs={name: f"data:{name}" for name in picture_names}), "seen")
+    shown = part(Page(found=found, photographs={name: f"data:{name}" for name in picture_names}).text(), "seen")
     assert shown.count("Told: “”") == 4
     assert shown.count("<img src=") == 6
     assert f'<img src="data:{picture_names[2]}" alt="The box before the first step">' in shown
     assert "After step 1: revolute-left did not move." in shown
     missing = "No pictures are shown: the files, or the package pillow, are missing."
-    assert missing in part(page_of(found), "seen")
+    assert missing in part(Page(found=found).text(), "seen")
     assert missing not in shown
 
 

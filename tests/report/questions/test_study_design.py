@@ -6,13 +6,13 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 from page_parts import part
 from reported import found_in
 
-from lockprobe.report.page import page_of, parts_of, tables_of
+from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.trial.record import TrialError
 
 
 def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
     found = found_in(tmp_path, small_study(repetitions=1, trials=1))
-    page = page_of(found)
+    page = Page(found=found).text()
     design = part(page, "design")
     hashes = found.settings_hash, found.results_hash
     for said in (*hashes, "4 joints", "optimum 4 steps", "0, 0.3, 0.6", "re-observed outcome noise"):
@@ -26,7 +26,7 @@ def test_people_are_counted_apart(tmp_path):
     planned = small_study(("participant", "human-inspired"), (0.0, 0.3), 1, 2)
     trials = [*played_by_people(planned, 2), *play_study(small_study(("human-inspired",), (0.0, 0.3), 1, 2))]
     found = found_in(tmp_path, planned, trials)
-    page = page_of(found)
+    page = Page(found=found).text()
     for said in ("8 trials of 1 agent and people.", "<dt>Subjects</dt><dd>people</dd>"):
         assert said in part(page, "design")
     assert "8 of 8 finished; of these, people: 4 of 4" in part(page, "design")
@@ -41,7 +41,7 @@ def test_a_study_has_the_questions_that_apply_to_it(tmp_path):
     assert [one.name for one in parts_of(found)] == [*asked, "claims"]
     tables = {"success", "conditions", "loops", "speed", "optimal-actions", "claims"}
     assert {name for name, cells in tables_of(found).items() if cells} == tables
-    assert "eople" not in page_of(found).split("</style>")[-1]
+    assert "eople" not in Page(found=found).text().split("</style>")[-1]
     assert not found.where("boxes") + found.where("success_difference")
 
 
@@ -74,7 +74,7 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     said = ("tidied", "tidied, a code fence", "tidied, text around the object")
     assert [(row.of, row.count) for row in tidied] == [(of, 1) for of in said]
     assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
-    details, page = page_of(found), page_of(found)
+    details, page = Page(found=found).text(), Page(found=found).text()
     assert (again.of, again.agent, again.count, again.n) == ("asked again", "random", 2, 3)
     assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
     assert "They were tidied, and count as all others do." in details
@@ -96,7 +96,7 @@ def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tm
     rows = [(row.agent, row.of, row.value) for row in found.where("broken", condition="")]
     assert rows == [("llm:a", "model", 1), ("llm:a", "reply", 2), ("llm:b", "model", 1)]
     assert found.facts_about("llm:a, broken at reply") == {"first message": "<i>1</i>", "will be replayed": "yes"}
-    page = page_of(found)
+    page = Page(found=found).text()
     assert "4 trials; shares and differences hold whatever became of them." in page
     assert '<td>reply</td><td>2</td><td class="long">&lt;i&gt;1&lt;/i&gt;</td><td>yes</td>' in page
 
@@ -107,4 +107,4 @@ def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
     found = found_in(tmp_path, replace(small_study(["llm:a"], (0.0,), 1, 10), max_steps=1), trials)
     said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
     assert found.facts_about("llm:a") == said
-    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of(found)
+    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in Page(found=found).text()

@@ -36,7 +36,7 @@ def test_the_papers_order_is_found_where_it_is():
     assert (effect.trend.direction, effect.trend.p_value < 0.05) == (-1, True)
     pairs = [("rgb", "rgbd"), ("rgb", "symbolic"), ("rgbd", "symbolic")]
     assert [(pair.first, pair.second) for pair in effect.pairs] == pairs
-    assert all(pair.hazard.ratio < 1 and pair.final.value == 0 for pair in effect.pairs)
+    assert all(pair.hazard.value < 1 and pair.final.value == 0 for pair in effect.pairs)
     alone = effect_of(symbolic=LATE, rgb=SOON).pairs[0].hazard.p_value
     assert alone < effect.pairs[1].hazard.p_value <= 3 * alone
 

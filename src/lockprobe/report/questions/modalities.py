@@ -31,7 +31,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
         for pair in effect.pairs:
             of: dict[str, Any] = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
             of |= {"versus": effect.agent, "versus_modality": pair.first}
-            sooner: dict[str, Any] = {"of": "modalities", "value": pair.hazard.ratio, "unit": "ratio"}
+            sooner: dict[str, Any] = {"of": "modalities", "unit": "ratio"}
             yield measured_row("hazard_ratio", pair.hazard, **of, **sooner, test="log-rank", corrected_for=many)
             yield measured_row("success_difference", pair.final, **of, unit="points", test="McNemar")
 

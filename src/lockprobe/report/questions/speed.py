@@ -81,7 +81,7 @@ def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
         if found is not None:
             pair: dict[str, Any] = {"agent": second.agent, "modality": second.modality, "versus": first.agent}
             pair |= {"versus_modality": first.modality, "doses": {"flip.p": first.doses[0]}}
-            tested = {"value": found.ratio, "unit": "ratio", "family": "every two agents", "test": "log-rank"}
+            tested = {"unit": "ratio", "family": "every two agents", "test": "log-rank"}
             yield measured_row("hazard_ratio", found, **pair, **tested)
 
 

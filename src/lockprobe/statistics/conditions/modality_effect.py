@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.broken_trials import bounded, opposed
+from lockprobe.statistics.broken_trials import bounded, opposed, worst
 from lockprobe.statistics.conditions.modalities import by_fidelity, fidelity
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import holm
-from lockprobe.statistics.inference.log_rank import Hazard, excess, solving, worst
+from lockprobe.statistics.inference.log_rank import Hazard, excess, solving
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.paired_proportions import Paired, paired
 
@@ -75,10 +75,10 @@ def _effect(shown: Sequence[Course], agents: int) -> ModalityEffect:
     names, budget = [one.modality for one in shown], max(one.budget for one in shown)
     ranks = [fidelity(name) for name in names]
     ended, broken = [one.outcomes for one in shown], [one.broken_off for one in shown]
-    trend = found = _trend(ranks, ended)
+    trend = _trend(ranks, ended)
     if any(map(len, broken)):  # those that broke at the lowest fidelity against all others
         gains = [rank is not None and rank > min(one for one in ranks if one is not None) for rank in ranks]
-        trend = worst(found, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
+        trend = worst(trend, opposed(lambda of: _trend(ranks, of), ended, broken, gains, budget))
 
     def corrected(p_value: float | None) -> float | None:
         return None if p_value is None else min(1.0, agents * p_value)
@@ -97,7 +97,7 @@ def _effect(shown: Sequence[Course], agents: int) -> ModalityEffect:
     return ModalityEffect(
         agent=shown[0].agent,
         modalities=tuple(names),
-        trend=replace(found, p_value=corrected(trend.p_value)),
+        trend=replace(trend, p_value=corrected(trend.p_value)),
         pairs=tuple(
             ModalityPair(one[0], two[0], replace(hazard, p_value=p_value), last)
             for (one, two), hazard, p_value, last in zip(pairs, hazards, holms, finals, strict=True)
@@ -110,8 +110,7 @@ def _trend(ranks: Sequence[int | None], groups: Sequence[Outcomes]) -> Hazard:
     """The trend over fidelity; modalities without a rank are left out."""
     ranked = [(rank, group) for rank, group in zip(ranks, groups, strict=True) if rank is not None]
     if len({rank for rank, _ in ranked}) < 2:
-        return Hazard(ratio=None, direction=0, p_value=None)
+        return Hazard()
     every = joined([group for _, group in ranked])
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
-    found = excess(score, every.length, every.solved, every.cluster)
-    return Hazard(ratio=None, direction=found.direction, p_value=found.p_value)
+    return excess(score, every.length, every.solved, every.cluster)

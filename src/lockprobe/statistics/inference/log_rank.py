@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.broken_trials import opposed
+from lockprobe.statistics.broken_trials import opposed, worst
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.outcomes import Outcomes, joined, with_players_of
@@ -27,33 +26,27 @@ from lockprobe.statistics.proportions import ALPHA
 Array = NDArray[np.float64]
 
 
-class Excess(NamedTuple):
-    """Observed minus expected events with a feature, their standard error between clusters of luck, and the P value.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hazard:
+    """A log-rank test: whether an event comes sooner or more often with a feature.
 
-    The P value is two-sided, of Student's t over clusters: 1 if all trials are alike, None with six clusters or fewer,
-    where the statistic, which never exceeds their number, could never reject.
+    Attributes:
+        total: Observed minus expected events with the feature.
+        error: Its standard error between clusters of luck.
+        p_value: Two-sided, of Student's t over clusters: 1 if all trials are alike, None with six clusters or fewer,
+            where the statistic, which never exceeds their number, could never reject.
+        value: Of two groups the hazard of the second over that of the first; None where undefined.
     """
 
-    total: float
-    error: float
-    p_value: float | None
+    total: float = 0.0
+    error: float = 0.0
+    p_value: float | None = None
+    value: float | None = None
 
     @property
     def direction(self) -> int:
-        """1 if there are more events with the feature than expected, -1 if fewer, else 0."""
+        """1 if the event comes sooner or more often with the feature, -1 if later or more rarely, else 0."""
         return int(np.sign(self.total))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Hazard:
-    """How soon an event comes in the second of two groups: its hazard over that of the first, None where undefined.
-
-    ``direction`` is 1 if it comes sooner or more often in the second, -1 if later or more rarely, else 0.
-    """
-
-    ratio: float | None
-    direction: int
-    p_value: float | None
 
 
 def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -63,7 +56,7 @@ def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, A
     return (last[:, None] >= step).astype(np.float64), event.astype(np.float64)
 
 
-def excess(feature: Array, last: NDArray[np.int64], happened: NDArray[np.bool_], cluster: NDArray[np.int64]) -> Excess:
+def excess(feature: Array, last: NDArray[np.int64], happened: NDArray[np.bool_], cluster: NDArray[np.int64]) -> Hazard:
     """Excess of events with a feature, given the trials at risk at each step.
 
     Columns have the shape (trials,): the feature; the step of the event, or the last one without it; whether it
@@ -77,8 +70,9 @@ def excess(feature: Array, last: NDArray[np.int64], happened: NDArray[np.bool_],
     sums = np.round(np.bincount(cluster, weights=unbiased), 10)  # rounding noise is not evidence
     total, error, clusters = float(score.sum()), float(np.sqrt(sums @ sums)), len(sums)
     if clusters < 2 or student_tails(clusters**0.5, clusters - 1) >= ALPHA:
-        return Excess(total, error, None)
-    return Excess(total, error, float(student_tails(total / error, clusters - 1)) if error else 1.0)
+        return Hazard(total=total, error=error)
+    p_value = float(student_tails(total / error, clusters - 1)) if error else 1.0
+    return Hazard(total=total, error=error, p_value=p_value)
 
 
 def log_rank(
@@ -89,8 +83,7 @@ def log_rank(
     events = [int(happened[group].sum()) for group in (~second, second)]
     expected = [events[0] + found.total, events[1] - found.total]
     defined = events[0] and min(expected) > 0
-    ratio = (events[1] / expected[1]) / (events[0] / expected[0]) if defined else None
-    return Hazard(ratio=ratio, direction=found.direction, p_value=found.p_value)
+    return replace(found, value=(events[1] / expected[1]) / (events[0] / expected[0]) if defined else None)
 
 
 def looping(outcomes: Outcomes) -> Hazard | None:
@@ -110,10 +103,8 @@ def solving(groups: Sequence[Outcomes], broken: Sequence[Outcomes], budget: int)
         both = joined(of)
         return log_rank(both.length, both.solved, both.dose > 0, both.cluster)
 
-    found = compared(groups)
-    if not any(map(len, broken)):
-        return found
-    return worst(found, opposed(compared, groups, broken, (False, True), budget))
+    ends = opposed(compared, groups, broken, (False, True), budget) if any(map(len, broken)) else ()
+    return worst(compared(groups), ends)
 
 
 def pace(first: Course, second: Course) -> Hazard | None:
@@ -127,12 +118,3 @@ def pace(first: Course, second: Course) -> Hazard | None:
     groups = with_players_of(two, one), with_players_of(one, two)
     broken = with_players_of(two, first.broken_off), with_players_of(one, second.broken_off)
     return solving(groups, broken, max(first.budget, second.budget))
-
-
-def worst(found: Hazard, ends: Sequence[Hazard]) -> Hazard:
-    """A comparison without broken trials with the larger P value of both ends, and 1 if the directions differ."""
-    values = [one.p_value for one in (found, *ends) if one.p_value is not None]
-    if len(values) <= len(ends):
-        return replace(found, p_value=None)
-    alike = len({one.direction for one in (found, *ends)}) == 1
-    return replace(found, p_value=max(values[1:]) if alike else 1.0)

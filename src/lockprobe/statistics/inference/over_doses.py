@@ -12,13 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.statistics.broken_trials import bounded, completed
+from lockprobe.statistics.broken_trials import bounded, completed, worst
 from lockprobe.statistics.inference.difference import DifferenceAt, any_difference, whatever_broke
 from lockprobe.statistics.inference.log_rank import looping
 from lockprobe.statistics.inference.mean_steps import mean_steps
 from lockprobe.statistics.inference.ushape import TwoLines, onset_lines, two_lines
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import ALPHA, Difference
+from lockprobe.statistics.proportions import Difference
 
 Question = Literal["success", "speed", "shape", "looping", "looping again"]
 
@@ -67,32 +67,16 @@ def rise_and_fall(counted: Outcomes, broken: Outcomes, budget: int, *, agents: i
 
     def tested(some: Outcomes) -> TwoLines:
         found = two_lines(some.dose, some.solved, some.cluster if some.crossed else None)
-        if found.p_value is None or agents == 1:
-            return found
-        p_value = min(1.0, agents * found.p_value)
-        return replace(found, p_value=p_value, direction=found.direction if p_value < ALPHA else None)
+        return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
 
     if counted.order is not None:
         return TwoLines()
-    return _worst(tested(counted), [tested(end) for end in possible_ends(counted, broken, budget, shape=True)])
+    return worst(tested(counted), [tested(end) for end in possible_ends(counted, broken, budget, shape=True)])
 
 
 def later_and_sooner(counted: Outcomes, broken: Outcomes, budget: int) -> TwoLines:
     """The two-lines test of first loops, which come later and then sooner again, or the reverse."""
-    return _worst(
-        onset_lines(counted), [onset_lines(end) for end in possible_ends(counted, broken, budget, shape=True)]
-    )
-
-
-def _worst(found: TwoLines, ends: list[TwoLines]) -> TwoLines:
-    """The two lines without the broken trials, with a shape only if all ends show it."""
-    if not ends:
-        return found
-    values = [one.p_value for one in ends if one.p_value is not None]
-    if found.p_value is None or len(values) < len(ends):
-        return replace(found, p_value=None, direction=None)
-    same = len({one.direction for one in (found, *ends)}) == 1
-    return replace(found, p_value=max(values) if same else 1.0, direction=found.direction if same else None)
+    return worst(onset_lines(counted), [onset_lines(end) for end in possible_ends(counted, broken, budget, shape=True)])
 
 
 def p_values(counted: Outcomes, rng: np.random.Generator, budget: int) -> dict[Question, float | None]:

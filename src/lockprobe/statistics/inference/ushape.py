@@ -57,14 +57,19 @@ class TwoLines:
         first: The line up to the break.
         second: The line from the break on.
         p_value: The larger of the two P values if the slopes have opposite signs, else 1; None if there is no test.
-        direction: The shape concluded at the 5 % level, if any.
     """
 
     break_p: float | None = None
     first: Line | None = None
     second: Line | None = None
     p_value: float | None = None
-    direction: UShape | None = None
+
+    @property
+    def direction(self) -> UShape | None:
+        """The shape concluded at the 5 % level, if any."""
+        if self.first is None or self.p_value is None or self.p_value > ALPHA:
+            return None
+        return "U" if self.first.z < 0 else "inverted U"
 
 
 def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArray[np.int64] | None = None) -> TwoLines:
@@ -96,9 +101,7 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
 
 def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
-    shape: UShape = "U" if first.z < 0 else "inverted U"
-    direction = None if p_value > ALPHA else shape
-    return TwoLines(break_p=break_p, first=first, second=second, p_value=p_value, direction=direction)
+    return TwoLines(break_p=break_p, first=first, second=second, p_value=p_value)
 
 
 def onset_lines(outcomes: Outcomes) -> TwoLines:
