@@ -14,7 +14,7 @@ from lockprobe.foundation.formatting import capital, p_cell, p_value, percent, p
 from lockprobe.report.answer import not_excluded
 from lockprobe.report.curve import MOST
 from lockprobe.report.prose import at_dose
-from lockprobe.report.rows import Cell, Results
+from lockprobe.report.rows import Cell, Results, clearness
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.inference.difference import FEW_BROKE
@@ -147,8 +147,7 @@ def _bounds_said(cell: Cell) -> str:
 def _early(found: Results, of: Mapping[str, str]) -> list[str]:
     """The clearest change by the last step by which few trials of any condition broke; none if nothing was compared."""
     rows = found.where("success_difference", **of, of=BEFORE)
-    row = min(rows, key=lambda one: (2.0 if one.p_value is None else one.p_value, -abs(one.value or 0.0)), default=None)
-    if row is None:
+    if (row := min(rows, key=clearness, default=None)) is None:
         return []
     step, looks = found.one("last_step", **of, of="few broke").value or 0, row.corrected_for
     known = "" if row.detected else " This does not show that there is no effect."

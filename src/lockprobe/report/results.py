@@ -32,7 +32,6 @@ from lockprobe.statistics.course import Course
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import settings_of
-from lockprobe.studies.study_design import design_of
 
 
 def results_of(numbers: StudyNumbers) -> Results:
@@ -91,7 +90,7 @@ def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -
 
 
 def _design(numbers: StudyNumbers) -> Design:
-    study, design = numbers.study, design_of(numbers.study)
+    study, design = numbers.study, numbers.design
     players = _players(numbers.courses)
     known = {one.agent for one in players}
     others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)
@@ -126,7 +125,7 @@ def _flip_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
 
 def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
     """The doses of other interventions, and options of agents."""
-    design = design_of(numbers.study)
+    design = numbers.design
     for one in numbers.axes:
         axis, series = one.series.axis, one.series
         yield DoseAxis(

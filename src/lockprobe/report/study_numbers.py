@@ -145,12 +145,12 @@ def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estim
     """Where two lines meet and the shape that they show, and each of them."""
     of = of_course(course)
     if found.break_p is not None:
-        shape: dict[str, Any] = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
+        shape = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
         yield measured_row("two_lines", found, **of, of=what, test="two lines", **shape)
     for name, line in (("first line", found.first), ("second line", found.second)):
         if line is not None:
             tested = {"value": line.z, "p_value": line.p_value, "unit": "z"}
-            yield Estimate.model_validate({"quantity": "two_lines", **of, "of": f"{what}, {name}", **tested})
+            yield Estimate(quantity="two_lines", **of | tested, of=f"{what}, {name}")
 
 
 @dataclass(frozen=True, kw_only=True)

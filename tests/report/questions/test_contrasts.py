@@ -1,11 +1,10 @@
 """What a study asks by itself: numbers that are those of the records, on the page and in the terminal before all else."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import make_trial, write_study
+from builders import write_study
 from stored import records
 
 import lockprobe
@@ -14,11 +13,9 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows.primary import primary_lines
-from lockprobe.statistics.why.mechanism import CONTRASTS, TOTAL
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.study import settings_of
 
 FILE = """
 agent = ["cognitive:perseverant", "human-inspired", "random"]
@@ -79,38 +76,6 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     (part,) = (one for one in parts_of(found) if one.name == "contrasts")
     assert part.answer.endswith("of 6 contrasts detected.")
     assert [row[1] for row in tables_of(found)["contrasts"][1:3]] == ["a lie that stays", "any odd report"]
-
-
-def test_of_two_arms_it_is_what_the_study_of_controls_says(tmp_path):
-    pairs = {"total": TOTAL, **{name: of for name, of in CONTRASTS.items() if len(of) == 1}}
-    for name, ((more, less),) in pairs.items():  # a family of one contrast, as why has for each of its own
-        planned = study("why", agent="cognitive:perseverant", trials=60, contrasts={name: {"of": more, "minus": less}})
-        directory = tmp_path / "study"
-        (write_study(directory, planned) if not directory.exists() else None)
-        (directory / "study.json").write_text(json.dumps(settings_of(planned)))
-        found = results(directory)
-        (own,) = found.where("success_difference", family="contrasts")
-        theirs = (
-            found.where("false_report_effect", of="total") if name == "total" else found.where("arm_contrast", of=name)
-        )
-        (other,) = theirs
-        for column in ("value", "low", "high", "p_value", "n", "clusters"):
-            assert getattr(own, column) == pytest.approx(getattr(other, column)), (name, column)
-
-
-def test_broken_trials_widen_it_and_the_whole_of_it_holds_whatever_became_of_them(tmp_path):
-    planned = study("flips", agent="random", p=[0, 0.4], trials=12, repetitions=1,
-                    contrasts={"lies": {"of": "flip?p=0.4", "minus": "truth"}})  # fmt: skip
-    whole = results(write_study(tmp_path / "whole", planned)).one("success_difference", of="lies")
-    error = make_trial([0], broken="model").error
-    gone = [one.condition == "truth" and one.trial < 4 for one in load(tmp_path / "whole")]
-    trials = [
-        replace(one, steps=one.steps[:2], ending="error", error=error) if broke else one
-        for one, broke in zip(load(tmp_path / "whole"), gone, strict=True)
-    ]
-    row = results(write_study(tmp_path / "broken", planned, trials)).one("success_difference", of="lies")
-    assert row.low <= whole.value <= row.high
-    assert row.high - row.low > whole.high - whole.low
 
 
 @pytest.mark.parametrize(

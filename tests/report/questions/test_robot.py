@@ -109,6 +109,16 @@ def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(
     assert "attempts at free joints missed" in Page(found=missing).text()
 
 
+def test_success_without_a_miss_holds_at_every_look_as_success_does(tmp_path, directories):
+    asked = {"p": [0], "trials": 6, "repetitions": 2, "condition": MISSES, "max_steps": 9}
+    planned = study("flips", agent=AGENTS, plant=HAND, **asked)
+    begun = [one for one in load(directories[0]) if (one.repetition, one.trial) != (2, 6)]
+    for cell in found_in(tmp_path, planned, begun).cells:
+        if cell.condition == "truth":  # without any miss
+            kept, every = cell.get("success", "without a miss"), cell.get("success")
+            assert (kept.n, kept.low, kept.high) == (every.n, every.low, every.high)
+
+
 @pytest.mark.parametrize("plant", [CLUMSY, "symbolic"])
 def test_compared_studies_say_how_many_attempts_broke_the_rules(tmp_path, plant):
     allow(plant)

@@ -39,6 +39,15 @@ def test_every_agent_has_its_arms_as_recorded(told):
         assert row.value == pytest.approx(sum(pairs) / len(pairs))
 
 
+def test_of_several_boxes_an_arm_has_the_share_of_its_condition(tmp_path):
+    found = results(write_study(tmp_path / "boxes", study("why", agent=AGENTS[:1], boxes=10, strategy_trials=2)))
+    rows = found.where("success_in_arm")
+    assert [row.of for row in rows] == list(ARMS)
+    for row in rows:
+        share = found.one("success", agent=row.agent, condition=row.condition, of="")
+        assert (row.value, row.low, row.high) == (share.value, share.low, share.high)
+
+
 def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
     _, found = told
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)

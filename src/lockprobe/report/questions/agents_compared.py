@@ -27,7 +27,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, EVERY, TextTable
 from lockprobe.report.prose import Subject
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows import Estimate, Results, Row, clearness
 from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
@@ -38,7 +38,6 @@ from lockprobe.statistics.course import Place, courses
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.studies.study_design import design_of
 from lockprobe.trial.record import Trial
 
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
@@ -113,7 +112,7 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
     The pairs of one kind under the doses of an axis are a family, and under all other conditions of a modality another
     one. Two agents that each play a condition and its control alike are compared under the control alone.
     """
-    design, orders = design_of(numbers.study), numbers.opened.orders
+    design, orders = numbers.design, numbers.opened.orders
     every = {(cell.agent, cell.condition): cell for cell in numbers.cells}
     cells = acting(every, design)
     for arm in design.arms:
@@ -197,7 +196,7 @@ class _Pair(NamedTuple):
     def clearest(self) -> Estimate | None:
         """How much more the success of the one changes, at the flip rate where that is clearest."""
         rows = [row for name in self.rates if (row := self.rows.get((CHANGE, name)))]
-        return min(rows, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)), default=None)
+        return min(rows, key=clearness, default=None)
 
 
 def _pairs(found: Results) -> list[_Pair]:

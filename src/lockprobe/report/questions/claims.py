@@ -22,7 +22,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import false_reports
-from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results
+from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results, clearness
 from lockprobe.report.section import Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import published
@@ -243,7 +243,7 @@ def _effect(course: Course) -> Judged | None:
         return None
     rises = [(cell, row) for cell, row in changes if _sign(row.p_value, row.value or 0.0) > 0]
     if rises:
-        cell, row = min(rises, key=lambda one: (one[1].p_value or 0.0, -(one[1].value or 0.0)))
+        cell, row = min(rises, key=lambda one: clearness(one[1]))
     else:
         peak, largest = _peak_of(course), max(changes, key=lambda one: one[1].value or 0.0)
         cell, row = next((one for one in changes if one[0] == peak), largest)
@@ -471,7 +471,7 @@ def _reading(found: Results) -> Iterator[Judged]:
     rows = [one for one in found.where("success_difference", of="", versus="") if one.axis in READING_FACTORS]
     for agent, own in grouped(rows, lambda row: row.agent).items():
         if agent in found.subjects:
-            row = min(own, key=lambda row: (row.p_value or 0.0, -abs(row.value or 0.0)))
+            row = min(own, key=clearness)
             detected = sum(row.p_value is not None and row.p_value < ALPHA for row in own)
             here = f"{detected} of {len(own)} differences between readings were detected; the clearest: {row.condition}"
             here += f" minus {row.control} {bracketed(row.value, row.low, row.high)} points"

@@ -62,7 +62,7 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
         test = E_PROCESS if gap.course else "McNemar, and interval" if gap.pairs else PERMUTED
-        judged: dict[str, Any] = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
+        judged = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
         yield measured_row("success_difference", gap, **pair, **judged, n=gap.first.n, unit="points")
         yield from share_rows("success_in_pairs", gap.second, **pair)
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)

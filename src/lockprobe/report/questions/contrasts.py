@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from markupsafe import Markup
 
@@ -26,7 +26,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     test = E_PROCESS if numbers.opened.every_look else "sign flips of blocks"
     for agent, name, choices, (change, of, minus) in declared(cells, asked, numbers.design):
         own = {"agent": agent, "modality": cells[agent, asked[name].of[0]].modality}
-        judged: dict[str, Any] = {"family": DECLARED, "corrected_for": choices, "test": test, "unit": "points"}
+        judged = {"family": DECLARED, "corrected_for": choices, "test": test, "unit": "points"}
         yield measured_row("success_difference", change, **own, **judged, of=name)
         for side, share in zip(SIDES, (minus, of), strict=True):
             yield measured_row("success_in_pairs", share, **own, of=f"{name}, {side}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from markupsafe import Markup
 
@@ -63,25 +63,18 @@ def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
 
 def factors_said(rows: Sequence[Estimate]) -> str:
     """Which factors change what, for any agent."""
-    agents, said = len({(row.agent, row.modality) for row in rows}), []
-    for measure, own in grouped(rows, lambda row: row.of).items():
-        names = dict.fromkeys(_name(row) for row in sorted(own, key=_size) if row.detected)
-        said.append(f"{measure} changes with {listed([*names])}" if names else f"no change of {measure} was detected")
-    return f"{capital(f'for at least one of {agents} agents, ' * (agents > 1) + '; '.join(said))}."
+    agents = len({(row.agent, row.modality) for row in rows})
+    return f"{capital(f'for at least one of {agents} agents, ' * (agents > 1) + _changes_said(rows, _name))}."
 
 
-def _agent_said(rows: Sequence[Estimate]) -> str:
-    """Which factors change what, and by how much, of one agent."""
+def _changes_said(rows: Sequence[Estimate], called: Callable[[Estimate], str]) -> str:
+    """What each measure was detected to change with, the largest effect first."""
     said = []
     for measure, own in grouped(rows, lambda row: row.of).items():
-        clear = [f"{_name(row)} ({points_cell(row)} points)" for row in sorted(own, key=_size) if row.detected]
-        said.append(f"{measure} changes with {listed(clear)}" if clear else f"no change of {measure} was detected")
-    return f"{rows[0].agent}: {'; '.join(said)}."
-
-
-def _size(row: Estimate) -> float:
-    """Sorts the largest first."""
-    return -abs(row.value or 0.0)
+        clear = sorted((row for row in own if row.detected), key=lambda row: -abs(row.value or 0.0))
+        names = [*dict.fromkeys(map(called, clear))]
+        said.append(f"{measure} changes with {listed(names)}" if names else f"no change of {measure} was detected")
+    return "; ".join(said)
 
 
 def _name(row: Estimate) -> str:
@@ -117,7 +110,8 @@ _FRACTION = Note(
 def _show_factorial(found: Results) -> Iterator[Part]:
     if rows := found.where("factor_effect"):
         agents = grouped(rows, lambda row: (row.agent, row.modality)).values()
-        said = Listed([*map(_agent_said, agents)])
+        sized: Callable[[Estimate], str] = lambda row: f"{_name(row)} ({points_cell(row)} points)"  # noqa: E731
+        said = Listed([f"{own[0].agent}: {_changes_said(own, sized)}." for own in agents])
         answer = f"{detected_said(rows, 'effects')} detected."
         yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
 

@@ -135,7 +135,7 @@ def _trial(study: Study) -> str:
 
 def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
     """Interventions that changed nothing, which is no null result, and conditions under which an agent chose alike."""
-    design = design_of(numbers.study)
+    design = numbers.design
     acting = {arm.label: arm.without() for arm in design.arms}
     whole: dict[str, dict[str, int]] = {}
     own = [cell for cell in numbers.cells if cell.agent in numbers.subjects and cell.condition not in design.controls]

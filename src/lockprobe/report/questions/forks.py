@@ -11,7 +11,7 @@ from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import broken_said
-from lockprobe.report.rows import Estimate, Finding, Results, Row
+from lockprobe.report.rows import Estimate, Finding, Results, Row, clearness
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import points_cell
@@ -112,7 +112,7 @@ def fork_said(rows: Sequence[Estimate]) -> str:
         return f"No effect of one report on success was detected in {len(found)} comparisons."
     if not found:
         return ""
-    row = min(clear or found, key=lambda one: (one.p_value or 0.0, -abs(one.value or 0.0)))
+    row = min(clear or found, key=clearness)
     arm, where, later = _place(row)
     kind, _, joint = arm.partition("=")
     what = f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(arm, arm)

@@ -63,9 +63,11 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
     found = differences_before_breaks(counted, broken, step, rng, agents=many)
     test = "McNemar, and interval" if order is None else E_PROCESS
     for place, one in found:
-        judged: dict[str, Any] = {"family": f"success {BEFORE}", "corrected_for": len(found) * many, "unit": "points"}
-        judged |= {"test": test if one.pairs else PERMUTED, "n": one.first.n}
-        yield measured_row("success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, **judged)
+        yield measured_row(
+            "success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, unit="points",
+            n=one.first.n, family=f"success {BEFORE}", corrected_for=len(found) * many,
+            test=test if one.pairs else PERMUTED,
+        )  # fmt: skip
 
 
 def _message(trial: Trial) -> str:

@@ -82,8 +82,7 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
         yield Estimate(**of_shares, of="intercept", value=intercept)
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
-        ratio: dict[str, Any] = {"unit": "ratio", "test": "log-rank", "note": note}
-        yield measured_row("hazard_ratio", hazard, **of, of="first loops", **ratio)
+        yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)
         lowest = found.dose == found.dose.min()
         for name, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
             some = found.at(side)

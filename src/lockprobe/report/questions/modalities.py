@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from markupsafe import Markup
 
@@ -24,15 +23,16 @@ _PAIRS = "every two modalities"
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
     for effect in modality_effects(numbers.courses):
         ranks = {fidelity(modality) for modality in effect.modalities} - {None}
-        said: dict[str, Any] = {"of": "trend over fidelity", "value": effect.trend.direction, "unit": "direction"}
-        said |= {"test": "log-rank", "note": "" if len(ranks) > 1 else "equal fidelity"}
-        yield measured_row("modality_effect", effect.trend, agent=effect.agent, corrected_for=effect.agents, **said)
-        many = len(effect.pairs) * effect.agents
+        yield measured_row(
+            "modality_effect", effect.trend, agent=effect.agent, of="trend over fidelity", value=effect.trend.direction,
+            unit="direction", test="log-rank", corrected_for=effect.agents,
+            note="" if len(ranks) > 1 else "equal fidelity",
+        )  # fmt: skip
+        tested = {"test": "log-rank", "corrected_for": len(effect.pairs) * effect.agents}
         for pair in effect.pairs:
-            of: dict[str, Any] = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
+            of = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
             of |= {"versus": effect.agent, "versus_modality": pair.first}
-            sooner: dict[str, Any] = {"of": "modalities", "unit": "ratio"}
-            yield measured_row("hazard_ratio", pair.hazard, **of, **sooner, test="log-rank", corrected_for=many)
+            yield measured_row("hazard_ratio", pair.hazard, **of, of="modalities", unit="ratio", **tested)
             yield measured_row("success_difference", pair.final, **of, unit="points", test="McNemar")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
@@ -11,9 +12,7 @@ from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, share_of_row
-from lockprobe.statistics.broken_trials import begun
-from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
-from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion
 from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
@@ -116,9 +115,8 @@ def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Es
         crossed = any(player)
         found = crossed_proportion(counts, sizes, player, luck) if crossed else clustered_proportion(counts, sizes)
         yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
-    kept = [trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of)]
-    every, solved = begun(outcomes(kept), broken_off(kept))
-    yield from cell.share("success", share_of(solved, every.player, every.luck, every.box), of="without a miss")
+    kept = (trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of))
+    yield from cell.share("success", replace(cell, trials=tuple(kept)).success, of="without a miss")
 
 
 def _conditions(found: Results) -> TextTable:

@@ -79,10 +79,11 @@ def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
     for first, second in combinations(lowest, 2):
         found = pace(first, second) if first.doses[0] == second.doses[0] else None
         if found is not None:
-            pair: dict[str, Any] = {"agent": second.agent, "modality": second.modality, "versus": first.agent}
-            pair |= {"versus_modality": first.modality, "doses": {"flip.p": first.doses[0]}}
-            tested = {"unit": "ratio", "family": "every two agents", "test": "log-rank"}
-            yield measured_row("hazard_ratio", found, **pair, **tested)
+            yield measured_row(
+                "hazard_ratio", found, agent=second.agent, modality=second.modality, versus=first.agent,
+                versus_modality=first.modality, doses={"flip.p": first.doses[0]}, unit="ratio",
+                family="every two agents", test="log-rank",
+            )  # fmt: skip
 
 
 def _over_doses(course: Doses) -> list[Estimate]:

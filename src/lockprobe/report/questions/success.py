@@ -75,18 +75,17 @@ def _differences(course: Course) -> Iterator[Row]:
         def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
             return columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))}
 
-        judged: dict[str, Any] = {
-            "family": f"success by {course.axis.name}",
-            "corrected_for": len(tested) * course.family,
-        }
-        judged |= {"test": E_PROCESS if one.course else PERMUTED, "n": one.second.n, "unit": "points"}
-        yield measured_row("success_difference", one, **columns, **judged)
+        yield measured_row(
+            "success_difference", one, **columns, n=one.second.n, unit="points",
+            family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
+            test=E_PROCESS if one.course else PERMUTED,
+        )  # fmt: skip
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **part(more))
         if pairs := one.pairs:
             for more, those in (("only here", pairs.only_second), (f"{CONTROL} only", pairs.only_first)):
-                counted: dict[str, Any] = {"value": those, "count": those, "n": pairs.n, "unit": "trials"}
-                yield Estimate(quantity="success_in_pairs", **part(more), **counted)
+                counted = {"value": those, "count": those, "n": pairs.n, "unit": "trials"}
+                yield Estimate(quantity="success_in_pairs", **part(more) | counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
 

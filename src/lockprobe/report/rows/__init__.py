@@ -7,7 +7,7 @@ sentence) or a :class:`Fact` (a property, as text). A quantity that could not be
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Contrast, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
 from lockprobe.report.rows.results import MEASURES, NoSuchRow, Results
-from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Finding, Row
+from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Finding, Row, clearness
 
 __all__ = [
     "MEASURES",
@@ -29,4 +29,5 @@ __all__ = [
     "Progress",
     "Results",
     "Row",
+    "clearness",
 ]

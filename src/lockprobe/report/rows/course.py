@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lockprobe.report.rows.design import Player
-from lockprobe.report.rows.row import Curve, Estimate
+from lockprobe.report.rows.row import Curve, Estimate, clearness
 
 if TYPE_CHECKING:
     from lockprobe.report.rows.results import Results
@@ -145,5 +145,4 @@ class Course(_View):
 
         Intervals and P values are corrected for this choice.
         """
-        order = lambda pair: (2.0 if pair[1].p_value is None else pair[1].p_value, -abs(pair[1].value or 0.0))  # noqa: E731
-        return min(self.changes(), key=order, default=None)
+        return min(self.changes(), key=lambda pair: clearness(pair[1]), default=None)

@@ -10,7 +10,7 @@ from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows.course import Course
 from lockprobe.report.rows.design import DoseAxis
 from lockprobe.report.rows.results import Results
-from lockprobe.report.rows.row import Estimate
+from lockprobe.report.rows.row import Estimate, clearness
 from lockprobe.trial.condition import TRUTH
 
 CONTROL = "the control"
@@ -170,7 +170,7 @@ def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:
         cells = {cell.condition: cell for cell in found.cells if cell.agent == player.agent and cell.trials}
         if not cells:
             continue
-        clearest = min(own, key=lambda row: (row.p_value or 1.0, -abs(row.value or 0.0)), default=None)
+        clearest = min(own, key=clearness, default=None)
         first = cells.get(clearest.control if clearest else "", next(iter(cells.values())))
         second = cells.get(clearest.condition) if clearest else None
         line = Line(

@@ -106,6 +106,11 @@ class Estimate(_Measured):
         return kept | super().plain()
 
 
+def clearness(row: Estimate) -> tuple[float, float]:
+    """Sorts the clearest difference first: the smallest P value, without a test last, and of equal ones the largest."""
+    return 2.0 if row.p_value is None else row.p_value, -abs(row.value or 0.0)
+
+
 _LEVEL = 0.05
 """Level of every test."""
 
