@@ -60,12 +60,6 @@ def test_the_interaction_is_a_slope_whatever_its_common_factor_and_what_adds_up_
     assert found.clear == clear
 
 
-def test_correction_only_widens():
-    one, ten = (found_of(drawn(3, [0.5] * 4), choices=choices) for choices in (1, 10))
-    assert ten.low < one.low <= one.value == ten.value
-    assert ten.p_value == min(1, 10 * one.p_value)
-
-
 def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():
     """Of six boxes two alone change success: from 40 blocks that is clear, from six boxes it is not."""
     box = np.array([f"box-{i % 6}" for i in range(40)])

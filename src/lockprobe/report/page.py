@@ -142,12 +142,9 @@ def figures_of(parts: Iterable[Part]) -> list[Figure]:
     return [block for part in parts for block in nested(part.blocks) if isinstance(block, Figure)]
 
 
-def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTable]:
-    """The tables by name: those asked for, or all of all sections; one that cannot be made says so."""
-    made = {table.name: _cells(table, found) for table in asked}
-    for one in all_sections() if not made else ():
-        made |= {table.name: _cells(table, found) for table in one.tables}
-    return made
+def tables_of(found: Results) -> dict[str, TextTable]:
+    """The tables of all sections by name; one that cannot be made says so."""
+    return {table.name: _cells(table, found) for one in all_sections() for table in one.tables}
 
 
 def _cells(table: Table, found: Results) -> TextTable:

@@ -78,24 +78,22 @@ def sheet(
     *draws: Callable[[Axes, Shown], None],
     heights: Sequence[float] = (),
     note: str = "",
-    columns: int = 2,
     width: float = COLUMN,
     cells: bool = False,
 ) -> Figure | None:
-    """A picture of panels beside and below each other, with one legend for all; None if there is nothing to show.
+    """A picture of panels, two beside each other, with one legend for all; None if there is nothing to show.
 
     Args:
         shown: What a panel shows each, such as the courses of agents.
         draws: What draws on a panel's axes, from the top.
         heights: Heights of these axes in inches, the same for all panels; or that of every row of axes.
         note: A text below all panels; above the legend, where there is one.
-        columns: Panels beside each other, at most.
         width: Of a panel, in inches.
         cells: Whether text stands on coloured cells, so that the colours of a page must not change them.
     """
     if not shown:
         return None
-    columns = min(columns, len(shown))
+    columns = min(2, len(shown))
     bands = -(-len(shown) // columns)
     high = [*(heights or [HEIGHT] * len(draws))]
     high *= bands * len(draws) // len(high)

@@ -144,8 +144,6 @@ def axis(
     *,
     grid: bool = False,
     bare: bool = False,
-    at: float = 0.0,
-    middle: float = 0.5,
 ) -> None:
     """The axis below or on the left: names at places, a label, and lines across the axes.
 
@@ -159,8 +157,6 @@ def axis(
         label: What is shown along it.
         grid: Whether a line across the axes leads to every name.
         bare: Whether the names stand there without line and ticks.
-        at: How high it stands, in heights of the axes, if it is the lower one.
-        middle: Where the middle of its label is, from 0 to 1.
     """
     below = along == "x"
     across = axes.get_xaxis_transform() if below else axes.get_yaxis_transform()
@@ -170,24 +166,24 @@ def axis(
         ends = [[(at, 0), (at, 1)] if below else [(0, at), (1, at)] for at in places]
         axes.add_artist(LineCollection(ends, transform=across, **faint))
     if not bare:
-        whole, ticks = ([0, 1], [at, at]), (places, [at] * len(places))
+        whole, ticks = ([0, 1], [0, 0]), (places, [0] * len(places))
         axes.add_artist(Line2D(*(whole if below else whole[::-1]), transform=axes.transAxes, **line))
         mark = {"marker": TICKDOWN if below else TICKLEFT, "markersize": 3, "markeredgewidth": 0.7, "linestyle": "none"}
         axes.add_artist(Line2D(*(ticks if below else ticks[::-1]), transform=across, **line | mark))
     side: dict[str, Any] = {"ha": "center", "va": "top"} if below else {"ha": "right", "va": "center"}
     beside = offset(axes, across, y=-_POINTS) if below else offset(axes, across, x=-_POINTS)
     made = [
-        axes.text(*((place, at) if below else (at, place)), name, transform=beside, **side)
+        axes.text(*((place, 0.0) if below else (0.0, place)), name, transform=beside, **side)
         for place, name in zip(places, names, strict=True)
         if name
     ]
     if label and below:
         deep = max((name.count("\n") + 1 for name in names if name), default=0)
-        axes.text(middle, at, label, transform=offset(axes, axes.transAxes, y=-_POINTS - 1 - _HIGH * deep), **side)
+        axes.text(0.5, 0, label, transform=offset(axes, axes.transAxes, y=-_POINTS - 1 - _HIGH * deep), **side)
     elif label:
         widest = max(made, key=lambda text: _width(text.get_text()))
         away = widest.get_window_extent().width * 72 / DPI + 2 * _POINTS
-        axes.text(at, middle, label, transform=offset(axes, axes.transAxes, x=-away), rotation=90, **side)
+        axes.text(0, 0.5, label, transform=offset(axes, axes.transAxes, x=-away), rotation=90, **side)
 
 
 def offset(axes: Axes, place: Transform, **points: float) -> Transform:
@@ -288,14 +284,14 @@ def title_lines(*lines: str) -> list[str]:
     return wrapped
 
 
-def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
+def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]]) -> None:
     """Names at the right edge, each at the height where its line ends, pushed apart where they would touch.
 
     A name of two lines pushes all apart by as much.
 
     They have the colours of their lines, darker where text on white has to be.
     """
-    gap = max([gap, *(_GAP * (1 + text.count("\n")) for _, text, _ in labels)])
+    gap = max([_GAP, *(_GAP * (1 + text.count("\n")) for _, text, _ in labels)])
     low, high = axes.get_ylim()
     beside = offset(axes, axes.transAxes, x=_BEHIND)
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]

@@ -233,12 +233,4 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("Why do false reports change success?", answer, [said, TABLE, note_at(found, _NOTE), limits])
 
 
-SECTIONS = (
-    Section(
-        name="why",
-        title="Why false reports change success",
-        rows=_rows,
-        show=_show,
-        tables=(TABLE,),
-    ),
-)
+SECTIONS = (Section(name="why", title="Why false reports change success", rows=_rows, show=_show, tables=(TABLE,)),)
