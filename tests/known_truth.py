@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.simulation.power.flip_rates import BUDGET, JOINTS, P, World, actions_of, default_worlds, solved_at
+from lockprobe.simulation.power.effects import BUDGET, JOINTS, P, World, actions_of, default_worlds, solved_at
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.trial.record import Decision, Step, Trial, TrialError

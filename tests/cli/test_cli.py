@@ -123,7 +123,8 @@ def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
 
 
 def test_a_date_of_builds_that_is_no_number_ends_no_command():
-    command = [sys.executable, "-m", "lockprobe", "power", "why", "--trials", "5", "--studies", "1"]
+    effect = ["--success", "0.2,0.7,0.2,0.2,0.7,0.7,0.2"]
+    command = [sys.executable, "-m", "lockprobe", "power", "why", *effect, "--trials", "5", "--studies", "1"]
     done = subprocess.run(command, env=os.environ | {"SOURCE_DATE_EPOCH": "abc"}, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
 

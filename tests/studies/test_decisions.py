@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lockprobe.simulation.power.blocks import Played, played_blocks
+from lockprobe.simulation.power.conditions import played_blocks
 from lockprobe.studies.decisions import Family, Question, decisions, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
@@ -68,8 +68,7 @@ def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
     most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
     planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
-    pool = [Played(study=planned, agent=agent, conditions=planned.conditions)]
-    (blocks,) = played_blocks(pool, most)
+    (blocks,) = played_blocks(planned, most)
     whole = {
         one.label: (blocks[:, i].astype(float), np.zeros(most, dtype=bool)) for i, one in enumerate(planned.conditions)
     }

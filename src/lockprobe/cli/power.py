@@ -5,8 +5,9 @@ from __future__ import annotations
 import json as json_
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import groupby
+from math import ceil, floor
 from operator import itemgetter
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,18 +15,24 @@ import typer
 from rich.markup import escape
 
 from lockprobe.cli import options
-from lockprobe.cli.power_people import power_people
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.workers import Processes
-from lockprobe.simulation.power import boxes as of_boxes
-from lockprobe.simulation.power.flip_rates import P, default_worlds, flip_power, stated_world
-from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD
+from lockprobe.simulation.power import effects
+from lockprobe.simulation.power.people import (
+    EFFECT_SD,
+    FEWEST,
+    PERSON_SD,
+    Design,
+    People,
+    people_needed,
+    power_with,
+    spread_by,
+)
 from lockprobe.simulation.power.simulator import TRIALS, Needed, Simulation
-from lockprobe.simulation.power.why import BLOCKS, STATED, why_power
 from lockprobe.statistics.inference.over_doses import TESTS
 from lockprobe.statistics.why.mechanism import MARGIN
 
@@ -45,7 +52,7 @@ _OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, with --success of two
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
 _EFFECT_SD = (
     f"Standard deviation of the effect: with --people between persons, in logits ({EFFECT_SD:g}, by eye); else between "
-    f"--over-boxes, as a share ({of_boxes.EFFECT_SD:g}, by eye)."
+    f"--over-boxes, as a share ({effects.EFFECT_SD:g}, by eye)."
 )
 _TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1 (0)."
@@ -111,26 +118,26 @@ def power(
     }  # fmt: skip
     form = _form(what, asked, [name for name, value in own.items() if value is not None])
     shares, sizes, seed = _numbers("success", success), _whole_numbers("trials", trials), asked.get("seed", 1)
-    power_to_reach, many = 0.8 if target is None else target, 100 if studies is None else studies
+    how = effects.OVER_BOXES if form == _OF_BOXES else Simulation(trials=effects.BLOCKS if form == _WHY else TRIALS)
+    how = replace(
+        how,
+        trials=sizes or how.trials,
+        target=how.target if target is None else target,
+        studies=studies or how.studies,
+        workers=Processes(workers or min(os.cpu_count() or 1, 8)),
+        progress=time_left("studies"),
+    )
     if form == _OF_BOXES:
-        _power_over_boxes(shares, _whole_numbers("over-boxes", over_boxes), sizes, effect_sd, seed, json=json)
+        _power_over_boxes(shares, _whole_numbers("over-boxes", over_boxes), effect_sd, how, seed, json=json)
     elif form == _OF_PEOPLE:
         of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
-        power_people(shares, of_people, _whole_numbers("persons", persons), power_to_reach, json=json)
+        _power_of_people(shares, of_people, _whole_numbers("persons", persons), how.target, json=json)
     elif form == _WHY:
-        _power_why(shares, sizes or BLOCKS, many, seed, json=json)
+        _power_why(shares, how, seed, json=json)
+    elif form == _CONDITIONS:
+        _power_of_conditions(what, asked, shares, shared or 0.0, how, json=json)
     else:
-        how = Simulation(
-            trials=sizes or TRIALS,
-            target=power_to_reach,
-            studies=many,
-            workers=Processes(workers or min(os.cpu_count() or 1, 8)),
-            progress=time_left("studies"),
-        )
-        if form == _CONDITIONS:
-            _power_of_conditions(what, asked, shares, shared or 0.0, how, json=json)
-        else:
-            _power_of_flips(shares, asked.get("p"), _numbers("trap", trap), how, seed, json=json)
+        _power_of_flips(shares, asked.get("p"), _numbers("trap", trap), how, seed, json=json)
 
 
 def _form(what: str | None, asked: Collection[str], own: Collection[str]) -> str:
@@ -160,8 +167,8 @@ def _power_of_flips(
 ) -> None:
     if not success and (trap or p is not None):
         raise BadValue("--success", None, "success at each flip rate: --p and --trap need it")
-    worlds = (stated_world(success, p=p or P, trap=trap),) if success else default_worlds()
-    found = flip_power(worlds, how, seed=seed)
+    worlds = (effects.stated_world(success, p=p or effects.P, trap=trap),) if success else effects.default_worlds()
+    found = effects.flip_power(worlds, how, seed=seed)
     if json:
         rows = [
             {"effect": world.name, "question": question, "test": TESTS[question]} | _measured(one)
@@ -192,7 +199,7 @@ def _power_of_conditions(
     if file is not None and not file.endswith(".toml"):
         raise BadValue("power", file, "why, a study file ending in .toml, or nothing")
     found = condition_power(
-        study(file or "flips", **asked), how, success=success or None, shared=shared, playing=time_left("blocks")
+        study(file or "flips", **asked), how, success=success or None, shared=shared, playing=time_left("trials")
     )
     rows = [(_contrast(of, condition), one) for of, needed in found for condition, one in needed.items()]
     if json:
@@ -282,13 +289,8 @@ def _print_brackets(found: Iterable[Needed]) -> None:
         )
 
 
-def _power_why(success: _Numbers, blocks: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
-    effects = {"as stated": success} if success else STATED
-    rates = [
-        one
-        for name, shares in effects.items()
-        for one in why_power(name, shares, blocks=blocks, studies=studies, seed=seed)
-    ]
+def _power_why(success: _Numbers, how: Simulation, seed: int, *, json: bool) -> None:
+    rates = effects.why_power({"as stated": success} if success else effects.STATED, how, seed=seed)
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
         return
@@ -306,26 +308,136 @@ def _power_why(success: _Numbers, blocks: Sequence[int], studies: int, seed: int
 
 
 def _power_over_boxes(
-    success: _Numbers, boxes: Sequence[int], trials: Sequence[int], effect_sd: float | None, seed: int, *, json: bool
+    success: _Numbers, boxes: Sequence[int], effect_sd: float | None, how: Simulation, seed: int, *, json: bool
 ) -> None:
     if not success:
         raise UserMistake("--success is missing, expected success under the control and under the condition: 0.2,0.6")
-    trials, deviation = trials or of_boxes.TRIALS, of_boxes.EFFECT_SD if effect_sd is None else effect_sd
-    tell = time_left("kinds of study")
-    found = of_boxes.power_over_boxes(success, boxes, trials, effect_sd=deviation, seed=seed, progress=tell)
+    deviation = effects.EFFECT_SD if effect_sd is None else effect_sd
+    stated = [effects.Boxes(success=tuple(success), boxes=k, effect_sd=deviation) for k in boxes]
+    found = effects.power_over_boxes(stated, how, seed=seed)
     if json:
         rows = [{"boxes": k, "trials": n, "power": power} for (k, n), power in found.items()]
         print(json_.dumps({"effect_sd": deviation, "seed": seed, "power": rows}, indent=1))
         return
     table = new_table("trials on each box", *(f"{k} boxes" for k in boxes))
-    for n in trials:
+    for n in how.trials:
         table.add_row(str(n), *(f"{found[k, n]:.2f}" for k in boxes))
     print_table(table)
     print(
-        f"The share of {of_boxes.STUDIES} simulated studies in which the report detects the change of success of boxes "
-        f"like these. Standard deviations between boxes, by eye: {100 * of_boxes.DIFFICULTY_SD:g} points of success, "
+        f"The share of {how.studies} simulated studies in which the report detects the change of success of boxes like "
+        f"these. Standard deviations between boxes, by eye: {100 * effects.DIFFICULTY_SD:g} points of success, "
         f"{100 * deviation:g} of its change (--effect-sd). Trials share no luck, as with a sampled model."
     )
+
+
+_DESIGNS: tuple[Design, ...] = ("within", "between")
+
+_FACTORS = (0.5, 1.0, 1.5)
+"""What the assumed standard deviations are multiplied by, to show how much they decide."""
+
+
+_ASSUMED = (
+    "Persons who leave or are screened out come on top.\n"
+    "Assumption: a person's boxes are independent but for skill, and nobody learns from box to box. Tests: a "
+    "paired t test on shares (within), Welch's t test on shares (between), Bonferroni's correction over conditions."
+)
+
+
+def _power_of_people(
+    success: Sequence[float],
+    of_people: Mapping[str, float | None],
+    persons: Sequence[int],
+    target: float,
+    *,
+    json: bool,
+) -> None:
+    """Print what a study of people needs, for the assumed standard deviations, for half of them, and for more.
+
+    Args:
+        success: The share of boxes opened under each condition, the control first.
+        of_people: Fields of :class:`People`; None for the default.
+        persons: Persons in all whose power is printed; none for how many the power ``target`` needs.
+        target: The power to reach.
+        json: Whether to print JSON.
+
+    Raises:
+        UserMistake: If a value is missing or makes no model, or persons are too few.
+    """
+    if not success:
+        known = "the share of boxes opened under each condition, the control first: 0.4,0.6"
+        raise UserMistake(f"--success is missing, expected {known}")
+    if persons and min(persons) < FEWEST:
+        raise BadValue("--persons", min(persons), f"{FEWEST} or more persons in all, as 40 or 40,80")
+    model = People(success=tuple(success), **{name: value for name, value in of_people.items() if value is not None})  # type: ignore[arg-type] # named as its fields are
+    numbers: Sequence[int | None] = persons or [None]
+    rows = {
+        (design, factor, number): _people_row(spread_by(model, factor), design, number, target)
+        for design in _DESIGNS
+        for factor in _FACTORS
+        for number in numbers
+    }
+    if json:
+        print(json_.dumps({"target": target, **asdict(model), "designs": list(rows.values())}, indent=1))
+        return
+    defaults = (
+        "; the defaults are chosen by eye, not measured"
+        if None in (of_people["person_sd"], of_people["effect_sd"])
+        else ""
+    )
+    spreads = (
+        "SD: standard deviations between persons, in logits, of skill (--person-sd) and of the effect of a condition "
+        f"(--effect-sd){defaults}. The columns beside the middle one have half of them, and half as much again"
+    )
+    say = plain_console().print
+    heads = [f"SD {model.person_sd * factor:g} and {model.effect_sd * factor:g}" for factor in _FACTORS]
+    named = [
+        (f"{design} persons", number, [rows[design, factor, number] for factor in _FACTORS])
+        for design in _DESIGNS
+        for number in numbers
+    ]
+    if not persons:
+        table = new_table("design", "boxes each", *heads)
+        for name, _, own in named:
+            cells = ("more than a million" if row["people"] is None else f"{row['people']}" for row in own)
+            table.add_row(name, str(model.boxes_in_all), *cells)
+        print_table(table)
+        say(
+            f"\nPersons in all for a power of {target:g}. {spreads}: plan with the largest number of your row until a "
+            f"pilot has measured them. At least {FEWEST} persons see each condition. {_ASSUMED}"
+        )
+        return
+    powers, effects = (new_table("design", "persons", *heads) for _ in range(2))
+    for name, number, own in named:
+        powers.add_row(
+            name, f"{number}", *("too few" if row["power"] is None else f"{row['power']:.2f}" for row in own)
+        )
+        effects.add_row(name, f"{number}", *("too few" if row["power"] is None else _effects(row) for row in own))
+    say(f"Power to tell {' and '.join(f'{share:g}' for share in model.success[1:])} from the control's {success[0]:g}:")
+    print_table(powers)
+    say(f"\nShares of boxes opened that are told from {success[0]:g} with a power of {target:g}:")
+    print_table(effects)
+    say(
+        f"\nPersons in all; between persons, equally many per condition, and at least {FEWEST}. {spreads}: state the "
+        f"smallest power of your row until a pilot has measured them. {_ASSUMED}"
+    )
+
+
+def _people_row(model: People, design: Design, number: int | None, target: float) -> dict[str, Any]:
+    """The persons that a design needs, or what a number of persons detects; None where that cannot be said."""
+    head = {"design": design, "person_sd": model.person_sd, "effect_sd": model.effect_sd}
+    if number is None:
+        needed = people_needed(model, design, target)
+        return head | ({"people": None, "per_condition": None} if needed is None else asdict(needed))
+    found = power_with(model, design, number, target)
+    too_few = {"people": number} | dict.fromkeys(("per_condition", "power", "below", "above"))
+    return head | (too_few if found is None else asdict(found))
+
+
+def _effects(row: Mapping[str, Any]) -> str:
+    """The smallest effects that are detected, rounded away from the control."""
+    below = [] if row["below"] is None else [f"≤ {floor(row['below'] * 100) / 100:.2f}"]
+    above = [] if row["above"] is None else [f"≥ {ceil(row['above'] * 100) / 100:.2f}"]
+    return ", ".join([*below, *above]) or "none"
 
 
 def _numbers(name: str, text: str | None) -> list[float]:

@@ -7,10 +7,11 @@ from reported import found_in
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power.blocks import Played, played_blocks
-from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of
+from lockprobe.simulation.power import conditions
+from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of, played_blocks
 from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
 
@@ -30,14 +31,32 @@ def test_families_are_those_of_the_report():
     assert families_of(study("flips", agent="random", p=[0])) == ()
 
 
+def test_blocks_are_the_trials_of_a_study_whatever_plays_them(monkeypatch):
+    """The kernel plays flips of every reading; the loop plays what else acts, in pieces."""
+    monkeypatch.setattr(conditions, "BATCH", 3)
+    flips = ["flip?p=0.5&others=kept", "flip?p=0.4&inverts=position&others=noisy", "flip?p=0.3&only=moved"]
+    for more in ({}, {"modality": ["symbolic", "symbolic?tell=state"], "shuffle": "study"}, {"layout": "shuffled"}):
+        asked = planned(agent=["random", "cognitive:insistent"], p=[0, 0.6], condition=[*flips, "drop?p=0.5"],
+                        sweep=None, seed=4, **more)  # fmt: skip
+        done = []
+        found = played_blocks(asked, 7, progress=lambda part, of, done=done: done.append((part, of)))
+        for agent, blocks in zip(asked.agents, found, strict=True):
+            settings = {"agent": agent, "seed": 4, "layout": asked.layout, "shuffle": asked.shuffle}
+            trials = [
+                [run_trial(condition=one, trial=i, modality=one.modality, **settings) for one in asked.conditions]
+                for i in range(1, 8)
+            ]
+            assert blocks.tolist() == [[one.solved for one in block] for block in trials]
+        assert done[-1] == (14 * len(asked.conditions),) * 2
+
+
 @pytest.mark.slow
 def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
     asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)
     report, labels = found_in(tmp_path, asked), [one.label for one in asked.conditions]
-    played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
     decisions = []
-    for agent, (solved, _) in zip(asked.agents, played_blocks(played, 30), strict=True):
+    for agent, solved in zip(asked.agents, played_blocks(asked, 30), strict=True):
         for family in families_of(asked):
             own = solved[:, [labels.index(label) for label in family.doses]]
             contrasts = Contrasts(agent=agent, family=family, success=(), agents=2)

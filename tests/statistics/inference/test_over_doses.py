@@ -8,7 +8,7 @@ from known_truth import WORLDS, Design, simulated
 from solved import columns
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power.flip_rates import BUDGET
+from lockprobe.simulation.power.effects import BUDGET
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.over_doses import (
     TESTS,

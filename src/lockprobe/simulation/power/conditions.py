@@ -7,6 +7,7 @@ luck, corrected for the family and for the agents that are judged together.
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,20 +15,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.agents.catalogue import is_strategy
+from lockprobe.agents.catalogue import is_strategy, resolve
+from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.workers import Pool
-from lockprobe.simulation.power.blocks import Played, played_blocks
-from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, power
+from lockprobe.foundation.workers import THIS_PROCESS, Pool
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
+from lockprobe.simulation.population import population
+from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, detections, needed
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.inference.difference import any_difference, each_difference
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Condition
 
 POOL = 1000
 """Blocks that are played of every agent."""
+
+BATCH = 250
+"""Trials that a process plays before it reports."""
 
 STATED = "as stated"
 """What results call the agent whose success a user states."""
@@ -150,7 +160,7 @@ def condition_power(
         success: True success under each condition, in the order of the study, [0, 1].
         shared: With ``success``, the share of blocks of luck in which one number decides under all conditions, [0, 1]:
             0 as for a sampled model, 1 if trials differ by the conditions alone.
-        playing: Called with the number of blocks played, and of all.
+        playing: Called with the number of trials played, and of all.
 
     Returns:
         By agent and family, condition -> what its detection needs.
@@ -180,8 +190,11 @@ def condition_power(
             )
             for family in families
         ]
-    found = power(effects, sorted(set(how.trials)), how, study.seed)
-    return [(replace(one, agent=study.label_of(one.agent)), of) for one, of in zip(effects, found, strict=True)]
+    found = zip(effects, detections(effects, sorted(set(how.trials)), how, study.seed), strict=True)
+    return [
+        (replace(one, agent=study.label_of(one.agent)), {label: needed(of, label, how) for label in one.asked})
+        for one, of in found
+    ]
 
 
 def _played(study: Study, families: Sequence[Family], workers: Pool, progress: Progress) -> list[Contrasts]:
@@ -189,8 +202,7 @@ def _played(study: Study, families: Sequence[Family], workers: Pool, progress: P
     for agent in study.agents:
         if not is_strategy(agent):
             raise BadValue("agent", agent, "a strategy that ships, or --success for any other")
-    asked = [Played(study=study, agent=agent, conditions=study.conditions) for agent in study.agents]
-    pools = played_blocks(asked, POOL, workers=workers, progress=progress)
+    pools = played_blocks(study, POOL, workers=workers, progress=progress)
     labels, found = [one.label for one in study.conditions], list[Contrasts]()
     for agent, pool in zip(study.agents, pools, strict=True):
         for family in families:
@@ -204,3 +216,77 @@ def _played(study: Study, families: Sequence[Family], workers: Pool, progress: P
 
     heeding = Counter(judged(one) for one in found if one.pool is not None and (one.pool != one.pool[:, :1]).any())
     return [replace(one, agents=max(1, heeding[judged(one)])) for one in found]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Trials:
+    """Some trials of a study, by their numbers; all of them where the kernel plays them."""
+
+    study: Study
+    agent: str
+    condition: Condition
+    numbers: range
+
+
+def played_blocks(
+    study: Study, blocks: int, *, workers: Pool = THIS_PROCESS, progress: Progress = lambda done, of: None
+) -> list[Flags]:
+    """Play blocks of luck: one trial under each condition of a study, of equal repetition and number.
+
+    Args:
+        study: Agents that cost nothing to ask, conditions, settings and seed, whatever number of trials it asks for.
+        blocks: Number of blocks of each agent.
+        workers: The pool of processes that plays them; their number changes nothing.
+        progress: Called with the number of trials played and their total.
+
+    Returns:
+        For each agent, whether each trial was solved, shape (blocks, conditions).
+    """
+    jobs = []
+    for agent in study.agents:
+        for condition in study.conditions:
+            of = _Trials(study=study, agent=agent, condition=condition, numbers=range(1, blocks + 1))
+            many = blocks if _flip_alone(of) else BATCH
+            jobs += [replace(of, numbers=of.numbers[first : first + many]) for first in range(0, blocks, many)]
+    parts, done = list[list[bool]](), 0
+    for part in workers.map(_solved, jobs):
+        parts.append(part)
+        done += len(part)
+        progress(done, blocks * len(study.agents) * len(study.conditions))
+    solved = np.array([one for part in parts for one in part])
+    return list(solved.reshape(len(study.agents), len(study.conditions), blocks).swapaxes(1, 2))
+
+
+def _solved(job: _Trials) -> list[bool]:
+    """Whether each trial was solved. The kernel plays all at once where it can, and the same as the loop."""
+    study, agent = job.study, resolve(job.agent).make()
+    if isinstance(agent, Policy) and (flip := _flip_alone(job)) is not None:
+        found = population(
+            agent,
+            study.box,
+            p=flip.p,
+            flip=flip,
+            modality=job.condition.modality,
+            trials=len(job.numbers),
+            seed=study.seed,
+            max_steps=study.max_steps,
+            shuffle=study.shuffle,
+        )
+        return [bool(solved) for solved in found.solved]
+
+    async def play() -> list[bool]:
+        plans = (study.plan(job.agent, job.condition, 1, number) for number in job.numbers)
+        return [(await play_timed(plan, agent))[0].solved for plan in plans]
+
+    return asyncio.run(play())
+
+
+def _flip_alone(job: _Trials) -> OutcomeFlip | None:
+    """The flip, if nothing else acts in the trials; None if something does."""
+    *acting, channel = interventions_for(job.condition)
+    if (job.study.plant_of(job.condition), job.study.layout, job.study.more_boxes) != ("symbolic", "fixed", ()):
+        return None
+    if type(channel) is not TextChannel or len(acting) > 1:
+        return None
+    flip = acting[0] if acting else OutcomeFlip()
+    return flip if type(flip) is OutcomeFlip and flip == flip.at_rate(flip.p) else None

@@ -1,10 +1,14 @@
-"""Studies of a stated effect, simulated and put through the tests that a report makes: power, and the trials needed."""
+"""Studies of a stated effect, simulated and put through the tests that a report makes: how often they detect it.
+
+An effect draws the outcomes of one study and says what the report detects in them. :func:`detections` counts that over
+many studies of several sizes, and :func:`needed` finds the size with which it is detected often enough.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -36,12 +40,12 @@ class Effect(Protocol):
     def address(self) -> tuple[str, ...]:
         """Names its random streams."""
 
-    @property
-    def asked(self) -> Sequence[str]:
-        """What is to be detected."""
-
-    def detected(self, trials: int, luck: np.random.Generator, tests: np.random.Generator) -> Iterable[str]:
+    def detected(self, trials: int, luck: np.random.Generator, tests: np.random.Generator) -> Iterable[Hashable]:
         """Simulate a study of so many trials per condition: what the report detects in it."""
+
+
+Detections = Mapping[int, Counter[Hashable]]
+"""Trials per condition -> in how many studies each thing was detected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +94,7 @@ class Simulation:
 
     Attributes:
         trials: Numbers of trials per condition.
+        least: The smallest of them that makes a study.
         target: Power to be reached, (0, 1).
         studies: Studies of each effect and number of trials.
         workers: The pool of processes; their number changes nothing.
@@ -97,6 +102,7 @@ class Simulation:
     """
 
     trials: Sequence[int] = TRIALS
+    least: int = 2
     target: float = 0.8
     studies: int = 100
     workers: Pool = THIS_PROCESS
@@ -105,8 +111,8 @@ class Simulation:
     def __post_init__(self) -> None:
         if not 0 < self.target < 1:
             raise BadValue("target power", self.target, "a number between 0 and 1")
-        if not self.trials or min(self.trials) < 2 or max(self.trials) > MOST_TRIALS:
-            expected = f"numbers of at least 2 and at most {MOST_TRIALS}"
+        if not self.trials or min(self.trials) < self.least or max(self.trials) > MOST_TRIALS:
+            expected = f"numbers of at least {self.least} and at most {MOST_TRIALS}"
             raise BadValue("trials per condition", list(self.trials), expected)
 
 
@@ -120,35 +126,24 @@ class _Job:
     numbers: range
 
 
-def power(effects: Sequence[Effect], sizes: Sequence[int], how: Simulation, seed: int) -> list[dict[str, Needed]]:
-    """Simulate studies with so many trials per condition, ascending, and count what the report detects.
-
-    Returns:
-        For each effect, what is asked of it -> the trials that its detection needs.
-    """
-    places = [(effect, size) for effect in range(len(effects)) for size in sizes]
+def detections(effects: Sequence[Effect], sizes: Sequence[int], how: Simulation, seed: int) -> list[Detections]:
+    """Simulate studies with so many trials per condition, and count what the report detects of each effect."""
+    places = [(number, size) for number in range(len(effects)) for size in sizes]
     jobs = [
         (at, _Job(effect=effects[at[0]], trials=at[1], seed=seed, numbers=range(how.studies)[first : first + BATCH]))
         for at in places
         for first in range(0, how.studies, BATCH)
     ]
-    found, done = {at: Counter[str]() for at in places}, 0
+    found, done = {at: Counter[Hashable]() for at in places}, 0
     for (at, job), detected in zip(jobs, how.workers.map(_simulated, [job for _, job in jobs]), strict=True):
         found[at] += detected
         done += len(job.numbers)
         how.progress(done, how.studies * len(places))
-
-    def rates(place: int, what: str) -> list[Rate]:
-        return [Rate(trials=size, studies=how.studies, detected=found[place, size][what]) for size in sizes]
-
-    return [
-        {what: needed(rates(place, what), how.target) for what in effect.asked} for place, effect in enumerate(effects)
-    ]
+    return [{size: found[number, size] for size in sizes} for number in range(len(effects))]
 
 
-def _simulated(job: _Job) -> Counter[str]:
-    """In how many studies each difference is detected."""
-    found = Counter[str]()
+def _simulated(job: _Job) -> Counter[Hashable]:
+    found = Counter[Hashable]()
     for number in job.numbers:
         path: tuple[str | int, ...] = (*job.effect.address, job.trials, number)
         luck, tests = generator(job.seed, *path), generator(job.seed, *path, "tests")
@@ -156,8 +151,10 @@ def _simulated(job: _Job) -> Counter[str]:
     return found
 
 
-def needed(measured: Sequence[Rate], target: float) -> Needed:
-    """The trials with which the measured power reaches the target."""
+def needed(found: Detections, what: Hashable, how: Simulation) -> Needed:
+    """The trials with which one thing is detected with the target power."""
+    target = how.target
+    measured = tuple(Rate(trials=size, studies=how.studies, detected=of[what]) for size, of in found.items())
     shares = [proportion(rate.detected, rate.studies) for rate in measured]
 
     def reached(power_at: Sequence[float]) -> int | None:
@@ -174,7 +171,7 @@ def needed(measured: Sequence[Rate], target: float) -> Needed:
 
     low = reached([share.high for share in shares])
     return Needed(
-        measured=tuple(measured),
+        measured=measured,
         trials=reached([share.value for share in shares]),
         low=None if low == measured[0].trials else low,
         high=reached([share.low for share in shares]),
