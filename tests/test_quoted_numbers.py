@@ -20,7 +20,7 @@ from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import permuted
 from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion

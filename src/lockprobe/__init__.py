@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lockprobe.foundation.errors import BadValue, LockprobeError, TrialFault, UserMistake
     from lockprobe.interfaces.export import tidy, trial_rows
     from lockprobe.report.results import results
-    from lockprobe.simulation.exact.propagation import propagate
+    from lockprobe.simulation.exact import propagate
     from lockprobe.simulation.population import population
     from lockprobe.studies.options.studyfile import study
     from lockprobe.studies.records.read_records import load
@@ -74,7 +74,7 @@ _NAMES = {
     "foundation.errors": "BadValue LockprobeError TrialFault UserMistake",
     "interfaces.export": "tidy tidy_rows trial_rows",
     "report.results": "results",
-    "simulation.exact.propagation": "propagate",
+    "simulation.exact": "propagate",
     "simulation.population": "population",
     "studies.records.read_records": "load",
     "studies.running.runner": "run_study",

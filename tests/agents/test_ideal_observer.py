@@ -10,7 +10,7 @@ from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 NAIVE = IdealObserver(noise="naive")

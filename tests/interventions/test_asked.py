@@ -33,7 +33,7 @@ from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.remark import REMARK
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.warn import Warn
-from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study

@@ -18,7 +18,7 @@ from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation import population as populations
-from lockprobe.simulation.exact.propagation import heeds_order, propagate
+from lockprobe.simulation.exact import heeds_order, propagate
 from lockprobe.simulation.kernel import policy_of, world_of
 from lockprobe.simulation.population import population
 from lockprobe.statistics.loops import cover, onset
@@ -122,25 +122,27 @@ def misfit(found, shares):
 
 
 AS_4_5_SIGMA = 6.8e-6
-KINDS = ("memoryless", "latched", "independent", "re-observed", "integrated", "outcome-only")
 FOLLOWED = [
-    *(("human-inspired", "chain-4", kind) for kind in KINDS),
-    *(("cognitive:perseverant", "chain-4", kind) for kind in ("latched", "independent", "integrated")),
-    ("random", "random-5-17", "latched"),
-    ("random-no-repeat", "reset", "memoryless"),
-    ("human-inspired:proximity", "chain-4", "latched"),
-    ("human-inspired?lapse=0.2", "reset", "outcome-only"),
-    ("cognitive:softmax-memory?failure=2&stay=-1&position=1.5", "chain-3", "outcome-only"),
+    *((agent, "chain-4", like, "state") for agent in ("human-inspired", "cognitive:perseverant") for like in READINGS),
+    *(("human-inspired", "chain-4", like, "both") for like in PARTS),
+    *(("human-inspired", "chain-4", like, "outcome") for like in (READINGS[3], READINGS[5])),
+    ("random", "random-5-17", READINGS[2], "state"),
+    ("random-no-repeat", "reset", READINGS[0], "both"),
+    ("human-inspired:proximity", "chain-4", READINGS[2], "state"),
+    ("human-inspired?lapse=0.2", "reset", READINGS[3], "outcome"),
+    ("cognitive:softmax-memory?failure=2&stay=-1&position=1.5", "chain-3", READINGS[3], "outcome"),
 ]
-TRIALS = 40_000
 
 
-@pytest.mark.parametrize(("agent", "name", "flip"), FOLLOWED)
-def test_the_kernel_has_the_exact_distribution(agent, name, flip):
+@pytest.mark.parametrize("trials", [10_000, pytest.param(200_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("agent", "name", "like", "tell"), FOLLOWED)
+def test_the_kernel_has_the_exact_distribution(agent, name, like, tell, trials):
     """The step that solves the box: G-test at the level of 4.5 standard errors, and the mean."""
-    found, exact = population(agent, name, p=0.3, flip=flip, trials=TRIALS), propagate(agent, name, p=0.3, flip=flip)
+    asked = {"modality": modality_of(tell), "max_steps": 12}
+    found = population(agent, name, p=0.3, flip=like, trials=trials, **asked)
+    exact = propagate(agent, name, condition=[like.at_rate(0.3)], **asked)
     assert misfit(found, exact.solved) > AS_4_5_SIGMA
-    error = (exact.success * (1 - exact.success) / TRIALS) ** 0.5
+    error = (exact.success * (1 - exact.success) / trials) ** 0.5
     assert abs(found.success - exact.success) <= 4.5 * error + 1e-12
     assert found.curve[-1] == found.success
 

@@ -8,7 +8,7 @@ from builders import make_trial
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks

@@ -18,7 +18,7 @@ from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_number, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.simulation.exact.condition_chances import told_by
+from lockprobe.simulation.condition_chances import told_by
 from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, world_of
 from lockprobe.statistics.loops import LoopMeasures, measure
 from lockprobe.trial.luck import numbers

@@ -284,7 +284,7 @@ def _solved(job: _Trials) -> list[bool]:
 def _flip_alone(job: _Trials) -> OutcomeFlip | None:
     """The flip, if nothing else acts in the trials; None if something does."""
     *acting, channel = interventions_for(job.condition)
-    if (job.study.plant_of(job.condition), job.study.layout, job.study.more_boxes) != ("symbolic", "fixed", ()):
+    if (job.study.plant_of(job.condition), job.study.layout, len(job.study.boxes)) != ("symbolic", "fixed", 1):
         return None
     if type(channel) is not TextChannel or len(acting) > 1:
         return None

@@ -4,27 +4,14 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import pytest
-from scipy.stats import binomtest
 
 from lockprobe.agents.cognitive import SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.exact.propagation import propagate
-from lockprobe.simulation.population import population
+from lockprobe.simulation.exact import propagate
 from lockprobe.trial.record import Decision
-
-
-@pytest.mark.parametrize("agent", ["human-inspired", "cognitive:perseverant"])
-@pytest.mark.parametrize("inverts", ["position", "outcome"])
-@pytest.mark.parametrize("keep", [0, 0.5, 1])
-def test_the_exact_success_is_that_of_many_trials(agent, inverts, keep):
-    like = OutcomeFlip(inverts=inverts, keep=keep)
-    exact = propagate(agent, condition=[like.at_rate(0.4)], max_steps=12).success
-    found = population(agent, p=0.4, flip=like, trials=400, max_steps=12).solved.sum()
-    assert binomtest(int(found), 400, exact).pvalue > 0.001
 
 
 def test_a_false_position_that_lives_longer_turns_the_sign_of_the_effect():

@@ -8,7 +8,7 @@ import pytest
 from lockprobe.agents.policy import Policy
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.studies.running.single import run_trial
 
 CONDITIONS = {

@@ -1,1 +1,0 @@
-"""Exact probabilities of what a policy does, without playing trials."""
