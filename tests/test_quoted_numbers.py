@@ -15,10 +15,9 @@ from statistics import fmean
 import pytest
 from scipy.stats import binom
 
-from lockprobe.boxes.difficulty import difficulty
 from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import permuted
-from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.solve import difficulty, optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
 from lockprobe.simulation.exact import propagate
 from lockprobe.simulation.power.people import People, people_needed, power_with, spread_by

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.boxes.difficulty import cycle_success, depths, difficulty
 from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import optimal_plans, random_curve
+from lockprobe.boxes.solve import cycle_success, depths, difficulty, optimal_plans, random_curve
 from lockprobe.boxes.state_space import space_of
 
 FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")

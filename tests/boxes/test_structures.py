@@ -3,9 +3,8 @@
 import pytest
 
 from lockprobe.boxes.check import fault_of
-from lockprobe.boxes.difficulty import difficulty
 from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.solve import difficulty, optimal_plans, optimum, random_no_repeat_success, random_success
 from lockprobe.boxes.structures import FAMILIES, STRUCTURES
 
 

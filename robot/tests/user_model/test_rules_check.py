@@ -11,8 +11,8 @@ from lockprobe_robot.user_model.user_model import check_model
 from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
 
 from lockprobe.boxes.box import Joint
-from lockprobe.boxes.difficulty import difficulty
 from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import difficulty
 from lockprobe.foundation.errors import BadFile
 
 

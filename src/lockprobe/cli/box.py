@@ -14,19 +14,27 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.difficulty import Difficulty, depths, difficulty, undone
 from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, sized
 from lockprobe.boxes.generate import InitialName, Recipe, RefusedRecipe
 from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
-from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.solve import (
+    Difficulty,
+    depths,
+    difficulty,
+    optimal_plans,
+    optimum,
+    random_no_repeat_success,
+    random_success,
+    undone,
+)
 from lockprobe.boxes.state_space import space_of
 from lockprobe.boxes.structures import FAMILIES
 from lockprobe.cli import options
-from lockprobe.cli.box_check import check
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import listed_plugins
 from lockprobe.foundation.spec import Spec, arguments_from
@@ -34,7 +42,6 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
-app.command("check")(check)
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]
 
 _FAMILY = (
@@ -46,6 +53,31 @@ _FIXED = tuple(name for name in _PARTS if name not in ("alternatives", "literals
 
 _TRIES = 100
 """Seeds tried for each box that was asked for."""
+
+
+@app.command("check")
+def check(
+    box: Annotated[str, typer.Argument(metavar="FILE.toml", help="The box file: its rules.")],
+    model: Annotated[
+        str | None,
+        typer.Argument(metavar="FILE.xml", help="A MuJoCo model of the box, or 'twin?model=FILE.xml' with options."),
+    ] = None,
+) -> None:
+    """Check a box file, and a MuJoCo model of the box against its rules.
+
+    Every joint is pushed in every configuration that the model reaches, in 64 of them at most.
+    """
+    found = find_box(box)
+    print(
+        f"{box}: can be played. {len(found.joints)} joints, target {found.target}, optimum {optimum(found)} steps, "
+        f"{counted(len(space_of(found).reachable), 'configuration')} before {found.target} moves"
+    )
+    if model is None:
+        return
+    from lockprobe.plants.catalogue import resolve_plant
+
+    resolve_plant(model if model.startswith("twin?") else str(Spec("twin", options={"model": model}))).check(found)
+    print(f"{model}: every push went as the rules say")
 
 
 @app.command("list")

@@ -13,8 +13,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, spec_name, split_specs
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.changed_options import plant_change
+from lockprobe.plants.catalogue import plant_change, resolve_plant
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, modality_doses
 from lockprobe.trial.plant_change import PLANT, PlantChange

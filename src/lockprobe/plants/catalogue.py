@@ -37,6 +37,7 @@ from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Plant, PlantTraits
 
 _OF_ROBOT = ("fast-twin", "twin", "rig")
@@ -225,3 +226,34 @@ def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
         is_attended=lambda: PlantTraits.of(plugin.load()).attended,
         ships=False,
     )
+
+
+def plant_change(plant: str | PlantSource, asked: Mapping[str, str]) -> PlantChange:
+    """What a condition changes of a plant: the options that differ, each written in one way.
+
+    >>> plant_change("twin", {"pose_error": "0.010", "looks": "plain"}).options
+    {'pose_error': '0.01'}
+
+    Args:
+        plant: The study's plant, or its spec.
+        asked: Option -> its value in the condition.
+
+    Raises:
+        UnknownName: If the plant has no such option.
+        BadValue: If an option has a value that it cannot have.
+    """
+    if not asked:
+        return PlantChange()
+    own = plant if isinstance(plant, PlantSource) else resolve_plant(plant)
+    spec = Spec.parse(own.spec, "plant")
+    if own.options is None:  # a plant of another package, which does not say what it has
+        known: Mapping[str, str] = spec.options
+        there = dict(asked)
+    else:
+        known = own.options
+        for option in asked:
+            if option not in known:
+                raise UnknownName(f"option of {spec.full_name}", option, known or ["none"])
+        there = dict(resolve_plant(spec.adding(asked)).options or {})
+    changed = {option: there[option] for option in sorted(asked) if there[option] != known.get(option)}
+    return PlantChange(options=changed, own={option: float(known[option]) for option in changed if option in own.doses})

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.changed_options import plant_change
+from lockprobe.plants.catalogue import plant_change, resolve_plant
 from lockprobe.studies.modality import check_distinct, check_shown, is_pictured
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast

@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from lockprobe.boxes.box import Clause, Lockbox
-from lockprobe.boxes.difficulty import depths
+from lockprobe.boxes.solve import depths
 from lockprobe.report.figures.frame import settable
 from lockprobe.report.figures.palette import TARGET
 from lockprobe.report.figures.settings import INK
