@@ -10,7 +10,15 @@ from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import cycle_success, depths, difficulty, optimal_plans, random_curve
+from lockprobe.boxes.solve import (
+    cycle_success,
+    depths,
+    difficulty,
+    optimal_plans,
+    optimum,
+    random_curve,
+    random_success,
+)
 from lockprobe.boxes.state_space import space_of
 
 FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")
@@ -118,7 +126,9 @@ def test_measures_of_the_boxes_that_tell_them_apart():
 def test_a_box_that_nothing_opens():
     joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
     interlock = {"a": ({"b": True},), "b": ({"a": True},)}
-    found = difficulty(Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a"))
+    shut = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
+    found = difficulty(shut)
+    assert (optimum(shut), random_success(shut)) == (None, 0)
     assert (found.optimum, found.optimal_plans, found.depth, found.random_blocked) == (None, 0, None, None)
     assert found.random_steps == inf
     assert found.dead_ends == found.reachable == 2
