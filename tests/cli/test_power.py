@@ -131,6 +131,7 @@ def test_over_boxes_it_says_the_share_of_studies(lockprobe):
         (("power", "--target", "1.5"), "target power"),
         (("power", "--condition", "nudge"), "success under each condition, or --agent with a strategy to be played"),
         (("power", "--condition", "nudge", "--success", "0.2,nan"), "each of 2 conditions: truth; nudge"),
+        (("power", "--condition", "nudge", "--success", "0.2"), "each of 2 conditions: truth; nudge"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--shared", "2"), "shared: got 2.0"),
         (
             ("power", "--condition", "nudge", "--success", "0.2,0.3", "--trap", "0.5"),

@@ -5,7 +5,6 @@ import pytest
 from builders import play_study
 from reported import found_in
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.power import conditions
 from lockprobe.simulation.power.conditions import STATED, Contrasts, condition_power, families_of, played_blocks
@@ -112,15 +111,3 @@ def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count(mo
     assert len(set(found[2].success)) == 1
     ((named, _),) = condition_power(asked, once, success=(0.2, 0.5))
     assert (named.agent, named.choices) == (STATED, 2)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"success": (0.5,)}, "for each of 7 conditions: truth; flip"),
-        ({"success": (0.5,) * 7, "shared": -0.1}, "shared"),
-    ],
-)
-def test_numbers_out_of_range_are_refused(given, said):
-    with pytest.raises(BadValue, match=said):
-        condition_power(planned(), Simulation(), **given)
