@@ -24,7 +24,7 @@ from tempfile import TemporaryDirectory
 
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.cli.live_report import LiveReport
-from lockprobe.cli.progress import Plain
+from lockprobe.cli.progress import Progress
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -87,7 +87,7 @@ def by_lockprobe(agent: str, trials: int, directory: Path) -> float:
     planned = study(StudyOptions(agent=[agent], p=[P], trials=trials, repetitions=1, seed=SEED, max_steps=BUDGET))
     with Journal.open(directory, planned) as journal, redirect_stdout(io.StringIO()):
         began = time.process_time()
-        run(planned, journal, observer=LiveReport(Plain(report=None), None))
+        run(planned, journal, observer=LiveReport(Progress(report=False), None))
         return time.process_time() - began
 
 

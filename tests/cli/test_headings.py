@@ -5,7 +5,7 @@ import re
 import typer
 
 from lockprobe.cli import build
-from lockprobe.cli.headings import AS_RUN
+from lockprobe.cli.command import AS_RUN
 
 COMMANDS = ("run", "serve", "mcp", "power", "play", "branch")
 

@@ -8,7 +8,7 @@ import typer
 from typer.exceptions import TyperException
 
 from lockprobe.cli import build, every_command
-from lockprobe.cli.headings import AS_RUN, Headed
+from lockprobe.cli.command import AS_RUN, Command
 from lockprobe.foundation.errors import UserMistake
 
 MOST = 200
@@ -17,7 +17,7 @@ MOST = 200
 
 def declared(command, path=""):
     """The options of a command and of its parts: path, option, whether help refers to ``lockprobe run`` for it."""
-    groups = command.by_heading(typer.Context(command)) if isinstance(command, Headed) else {"Options": command.params}
+    groups = command.by_heading(typer.Context(command)) if isinstance(command, Command) else {"Options": command.params}
     for heading, options in groups.items():
         for option in options:
             if option.param_type_name == "option" and option.name != "help":

@@ -14,7 +14,6 @@ from saboteur import Evidence
 from typed import in_process
 
 from lockprobe.boxes.families import box
-from lockprobe.cli.replay import _story
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
 from lockprobe.interfaces.export import tidy_rows
 from lockprobe.interventions.conditions import flips
@@ -46,23 +45,33 @@ def test_without_a_film_it_is_told_in_words(directory, made):
     assert made == []
 
 
-def test_a_claim_stands_in_the_row_in_which_the_export_has_it():
+@pytest.fixture
+def shown(tmp_path, monkeypatch):
+    """From a trial to the lines of its replay."""
+
+    def show(trial, *more):
+        monkeypatch.setattr("lockprobe.cli.replay.load", lambda directory: [trial])
+        return replay(tmp_path, trial.key, *more).stdout.splitlines()
+
+    return show
+
+
+def test_a_claim_stands_in_the_row_in_which_the_export_has_it(shown):
     trial = make_trial([3, 2, 1, 0], claims=[None, "moved", "blocked", "moved"])
-    lines = _story(trial, json=False)[1:]
-    assert lines[0].endswith("told                   then said of it")
-    said = [line[lines[0].index("then said") :].strip() for line in lines[1:]]
-    assert said == ["moved", "did not move", "moved", ""]
+    head, *lines = shown(trial)[1:]
+    assert head.endswith("told                   then said of it")
+    assert [line[head.index("then said") :].strip() for line in lines] == ["moved", "did not move", "moved", ""]
     assert [row["claimed"] for row in tidy_rows([trial])] == [1, 0, 1, ""]
 
 
-def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report():
+def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report(shown):
     told = {"modality": "symbolic?source=verdict", "verdicts": ["blocked", "failed", "blocked"], "budget": 3}
     trial = make_trial([3, 0, 0], false_at=[1, 3], readings=["0000", "0001", "?001", "0001"], **told)
-    first, second, third = (line[45:].strip() for line in _story(trial, json=False)[2:])
+    first, second, third = (line[45:].strip() for line in shown(trial)[2:])
     assert re.fullmatch(r"did not move <- false +the verdict is wrong  \(verdict: did not move\)", first)
     assert re.fullmatch(r"did not move +\(verdict: failed, camera: unclear\)", second)
     assert third == "moved        <- false"
-    assert json.loads(_story(trial, json=True)[0])["camera"] == "0001"
+    assert json.loads(shown(trial, "--json")[0])["camera"] == "0001"
 
 
 def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from placeholders import undrawn
 from typed import typed
 
-from lockprobe.cli.progress import Plain
+from lockprobe.cli.progress import Progress
 from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.report.rows import Estimate, Fact, Results
@@ -80,7 +80,7 @@ def test_a_study_of_why_ends_with_the_answer_of_every_agent(tmp_path):
 def test_after_ctrl_c_it_is_said_that_the_page_is_older_than_the_records(played, capsys):
     directory, _ = played
     found = read_result(directory)
-    plain = Plain()
+    plain = Progress()
     plain.interrupted(directory, found, found.progress.finished)
     assert "older" not in capsys.readouterr().out
     plain.interrupted(directory, found, found.progress.finished + 3)

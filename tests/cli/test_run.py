@@ -14,7 +14,7 @@ from lockprobe import load
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import Plain
+from lockprobe.cli.progress import Progress
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import BadValue
@@ -53,7 +53,7 @@ def test_pictures_are_played_and_reported(tmp_path):
 def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     planned = study(StudyOptions(study="modalities", plant="symbolic", agent=["human-inspired"]))
     with Journal.open(tmp_path, planned) as journal:
-        Plain().begin(planned, journal, planned.size)
+        Progress().begin(planned, journal, planned.size)
     said = capsys.readouterr().out
     assert said.startswith("Modality study on chain-4: flip rate 0; 1 repetition of 10 trials of 20 steps;")
     assert "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)" in said
@@ -311,7 +311,7 @@ def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, c
     planned = study(StudyOptions(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
     usage = Usage(calls=1, input_tokens=40_000, output_tokens=10_000)
     with Journal.open(tmp_path, planned) as journal:
-        watching = Plain()
+        watching = Progress()
         watching.begin(planned, journal, 1)
         watching.agent(resolve("llm:openai/gpt-4o"), 1)
         capsys.readouterr()

@@ -75,8 +75,7 @@ def build(names: Iterable[str]) -> Typer:
     """
     from typer import Typer
 
-    from lockprobe.cli.given_once import as_ours
-    from lockprobe.cli.headings import Headed
+    from lockprobe.cli.command import Command, as_ours
     from lockprobe.foundation.docstrings import docstring
 
     app = _without_subcommands()
@@ -86,7 +85,7 @@ def build(names: Iterable[str]) -> Typer:
             as_ours(found)
             app.add_typer(found, name=name, help=text)
         else:
-            app.command(name, cls=Headed, help=(docstring(found) or text).replace("``", ""), short_help=text)(found)
+            app.command(name, cls=Command, help=(docstring(found) or text).replace("``", ""), short_help=text)(found)
     return app
 
 

@@ -32,11 +32,10 @@ from lockprobe.boxes.solve import (
 from lockprobe.boxes.state_space import space_of
 from lockprobe.boxes.structures import FAMILIES
 from lockprobe.cli import options
-from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.plugins import listed_plugins
+from lockprobe.foundation.plugins import listed_plugins, robot_plugin
 from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
@@ -236,7 +235,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
 def _draw(box: Lockbox, out: Path) -> None:
     form: Literal["svg", "png"]
     if out.suffix == ".xml":
-        robot_tool("box-model", "MuJoCo models of boxes")(box, out)
+        robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out)
         return
     if out.suffix == ".svg":
         form = "svg"

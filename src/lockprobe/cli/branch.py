@@ -12,10 +12,9 @@ import typer
 
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
-from lockprobe.cli.display import watch
-from lockprobe.cli.headings import AS_RUN, under_headings
+from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.progress import Plain
+from lockprobe.cli.progress import Progress, watch
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
@@ -47,7 +46,7 @@ def _several(values: str) -> list[str]:
 
 @under_headings({AS_RUN: "workers connections timeout retries allow"})
 def branch(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
+    directory: Directory,
     keys: Annotated[
         list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of trials, or beginnings of keys (all).")
     ] = None,
@@ -96,37 +95,69 @@ def branch(
 def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
     reached: BudgetReached | None = None
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-    with watch(json=json, budget=budget, report=False, attended=asked.study.attended) as observer:
-        with Journal.open(directory / FORKS, asked.study) as journal:
-            if budget is not None:
-                journal.calls.limit(budget)
-            watched = _Watched(observer, asked, len(planned))
-            try:
-                with observer.played():
-                    play_forks(asked, journal, limits=limits, observer=watched)
-            except KeyboardInterrupt:
-                observer.interrupted(journal.directory)
+    observer = watch(json=json, budget=budget, report=False, attended=asked.study.attended)
+    with Journal.open(directory / FORKS, asked.study) as journal:
+        if budget is not None:
+            journal.calls.limit(budget)
+        try:
+            with observer.played():
+                play_forks(asked, journal, limits=limits, observer=_Forks(observer, asked, len(planned)))
+        except KeyboardInterrupt:
+            observer.interrupted(journal.directory)
+            raise
+        except BudgetReached as error:
+            reached = error
+        except AgentsGivenUp:
+            if not any(key in journal.trials for key in planned):
                 raise
-            except BudgetReached as error:
-                reached = error
-            except AgentsGivenUp:
-                if not any(key in journal.trials for key in planned):
-                    raise
-            owed = sum(map(journal.owes, planned))
-        observer.close()
-        forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-        effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        rules = broken_said(against_rules(fork, *asked.study.boxes) for fork in forks)
-        _print_effects(fork_rows(effects, asked.study), rules, json=json)
-        failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
-        if failed:
-            observer.broke()
-        if reached is not None:
-            observer.stopped(reached, owed, len(planned))
+        owed = sum(map(journal.owes, planned))
+    forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
+    effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
+    rows = fork_rows(effects, asked.study)
+    rules = broken_said(against_rules(fork, *asked.study.boxes) for fork in forks)
+    observer.tell("effects", effects=[row.plain() for row in rows])
+    if not json:
+        _print_effects(rows, rules)
+    failed = bool(observer.tally.broken_of or observer.tally.given_up)
+    if failed:
+        observer.broke()
     if reached is not None:
+        observer.stopped(reached, owed, len(planned))
         raise typer.Exit(BUDGET_REACHED)
     if failed:
         raise typer.Exit(BROKE)
+
+
+class _Forks(PassedOn):
+    """The progress of forks, which say at first what is forked."""
+
+    def __init__(self, progress: Progress, asked: Branching, planned: int) -> None:
+        super().__init__(progress)
+        self._progress, self._asked, self._planned = progress, asked, planned
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        self._progress.begin_forks(study, journal, owed, _lines(self._asked, journal, self._planned, owed))
+
+
+def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[str]:
+    """What is forked, where the forks go, and what of them is done."""
+    what = (
+        f"{count(planned, 'fork')} of {count(len(asked.trials), 'trial')} on {asked.study.boxes_in_words}: "
+        f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(asked.times, 'continuation')} each; "
+        f"later reports {'true' if asked.truthful else 'as in the condition'}"
+    )
+    lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
+    left = asked.left
+    why = [
+        f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
+        f"{count(left.people, 'trial')} of people or clients, who cannot be asked again" * bool(left.people),
+        f"{count(left.short, 'trial')} without such a step" * bool(left.short),
+    ]
+    if any(why):
+        lines.append(f"Not forked: {', '.join(filter(None, why))}")
+    if owed < planned:
+        lines.append(f"{planned - owed} of {count(planned, 'fork')} are done already")
+    return lines
 
 
 def _estimate(asked: Branching, *, json: bool) -> None:
@@ -143,37 +174,7 @@ def _estimate(asked: Branching, *, json: bool) -> None:
         print(printable(f"{one}: {count(len(most), 'fork')}, at most {count(sum(most), 'step')}"))
 
 
-class _Watched(PassedOn):
-    """Shows the progress of forks like that of a study, under a different heading."""
-
-    def __init__(self, shown: Plain, asked: Branching, planned: int) -> None:
-        super().__init__(shown)
-        self._shown, self._asked, self._planned = shown, asked, planned
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        asked, left = self._asked, self._asked.left
-        what = (
-            f"{count(self._planned, 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
-            f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(asked.times, 'continuation')} each; "
-            f"later reports {'true' if asked.truthful else 'as in the condition'}"
-        )
-        lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
-        why = [
-            f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
-            f"{count(left.people, 'trial')} of people or clients, who cannot be asked again" * bool(left.people),
-            f"{count(left.short, 'trial')} without such a step" * bool(left.short),
-        ]
-        if any(why):
-            lines.append(f"Not forked: {', '.join(filter(None, why))}")
-        if owed < self._planned:
-            lines.append(f"{self._planned - owed} of {count(self._planned, 'fork')} are done already")
-        self._shown.begin_forks(study, journal, owed, lines)
-
-
-def _print_effects(rows: Sequence[Estimate], rules: str, *, json: bool) -> None:
-    if json:
-        print(json_.dumps({"event": "effects", "effects": [row.plain() for row in rows]}))
-        return
+def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
     if not rows:
         print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return

@@ -2,55 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 
 from lockprobe.foundation.formatting import count, points
 from lockprobe.report.questions.stopping import decided_said, progress_said
-from lockprobe.studies.stopping import Answer
+from lockprobe.studies.stopping import answers_by_agent
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 _LINES = 6
 """Differences of an agent that have a line each."""
 
 
-def decision_lines(study: Study, found: Mapping[str, Sequence[Answer]], played: int) -> list[str]:
-    """How much is decided, and each difference of every agent.
+def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict[str, object]]]:
+    """How much is decided, and each difference of every agent; differences in facts are of shares.
 
     Args:
         study: A study that stops when it is decided.
-        found: Agent -> its answers.
-        played: Trials that are finished.
+        trials: Its own on record.
     """
     assert study.until is not None
-    lines = [progress_said(study, found, played)]
+    trials = list(trials)
+    found = answers_by_agent(study, trials)
+    lines = [progress_said(study, found, study.places_filled(trials))]
+    facts: list[dict[str, object]] = []
     for agent, own in found.items():
-        for one in own[:_LINES]:
-            where = f" (block {one.at})" if one.at else f" after {count(one.course.n, 'block')}"
+        for place, one in enumerate(own):
+            course = one.course
+            facts.append(
+                {
+                    "agent": agent,
+                    "difference": one.question.name,
+                    "verdict": one.verdict,
+                    "block": one.at,
+                    "blocks": course.n,
+                    "value": course.value if course.n else None,
+                    "low": course.low,
+                    "high": course.high,
+                    "halves": None if course.n < 2 else course.halves,
+                    "p_value": course.p_value,
+                }
+            )
+            if place == _LINES:
+                lines.append(f"  {agent}: and {len(own) - _LINES} more, in the report")
+            if place >= _LINES:
+                continue
+            where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
             halves = ""
-            if not one.question.of_share and one.course.n > 1:
-                whole, first, second = map(points, (one.course.value, *one.course.halves))
+            if not one.question.of_share and course.n > 1:
+                whole, first, second = map(points, (course.value, *course.halves))
                 halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
-            decided = decided_said(one.verdict, study.until.points)
-            lines.append(f"  {agent}, {one.question.name}: {decided}{where}{halves}")
-        lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
-    return lines
-
-
-def decision_facts(found: Mapping[str, Sequence[Answer]]) -> list[dict[str, object]]:
-    """Every difference as JSON holds it; differences are of shares."""
-    return [
-        {
-            "agent": agent,
-            "difference": one.question.name,
-            "verdict": one.verdict,
-            "block": one.at,
-            "blocks": one.course.n,
-            "value": one.course.value if one.course.n else None,
-            "low": one.course.low,
-            "high": one.course.high,
-            "halves": None if one.course.n < 2 else one.course.halves,
-            "p_value": one.course.p_value,
-        }
-        for agent, own in found.items()
-        for one in own
-    ]
+            said = decided_said(one.verdict, study.until.points)
+            lines.append(f"  {agent}, {one.question.name}: {said}{where}{halves}")
+    return lines, facts

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from lockprobe.agents import weights
 from lockprobe.cli import options
-from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import UserMistake, advice
+from lockprobe.foundation.plugins import robot_plugin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,8 @@ def _runtime() -> Finding:
 
 def _physical() -> Iterator[Finding]:
     try:
-        examined: Iterator[Finding] = robot_tool("doctor", "physical boxes")()
+        of_robot = robot_plugin("tool", "doctor", "physical boxes need").load()
+        examined: Iterator[Finding] = of_robot()
     except UserMistake as mistake:
         yield Finding(what="physical lockbox", ok=False, detail=str(mistake))
         return

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.cli import options
+from lockprobe.cli.command import Directory
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.atomic_file import atomic_files
@@ -21,8 +22,6 @@ from lockprobe.studies.records.store import read
 Format = Literal["csv", "jsonl", "parquet"]
 
 _OUT = options.with_brackets(options.OUT, "standard output, also with -")
-
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 
 
 def export(

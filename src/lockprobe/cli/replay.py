@@ -5,21 +5,21 @@ from __future__ import annotations
 import json as json_
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.robot_tools import robot_tool
+from lockprobe.cli.command import Directory
 from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
+from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.read_records import load
-from lockprobe.trial.record import Step, Trial
-from lockprobe.trial.source import CAMERA, VERDICT, SourceKind, camera_outcomes, verdict_outcomes, wrong_source
+from lockprobe.trial.record import Trial
+from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
 from lockprobe.trial.told_outcome import in_words
-
-_MEGABYTE = 1_000_000
 
 _FASTEST = 16
 
@@ -28,7 +28,7 @@ _PATIENCE = 2.0
 
 
 def replay(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
+    directory: Directory,
     key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
     out: Annotated[
         Path | None,
@@ -51,10 +51,10 @@ def replay(
     if out is None:
         if seen:
             raise BadValue("--out", None, "FILE.gif, FILE.mp4 or a directory, because of --seen")
-        for line in _story(trial, json=json):
+        for line in _events(trial) if json else _story(trial):
             print(printable(line))
         return
-    make_film = robot_tool("film", "films")
+    make_film = robot_plugin("tool", "film", "films need").load()
     try:
         film = make_film(directory, trial, out, seen=seen, speed=speed, tell=_Progress())
     except TrialFault as fault:
@@ -91,62 +91,46 @@ def _announce(film: Any, trial: Trial, *, json: bool) -> None:
         print(json_.dumps(facts))
         return
     agrees = f", every one of {len(trial.steps)} steps as recorded" if film.plant and film.differs is None else ""
-    megabytes = f"{size / 1e6:.2g} MB" if size >= _MEGABYTE / 10 else f"{size / 1e3:.0f} kB"
+    megabytes = f"{size / 1e6:.2g} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
     print(f"Film: {film.path} ({film.pictures} pictures, {megabytes}{agrees})")
 
 
-def _story(trial: Trial, *, json: bool) -> list[str]:
-    if json:
-        return [
-            json_.dumps(
-                {
-                    "step": s.step,
-                    "state": s.state,
-                    "joint": s.joint,
-                    "moved": s.moved,
-                    "told_moved": s.told_moved,
-                    "told_state": s.told_state,
-                    "told": s.told,
-                    "claimed": said,
-                    "hypothesis": s.decision.hypothesis,
-                    **{name: s.sensed[name] for name in (VERDICT, CAMERA) if name in s.sensed},
-                }
-            )
-            for s, said in zip(trial.steps, trial.said, strict=True)
-        ]
+def _events(trial: Trial) -> Iterator[str]:
+    """Every step as JSON."""
+    for step, said in zip(trial.steps, trial.said, strict=True):
+        facts = {
+            "step": step.step,
+            "state": step.state,
+            "joint": step.joint,
+            "moved": step.moved,
+            "told_moved": step.told_moved,
+            "told_state": step.told_state,
+            "told": step.told,
+            "claimed": said,
+            "hypothesis": step.decision.hypothesis,
+        }
+        yield json_.dumps(facts | {name: step.sensed[name] for name in (VERDICT, CAMERA) if name in step.sensed})
+
+
+def _story(trial: Trial) -> Iterator[str]:
+    """The trial, and every step with its truth and its report.
+
+    A remark says which source made a report false, and what arm or camera took a step for if that was not the truth.
+    """
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
-    lines = [
-        f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
-        "step  state  joint             truth         told                   then said of it",
-    ]
-    lines += [
-        f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {_told(s):21}  "
-        f"{in_words(said, ''):12}{_remark(s, wrong, sensed)}".rstrip()
-        for s, said, wrong, sensed in zip(
-            trial.steps, trial.said, wrong_source(trial), _sensed_otherwise(trial), strict=True
-        )
-    ]
+    yield f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}"
+    yield "step  state  joint             truth         told                   then said of it"
+    outcomes = {VERDICT: (verdict_outcomes(trial), "failed"), CAMERA: (camera_outcomes(trial), "unclear")}
+    for i, (step, said, wrong) in enumerate(zip(trial.steps, trial.said, wrong_source(trial), strict=True)):
+        sensed = [
+            f"{name}: {in_words(moved[i], unknown)}"
+            for name, (moved, unknown) in outcomes.items()
+            if name in step.sensed and moved[i] != step.moved
+        ]
+        remark = f"  the {wrong} is wrong" if step.told_falsely and wrong is not None else ""
+        remark += f"  ({', '.join(sensed)})" if sensed else ""
+        told = f"{in_words(step.told_moved):12} {'<- false' * step.told_falsely}"
+        line = f"{step.step:4}  {step.state:5}  {step.joint:16}  {in_words(step.moved):12}  {told:21}  "
+        yield f"{line}{in_words(said, ''):12}{remark}".rstrip()
     if trial.error:
-        lines.append(f"error at {trial.error.boundary}: {trial.error.message}")
-    return lines
-
-
-def _told(step: Step) -> str:
-    return f"{in_words(step.told_moved):12} {'<- false' * step.told_falsely}"
-
-
-def _remark(step: Step, wrong: SourceKind | None, sensed: str) -> str:
-    """Which source made a report false, and what arm or camera took a step for if that was not the truth."""
-    why = f"the {wrong} is wrong" if step.told_falsely and wrong is not None else ""
-    return "".join(f"  {said}" for said in (why, sensed) if said)
-
-
-def _sensed_otherwise(trial: Trial) -> list[str]:
-    """For each step the outcome by the arm's verdict and by the camera where it is not the true one."""
-    found = [""] * len(trial.steps)
-    for name, outcomes in ((VERDICT, verdict_outcomes(trial)), (CAMERA, camera_outcomes(trial))):
-        unknown = "failed" if name == VERDICT else "unclear"
-        for i, (step, moved) in enumerate(zip(trial.steps, outcomes, strict=True)):
-            if name in step.sensed and moved != step.moved:
-                found[i] += f"{', ' if found[i] else ''}{name}: {in_words(moved, unknown)}"
-    return [f"({said})" if said else "" for said in found]
+        yield f"error at {trial.error.boundary}: {trial.error.message}"

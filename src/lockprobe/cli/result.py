@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -24,14 +23,6 @@ _LINES = 6
 
 _UNTESTED = re.compile(r"Not tested for (?P<agents>.+): whether .*\((?P<option>--[^:)]+): ")
 """Who has not played false reports that stay, and what plays them, in the sentence that says so."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Step:
-    """A next step: a command as it is typed, or what is added to the one before, and what it shows."""
-
-    command: str
-    shows: str
 
 
 def read_result(directory: Path) -> Results | None:
@@ -57,8 +48,8 @@ def result_lines(found: Results, directory: Path) -> list[str]:
     numbers = [f"  {line}" for line in (*said_lines(lines), *broke[:_LINES])]
     numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
     steps = _next(found, directory)
-    widest = max((len(one.command) for one in steps), default=0)
-    following = [f"{'' if i else 'Next:':6}{one.command:{widest}}  {one.shows}".rstrip() for i, one in enumerate(steps)]
+    widest = max((len(command) for command, _ in steps), default=0)
+    following = [f"{'' if i else 'Next:':6}{command:{widest}}  {shows}" for i, (command, shows) in enumerate(steps)]
     return [f"Answer: {found.answer}", *numbers, *following] if found.answer else following
 
 
@@ -71,7 +62,7 @@ def result_facts(found: Results, directory: Path) -> dict[str, object]:
         "answer": found.answer,
         "agents": [] if _all_broken(found) else [_plain(line) for line in primary_lines(found)],
         "broke": [f"{agent}: {said}" for agent, said in known_of_broken(found)],
-        "next": [{"command": one.command, "shows": one.shows} for one in _next(found, directory)],
+        "next": [{"command": command, "shows": shows} for command, shows in _next(found, directory)],
     }
 
 
@@ -91,32 +82,30 @@ def _plain(line: Line) -> dict[str, object]:
     }
 
 
-def _next(found: Results, directory: Path) -> list[_Step]:
-    """What is worth typing next: to see one trial, and to decide what is open or to look into what was found."""
+def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
+    """What is worth typing next, or adding to the command that was typed, and what it shows."""
     if again := _all_broken(found):
         return [again]
     said = {one.kind: one.text for one in found.findings if one.section == "overview"}
-    where, steps = quote(str(directory)), []
+    where, steps = quote(str(directory)), list[tuple[str, str]]()
     if trial := found.fact("trials", "first"):
-        steps.append(_Step(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
+        steps.append((f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
     if untested := _UNTESTED.search(said.get("untested", "")):
         played = any(one.doses.get("flip.keep", 0) > 0 for one in found.design.conditions)
         whose = f", for {untested['agents']}" if played else ""
         shows = f"whether false reports that stay do the same{whose}"
-        steps.append(_Step(f"the same command with {untested['option']}", shows))
+        steps.append((f"the same command with {untested['option']}", shows))
     elif "needed" in said:
-        steps.append(_Step("the same command with more --trials", said["needed"]))
-    elif any("flip.p" in one.doses for one in found.design.conditions) and _can_be_forked(found):
-        steps.append(_Step(f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
+        steps.append(("the same command with more --trials", said["needed"]))
+    elif any("flip.p" in one.doses for one in found.design.conditions) and any(
+        row.n and spec_kind(row.agent) not in (PEOPLE, MCP)  # neither of these can be asked again
+        for row in found.where("success")
+    ):
+        steps.append((f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
     return steps
 
 
-def _can_be_forked(found: Results) -> bool:
-    """Whether an agent played that can be asked again: not a person, nor a client with tools."""
-    return any(row.n and spec_kind(row.agent) not in (PEOPLE, MCP) for row in found.where("success"))
-
-
-def _all_broken(found: Results) -> _Step | None:
+def _all_broken(found: Results) -> tuple[str, str] | None:
     """What plays the trials again, if no trial of an agent that the study is about ended; None if one did."""
     broken = [row for row in found.where("broken", condition="") if row.agent in found.subjects]
     ended = {row.agent for row in found.where("success") if row.n}
@@ -124,6 +113,7 @@ def _all_broken(found: Results) -> _Step | None:
         return None
     final = [row.of for row in broken if found.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
     again = " and then ".join(dict.fromkeys(f"--again {of}" for of in final))
-    return _Step(
-        f"the same command{f' with {again}' * bool(again)}", "plays the broken trials again, when the cause is mended"
+    return (
+        f"the same command{f' with {again}' * bool(again)}",
+        "plays the broken trials again, when the cause is mended",
     )

@@ -17,7 +17,7 @@ import typer
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
-from lockprobe.cli.headings import under_headings
+from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.options.agent_names import named_agents
@@ -96,7 +96,7 @@ def run(
         planned = replace(planned, shard=part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates
-            from lockprobe.cli.progress import settings_line
+            from lockprobe.cli.study_lines import settings_line
 
             if not json:
                 print(settings_line(planned.settings_hash), file=sys.stderr)

@@ -8,10 +8,10 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from lockprobe.cli.display import watch
 from lockprobe.cli.live_report import LiveReport
-from lockprobe.cli.progress import Plain, foreign_in_words
+from lockprobe.cli.progress import Progress, watch
 from lockprobe.cli.result import read_result
+from lockprobe.cli.study_lines import foreign_in_words
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
@@ -23,7 +23,6 @@ from lockprobe.studies.records.results_hash import StudyHashes, note_hash
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
-from lockprobe.studies.stopping import answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -60,11 +59,8 @@ def play_study(
         json: Whether to print events as JSON.
     """
     status = 0
-    with (
-        suppress(_NothingKept),
-        Journal.open(directory, planned) as journal,
-        watch(json=json, budget=budget, report=report, attended=planned.attended) as observer,
-    ):
+    with suppress(_NothingKept), Journal.open(directory, planned) as journal:
+        observer = watch(json=json, budget=budget, report=report, attended=planned.attended)
         if foreign := foreign_in_words(journal.left_out):
             print(printable(foreign), file=sys.stderr)
         if budget is not None:
@@ -75,7 +71,9 @@ def play_study(
         live = LiveReport(observer, directory if report else None, tell=observer.first_report)
         reached = _play_trials(planned, journal, limits, live, observer)
         if planned.until and journal.trials:
-            _say_decisions(planned, journal, observer)
+            from lockprobe.cli.decisions import decided
+
+            observer.decided(*decided(planned, planned.own_trials(journal.trials.values())))
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
@@ -85,15 +83,15 @@ def play_study(
             observer.recorded(hashes)
         left_out: list[LeftOutSection] = []
         something = journal.trials or reached is None
-        page = _report(directory, limits, left_out) if report and something else None
+        page = _report(directory, left_out) if report and something else None
         observer.reported(page, left_out, None if page is None else read_result(directory))
-        _say_failures(planned, journal, observer, before)
-        owed = 0
-        if reached is not None or observer.tally.broken_in_all or observer.tally.given_up:
+        _tell_failures(planned, journal, observer, before)
+        owed, given_up = 0, bool(observer.tally.given_up)
+        if reached is not None or observer.tally.broken_of or given_up:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
-        status = BROKE if owed or observer.tally.given_up or not valid else 0
+        status = BROKE if owed or given_up or not valid else 0
         if reached is not None:
             observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
@@ -102,7 +100,7 @@ def play_study(
 
 
 def _play_trials(
-    planned: Study, journal: Journal, limits: Limits, live: LiveReport, observer: Plain
+    planned: Study, journal: Journal, limits: Limits, live: LiveReport, observer: Progress
 ) -> BudgetReached | None:
     """Play the owed trials, and return what ended them early if the budget did."""
     try:
@@ -123,23 +121,14 @@ def _play_trials(
     return None
 
 
-def _say_decisions(planned: Study, journal: Journal, observer: Plain) -> None:
-    from lockprobe.cli.decisions import decision_facts, decision_lines
-
-    trials = planned.own_trials(journal.trials.values())
-    found, played = answers_by_agent(planned, trials), planned.places_filled(trials)
-    observer.decided(decision_lines(planned, found, played), decision_facts(found))
-
-
-def _say_failures(planned: Study, journal: Journal, observer: Plain, before: Mapping[str, Trial]) -> None:
-    """Say which conditions have errors alone, and what broke. ``before`` are the trials on record at first."""
-    broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
-    found = (
-        invalid_conditions(planned, counted(planned.own_trials(journal.trials.values()))) if ended or not broken else []
-    )
-    if found:
-        observer.invalid(found)
-    if broken or observer.tally.given_up:
+def _tell_failures(planned: Study, journal: Journal, observer: Progress, before: Mapping[str, Trial]) -> None:
+    """Tell which conditions have errors alone, and what broke. ``before`` are the trials on record at first."""
+    tally = observer.tally
+    if tally.ended_in_all or not tally.broken_of:
+        records = counted(planned.own_trials(journal.trials.values()))
+        if found := invalid_conditions(planned, records):
+            observer.invalid(found)
+    if tally.broken_of or tally.given_up:
         replays = [
             (was.error.step, now.error)
             for key, now in journal.trials.items()
@@ -148,8 +137,7 @@ def _say_failures(planned: Study, journal: Journal, observer: Plain, before: Map
         observer.broke(in_vain=bool(replays) and all(now and now.step >= step for step, now in replays))
 
 
-def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:
+def _report(directory: Path, left_out: list[LeftOutSection]) -> Path:
     from lockprobe.report.write import write_report  # a second of imports, which the first trials need not wait for
 
-    tell = partial(print, "Report:", file=sys.stderr)
-    return write_report(directory, tell=tell, left_out=left_out.append)
+    return write_report(directory, tell=partial(print, "Report:", file=sys.stderr), left_out=left_out.append)

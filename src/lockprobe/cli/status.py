@@ -7,16 +7,15 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
-
-import typer
+from typing import Any
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli import options
-from lockprobe.cli.decisions import decision_facts, decision_lines
+from lockprobe.cli.command import Directory
+from lockprobe.cli.decisions import decided
 from lockprobe.cli.format_cost import money, share, spent_facts
-from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.result import read_result
+from lockprobe.cli.study_lines import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import in_boundaries
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
@@ -25,94 +24,87 @@ from lockprobe.people.diary import read_diaries
 from lockprobe.people.progress import flow_of
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
-from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.options.idle_conditions import idle_conditions
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.counted import Counted
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.read_records import read_stored
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import stored_hash
 from lockprobe.studies.records.store import read
-from lockprobe.studies.stopping import answers_by_agent, planned_now
+from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import Study
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
-
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
+from lockprobe.trial.record import Trial
 
 
 def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study = read_study(directory)
+    logged, logged_of_forks = logged_calls(directory), logged_calls(directory / FORKS)
     with read(directory) as store:
         index = RecordIndex(store, study)
-        facts: dict[str, object] = {"settings_hash": study.settings_hash}
-        facts |= {"results_hash": stored_hash(store, study, index)}
-        facts |= _in_progress(directory, index)
-    everything, left_out = index.counted(own=False), index.left_out
+        facts: dict[str, Any] = {
+            "settings_hash": study.settings_hash,
+            "results_hash": stored_hash(store, study, index),
+            **_in_progress(logged, index),
+        }
+        trials = study.own_trials(read_stored(store, study)[0]) if study.until else []
+    everything = index.counted(own=False)
     of_forks = bool(everything) and all(one.trial.fork is not None for one in everything)
     records = everything if of_forks else index.counted()
-    ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
-    planned = _planned(directory, study, records, of_forks=of_forks)
-    facts |= {"of_forks": of_forks, **_played(study, records, planned, of_forks=of_forks)}
-    facts |= {"not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records)}
     facts |= {
+        "of_forks": of_forks,
+        **_played(study, records, trials, of_forks=of_forks),
+        "not_asked_for": sum(one.number for one in everything) - sum(one.number for one in records),
         "steps": int(index.steps),
         "pictures": len({name for one in records for name in one.trial.picture_names}),
         "seconds_playing": round(index.seconds, 1),
         "steps_per_minute": round(60 * index.steps / index.seconds, 1) if index.seconds else None,
+        "forks": sum(not fork.owed_again for fork in read_forks(directory)),
+        "foreign": index.left_out.foreign,
+        "first_foreign": index.left_out.first_foreign,
     }
-    facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
-    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign}
     invalid = [] if of_forks else invalid_conditions(study, records)
     unchanged = [] if of_forks else idle_conditions(study, records)
     said: list[tuple[str, str]] = []
     if study.until and not of_forks:
-        trials = study.own_trials(load(directory))
-        decided, filled = answers_by_agent(study, trials), study.places_filled(trials)
-        facts |= {"until": str(study.until), "decided": decision_facts(decided)}
-        said = [("decided" * (not i), line.strip()) for i, line in enumerate(decision_lines(study, decided, filled))]
-    facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
+        lines, facts["decided"] = decided(study, trials)
+        facts["until"] = str(study.until)
+        said = [("decided" * (not i), line.strip()) for i, line in enumerate(lines)]
+    said += [("invalid", invalid_in_words(invalid))] if invalid else []
+    said += [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
     report = None if of_forks else read_result(directory)
-    facts |= {"time": time_said(), "reported": None if report is None else report.progress.finished}
     flow = flow_of(study, read_diaries(directory), withdrawn(directory))
-    counts = {} if flow is None else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn}
-    facts["participants"] = counts
-    if not json:
-        idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
-        lines = [
-            *_lines(directory, facts),
-            *said,
-            *([("invalid", invalid_in_words(invalid))] if invalid else []),
-            *idle,
-        ]
-        _show(lines, ledger, forks, study)
-        if foreign := foreign_in_words(left_out):
-            _print_named([("left out", foreign)])
+    people = {} if flow is None else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn}
+    facts |= {
+        "without_valid_trial": [one.condition for one in invalid],
+        "changed_nothing": unchanged,
+        "time": time_said(),
+        "reported": None if report is None else report.progress.finished,
+        "participants": people,
+    }
+    ledger, forks = _ledger(study, logged, everything), _ledger(study, logged_of_forks)
+    if json:
+        print(json_.dumps(facts | _spent(study, ledger, forks)))
         return
-    agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
-    dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
-    spent = spent_facts(ledger.total) | {"price_date": min(dates, default=None), "agents": agents}
-    spent |= {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(_both(ledger, forks))}
-    print(json_.dumps(facts | spent))
+    _print_named([*_lines(directory, facts), *said])
+    if ledger.by_agent or forks.by_agent:
+        print()
+        _print_columns(_table(study, ledger, forks))
+        print()
+        _print_named(_about_calls(_both(ledger, forks), [*ledger.by_agent.values(), *forks.by_agent.values()]))
+    if foreign := foreign_in_words(index.left_out):
+        _print_named([("left out", foreign)])
 
 
-def _ledger(directory: Path, study: Study, records: Sequence[Counted] = ()) -> Ledger:
-    """The cost of all calls of a directory, and of the trials there without calls on disk; empty if it is missing."""
-    waiting = (replace(call, error=BROKEN_OFF) for call in unanswered(directory))
-    return Ledger(study, (*waiting, *_decided(directory, records), *read_calls(directory)))
-
-
-def _both(ledger: Ledger, forks: Ledger) -> Spending:
-    """The cost of a study and its forks."""
-    return total([*ledger.by_agent.values(), *forks.by_agent.values()])
-
-
-def _in_progress(directory: Path, index: RecordIndex) -> dict[str, object]:
-    waiting, begun = unanswered(directory), Counter[str]()
-    for call in read_calls(directory):
+def _in_progress(logged: Sequence[LoggedCall], index: RecordIndex) -> dict[str, object]:
+    """The trials that were begun and are owed, the replies that are kept for them, and calls without an answer."""
+    waiting, begun = [one.asked for one in logged if one.answer is None and one.asked is not None], Counter[str]()
+    for call in (one.answer for one in logged if one.answer is not None):
         begun.update([call.key] if call.reply is not None and index.owes(call.key) else [])
         if call.owed_anew:
             del begun[call.key]
@@ -123,18 +115,16 @@ def _in_progress(directory: Path, index: RecordIndex) -> dict[str, object]:
     }
 
 
-def _planned(directory: Path, study: Study, records: Sequence[Counted], *, of_forks: bool) -> int:
-    """The number of trials that are planned now, those of people included; forks have no plan."""
-    if of_forks:
-        return sum(one.number for one in records)
-    return planned_now(study, study.own_trials(load(directory)) if study.until else ())
+def _played(study: Study, records: Sequence[Counted], trials: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
+    """What is planned, played, owed and broken. ``trials`` are those of a study that stops when it is decided.
 
-
-def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks: bool) -> dict[str, object]:
+    Forks have no plan, and people's trials are counted apart from the others.
+    """
     run, people = ([one for one in records if bool(one.trial.player) == of] for of in (False, True))
     errors = [(one.trial.error, one.number) for one in records if one.trial.error is not None]
     played, again = sum(one.number for one in run), sum(one.number for one in run if one.trial.owed_again)
     by_people = 0 if of_forks else study.places_filled(one.trial for one in people)
+    planned = sum(one.number for one in records) if of_forks else planned_now(study, trials)
     finished, invited = played - again + by_people, 0 if of_forks else study.invited
     steps = [step for one in run for step in one.trial.steps]
     tidied = Counter(TIDIED.get(what, what) for step in steps for what in step.decision.tidied)  # type: ignore[call-overload]
@@ -163,32 +153,39 @@ def _played(study: Study, records: Sequence[Counted], planned: int, *, of_forks:
     }
 
 
-def _decided(directory: Path, records: Sequence[Counted]) -> Iterator[Call]:
-    """The recorded usage of trials without calls on disk: imported, or from before calls were stored.
+def _ledger(study: Study, logged: Sequence[LoggedCall], records: Sequence[Counted] = ()) -> Ledger:
+    """The cost of all calls, and of what decisions of trials without calls on disk used, which were imported.
 
     Forks have the decisions of their trial on record, which it paid for.
     """
-    known = {call.key for call in read_calls(directory)}
-    for trial in (one.trial for one in records):
-        if trial.key in known or trial.fork is not None:
-            continue
+    waiting = [replace(one.asked, error=BROKEN_OFF) for one in logged if one.answer is None and one.asked is not None]
+    answered = [one.answer for one in logged if one.answer is not None]
+    known, used = {call.key for call in answered}, list[Call]()
+    for trial in (one.trial for one in records if one.trial.key not in known and one.trial.fork is None):
         asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
         if trial.error is not None:
             asked.append((trial.error.step, trial.error.usage, ""))
         for step, usage, served in asked:
             if usage is not None:
                 call = Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
-                yield replace(call, agent=trial.agent)
+                used.append(replace(call, agent=trial.agent))
+    return Ledger(study, (*waiting, *used, *answered))
 
 
-def _show(lines: list[tuple[str, str]], ledger: Ledger, forks: Ledger, study: Study) -> None:
-    if ledger.by_agent or forks.by_agent:
-        _print_named(lines)
-        print()
-        _print_columns(_table(ledger, forks, study))
-        print()
-        lines = [*_about_calls(_both(ledger, forks), [*ledger.by_agent.values(), *forks.by_agent.values()])]
-    _print_named(lines)
+def _both(ledger: Ledger, forks: Ledger) -> Spending:
+    """The cost of a study and its forks."""
+    return total([*ledger.by_agent.values(), *forks.by_agent.values()])
+
+
+def _spent(study: Study, ledger: Ledger, forks: Ledger) -> dict[str, object]:
+    agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
+    dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
+    return spent_facts(ledger.total) | {
+        "price_date": min(dates, default=None),
+        "agents": agents,
+        "spent_on_forks": spent_facts(forks.total),
+        "spent_with_forks": spent_facts(_both(ledger, forks)),
+    }
 
 
 def _print_named(lines: Iterable[tuple[str, str]]) -> None:
@@ -203,7 +200,8 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
         print(printable("  ".join((f"{first:<{widths[0]}}", *cells))))
 
 
-def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Of every fact its name, empty where it goes on, and what is said."""
     yield "study", f"{facts['study']} in {directory}, at {facts['time']}"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["of_forks"]:
@@ -215,50 +213,42 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         who = f" by {facts['people']}" if facts["people"] else ""
         played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
         yield "people", f"{played}{extra if not facts['trials'] else ''} (lockprobe serve {directory})"
-    if isinstance(counts := facts["participants"], dict) and counts:
-        joined = f"{count(counts['joined'], 'person', 'people')} joined"
-        yield "", f"{joined}, {counts['finished']} finished, {counts['withdrawn']} withdrew"
+    if people := facts["participants"]:
+        joined = f"{count(people['joined'], 'person', 'people')} joined"
+        yield "", f"{joined}, {people['finished']} finished, {people['withdrawn']} withdrew"
     if facts["forks"]:
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
-        yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} unfinished, {kept}"
+        yield "open", f"{count(facts['in_progress'], 'trial')} unfinished, {kept}"
     if facts["unanswered_calls"]:
-        number = int(str(facts["unanswered_calls"]))
-        yield "", f"{count(number, 'call')} in progress, or lost with a killed run"
+        yield "", f"{count(facts['unanswered_calls'], 'call')} in progress, or lost with a killed run"
     yield from _played_lines(directory, facts)
 
 
-def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+def _played_lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """How long it took, what broke, what was asked again or tidied, and the hashes."""
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
     if facts["reported"] is not None:
-        behind = int(str(facts["finished"])) - int(str(facts["reported"]))
+        behind = facts["finished"] - facts["reported"]
         renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
         yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"
-    errors, first = facts["errors"], facts["first_errors"]
-    assert isinstance(errors, dict)
-    assert isinstance(first, dict)
-    yield "errors", in_boundaries(errors) or "none"
-    for boundary, message in sorted(first.items()):
+    yield "errors", in_boundaries(facts["errors"]) or "none"
+    for boundary, message in sorted(facts["first_errors"].items()):
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
-    again = facts["asked_again"]
-    assert isinstance(again, dict)
-    for i, (agent, of) in enumerate(again.items()):
+    for i, (agent, of) in enumerate(facts["asked_again"].items()):
         counts = f"{of['asked_again']:,} of {of['replies']:,} replies of {agent}"
         yield "" if i else "replies", f"{counts} could not be used and were asked for again"
     if facts["tidied_decisions"]:
-        tidied = facts["tidied"]
-        assert isinstance(tidied, dict)
-        what = ", ".join(f"{what} {times}" for what, times in tidied.items())
+        what = ", ".join(f"{what} {times}" for what, times in facts["tidied"].items())
         yield "tidied", f"{facts['tidied_decisions']} of {facts['decisions']} replies before they were read: {what}"
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
     yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
 
 
-def _table(ledger: Ledger, forks: Ledger, study: Study) -> list[tuple[str, ...]]:
+def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
     ]
@@ -268,15 +258,10 @@ def _table(ledger: Ledger, forks: Ledger, study: Study) -> list[tuple[str, ...]]
     if forks.by_agent:
         parts += [("forks", forks.total), ("study and forks", _both(ledger, forks))]
     for agent, spent in parts:
+        usage = spent.usage
         numbers = (
-            spent.usage.calls,
-            spent.failed,
-            spent.broken_off,
-            spent.retries,
-            spent.usage.input_tokens,
-            spent.usage.cached_tokens,
-            spent.usage.output_tokens,
-            spent.usage.reasoning_tokens,
+            *(usage.calls, spent.failed, spent.broken_off, spent.retries),
+            *(usage.input_tokens, usage.cached_tokens, usage.output_tokens, usage.reasoning_tokens),
         )
         cost = "not known" if spent.dollars is None else money(spent.dollars)
         rows.append((agent, *(f"{number:,}" for number in numbers), cost))

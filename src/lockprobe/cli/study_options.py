@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import typer
 
-from lockprobe.cli.headings import AS_RUN, under_headings
+from lockprobe.cli.command import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
 from lockprobe.foundation.docstrings import docstring
 from lockprobe.interventions.flip import FlipKind

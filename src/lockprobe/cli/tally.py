@@ -1,4 +1,4 @@
-"""The state of a run in numbers: what was played, solved and broken, how fast, and what it cost."""
+"""What a run has come to: what was played, solved and broken, how fast, and what it cost."""
 
 from __future__ import annotations
 
@@ -19,48 +19,49 @@ _LONG = 5.0
 
 
 class Tally:
-    """The state of a run: what was played, solved and broken, how fast, and what it cost.
+    """The state of a run, and of its present agent.
 
     Attributes:
         ended_in_all: Trials of this run that ended, over all agents.
-        broken_in_all: Trials of this run that broke outside their agent.
-        broken_of: The agents of these, each with their number.
-        tells_solved: Whether a line says how many trials are solved.
-        guess: The first guess of the time that the agent takes, in words, until a trial says more; "…" without one.
-        first_error: Boundary and message of the first of those.
+        broken_of: Agents of which trials broke outside them in this run, each with their number.
+        first_error: Boundary and message of the first of these.
         given_up: Agents that could not go on -> why, and how many trials they owe.
         ledger: The cost of the study; None where no provider is asked.
         calls: Its calls; None likewise.
+        agent: The present agent, as the study calls it.
+        slow: Whether it takes so long that its steps are worth telling.
+        solved, ended: Its trials by condition, those of earlier runs included.
+        guess: The first guess of the time that it takes, in words, until a trial says more; "…" without one.
+        tells_solved: Whether a line says how many trials are solved.
     """
 
     def __init__(self, study: Study | None = None) -> None:
-        self._called = (lambda agent: agent) if study is None else study.label_of
-        self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
-        self.tells_solved = True
-        self.first_error = ""
+        self._study = study
+        self.ended_in_all = 0
         self.broken_of: Counter[str] = Counter()
+        self.first_error = ""
         self.given_up: dict[str, tuple[str, int]] = {}
+        self.ledger: Ledger | None = None
+        self.calls: Calls | None = None
+        self.agent, self.slow, self.guess = "", False, "…"
+        self.agent_owed = self.before = self.played = self.steps = 0
         self.errors: Counter[str] = Counter()
         self.solved: Counter[str] = Counter()
         self.ended: Counter[str] = Counter()
-        self.ledger: Ledger | None = None
-        self.calls: Calls | None = None
-        self.agent, self.guess = "", "…"
-        self.slow = False
+        self.tells_solved = True
         self._began = time.monotonic()
-        self.agent_owed = self.before = 0
 
-    def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
+    def turn(self, source: AgentSource, owed: int, done: list[Trial]) -> None:
         """Start counting another agent, with ``owed`` trials to play.
 
-        Lines call it as the study does. Trials of an earlier run (``done``) count as trials of the study, but not for
-        the time that is left. ``slow`` agents show their steps.
+        Trials of an earlier run (``done``) count as trials of the study, but not for the time that is left.
         """
-        self.agent, self.slow, self.agent_owed = self._called(source.spec), slow, owed
-        self.played, self.steps, self.before = 0, 0, len(done)
-        self.errors.clear()
-        self.solved.clear()
-        self.ended.clear()
+        study = self._study
+        self.agent = source.spec if study is None else study.label_of(source.spec)
+        self.slow = source.engine != "inline" or (study is not None and study.simulated)
+        self.agent_owed, self.before, self.played, self.steps = owed, len(done), 0, 0
+        for counted in (self.errors, self.solved, self.ended):
+            counted.clear()
         self._began = time.monotonic()
         for trial in done:
             self._count(trial)
@@ -72,47 +73,36 @@ class Tally:
     def trial(self, trial: Trial) -> None:
         """A trial is on disk."""
         self.played += 1
-        self.broken_in_all += trial.owed_again
-        self.broken_of.update([trial.group] if trial.owed_again else [])
-        self.ended_in_all += not trial.owed_again
-        if trial.error is not None and trial.owed_again and not self.first_error:
-            self.first_error = f"{trial.error.boundary}: {trial.error.message}"
-        self.errors.update([] if trial.error is None else [trial.error.boundary])
+        if trial.owed_again:
+            assert trial.error is not None
+            self.broken_of[trial.group] += 1
+            self.first_error = self.first_error or f"{trial.error.boundary}: {trial.error.message}"
+        else:
+            self.ended_in_all += 1
+        if trial.error is not None:
+            self.errors[trial.error.boundary] += 1
         self._count(trial)
-
-    @property
-    def speed(self) -> float:
-        """Steps per second of this agent in this run."""
-        return self.steps / max(time.monotonic() - self._began, 1e-9)
-
-    @property
-    def left(self) -> str:
-        """Time left for this agent, in words."""
-        if not self.played:
-            return self.guess
-        seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
-        return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
-
-    @property
-    def waiting(self) -> str:
-        """How long a provider has been making us wait, in words; empty where it answers soon."""
-        if self.calls is None or (longest := self.calls.longest_wait) < _LONG:
-            return ""
-        return f"{count(self.calls.on_their_way, 'call')} on the way, the oldest for {longest:.0f} s"
 
     def line(self, *, solved: bool = True) -> str:
         """The state in one short line, with or without how many trials are solved, under all conditions together."""
-        ended = self.ended.total()
+        ended, seconds = self.ended.total(), max(time.monotonic() - self._began, 1e-9)
+        left = self.guess
+        if self.played:
+            needed = seconds / self.played * (self.agent_owed - self.played)
+            left = f"{needed / 60:.0f} min" if needed > 90 else f"{needed:.0f} s"
+        waiting = ""
+        if self.calls is not None and (longest := self.calls.longest_wait) >= _LONG:
+            waiting = f"{count(self.calls.on_their_way, 'call')} on the way, the oldest for {longest:.0f} s"
         parts = [
             f"{self.agent}  {self.before + self.played}/{self.before + self.agent_owed} trials",
             f"{self.solved.total()} of {ended} solved" if solved and ended and self.tells_solved else "",
-            f"{self.speed:.1f} steps/s",
-            f"{self.left} left",
+            f"{self.steps / seconds:.1f} steps/s",
+            f"{left} left",
             spent_in_words(self.ledger.total) if self.ledger is not None else "",
-            self.waiting,
+            waiting,
             in_boundaries(self.errors),
         ]
-        return " · ".join(part for part in parts if part)
+        return " · ".join(filter(None, parts))
 
 
 def in_boundaries(errors: Mapping[str, int]) -> str:

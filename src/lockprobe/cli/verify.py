@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json as json_
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from lockprobe.cli import options
+from lockprobe.cli.command import Directory
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.terminal_text import printable
@@ -17,7 +17,6 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.results_hash import check_hash
 from lockprobe.studies.records.store import STORE
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 Settings = Annotated[
     str | None,
     typer.Option("--settings", metavar="HASH", help="The hash of the settings, as it was published."),

@@ -1,0 +1,160 @@
+"""What is said of a study: before its first trial, after the last, and of what is not valid or not its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from lockprobe.agents.catalogue import is_strategy, resolve
+from lockprobe.foundation.formatting import count
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.statistics.why.arms import CROSSED
+from lockprobe.studies.options.presets import preset
+from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import LeftOut
+from lockprobe.studies.records.results_hash import StudyHashes
+from lockprobe.studies.records.store import STORE
+from lockprobe.studies.study import Study
+from lockprobe.studies.until import LOOK_EVERY
+
+_STEPS_PER_TRIAL, _STEPS_PER_MINUTE = 17.0, 300.0
+"""What the embedded model was measured to play on two cores; only for the first guess of the time."""
+
+_KINDS = {"flips": "Flip study", "modalities": "Modality study"}
+"""What the paper's studies are called."""
+
+_LOOKS = (
+    f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "
+    "that are decided are no longer played."
+)
+
+_BLOCKS = (
+    "Of studies of 50 trials a condition, 96 % or more name the right cause of an effect of the paper's size; a "
+    "smaller effect needs more (lockprobe power why)"
+)
+
+
+def begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
+    """What will be played, how long it should take, where it goes, and what of it is done."""
+    invited = []
+    if study.invited:
+        played = sum(not trial.owed_again for trial in journal.trials.values() if trial.player)
+        invited.append(
+            f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by "
+            f"lockprobe serve {journal.directory}"
+        )
+    run, done = study.size - study.invited, done_of(study, journal)
+    if not run:
+        yield from invited
+        return
+    little = preset("flips").when["short"]
+    short = study.of_flips and ([*study.p], study.trials, study.repetitions) == (little.p, little.trials, 3)
+    kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
+    yield (
+        f"{f'Short {kind.lower()}' if short else kind} on {study.boxes_in_words}: {_conditions(study)}; "
+        f"{_extent(study)} of {study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
+    )
+    yield from _of_the_plant(study, owed)
+    yield from _of_agents(study)
+    yield from invited
+    if short:
+        engines = {spec: resolve(spec).engine for spec in study.agents}
+        trials = sum(study.size_of(spec) for spec, engine in engines.items() if engine == "process")
+        time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
+        if "network" in engines.values():
+            time_needed += " and what the provider needs"
+        yield f"First guess: {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials."
+    yield f"Records: {journal.directory} (the same command resumes it)"
+    yield settings_line(read_study(journal.directory).settings_hash)
+    if study.until:
+        yield f"{done} trials are done already; {owed} are owed before the next look" if done else _LOOKS
+    elif done:
+        yield f"{done} of {run} trials are done already; {owed} are owed"
+    elif study.shard:
+        yield f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here"
+
+
+def done_of(study: Study, journal: Journal) -> int:
+    """The trials of a study that are finished, without those of people."""
+    return sum(not trial.owed_again and trial.spec in study.run_agents for trial in journal.trials.values())
+
+
+def minutes(trials: int) -> int:
+    """A first estimate of how long the embedded model needs for these trials, in whole minutes."""
+    return max(1, round(trials * _STEPS_PER_TRIAL / _STEPS_PER_MINUTE))
+
+
+def _extent(study: Study) -> str:
+    """How many trials are played."""
+    if study.until:
+        return f"until {study.until}, at most {count(study.repetitions * study.trials, 'trial')} per condition,"
+    apart = f" ({study.strategy_trials} for strategies)" if study.strategy_trials is not None else ""
+    return f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{apart}"
+
+
+def _conditions(study: Study) -> str:
+    """How the box is shown, and how often reports are false, as far as the study varies it."""
+    if not study.of_flips:
+        return f"{count(len(study.conditions), 'condition')}: {'; '.join(one.label for one in study.conditions)}"
+    p = f"flip rate {', '.join(f'{p:g}' for p in study.p)}"
+    if not study.has_pictures:
+        return p
+    shown = f"shown as {', '.join(study.modalities)}"
+    return f"{shown}; {p}" if any(study.p) else shown
+
+
+def _of_the_plant(study: Study, owed: int) -> list[str]:
+    """What is acted on, what makes its pictures, and what a plant without a camera leaves out."""
+    if not study.simulated:
+        left_out = "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
+        return [left_out] if study.name == "modalities" else []
+    said, source = f"Plant: {study.plant}", resolve_plant(study.plant)
+    if study.has_pictures and owed and source.picture_size is not None:
+        said += f"; pictures by {source.renderer()}"
+    own = study.name == "modalities" and study.plant == preset("modalities").plant
+    robot = "; the paper's robot is --plant twin" if own else ""
+    return [said + robot]
+
+
+def _of_agents(study: Study) -> list[str]:
+    """Which agents look at no pictures, and how many trials a study of controls needs of a model."""
+    reading = [study.label_of(agent) for agent in study.agents if study.modalities_of(agent) != study.modalities]
+    said = [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
+    crossed = {one.label for one in study.conditions} >= set(CROSSED)
+    return said + [_BLOCKS] * (crossed and not all(map(is_strategy, study.agents)))
+
+
+def settings_line(found: str) -> str:
+    """The hash of the settings, as it is said before the first trial."""
+    return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
+
+
+def results_line(found: StudyHashes) -> str:
+    """The hash of the records, as it is said after the last trial."""
+    so_far = "" if found.finished == found.planned else f" so far, {found.finished} of {found.planned} trials"
+    return f"Results: {found.results} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
+
+
+def foreign_in_words(left_out: LeftOut) -> str:
+    """That records of other studies are in the store, how many, and which is the first; empty where none is."""
+    if not left_out.foreign:
+        return ""
+    records = count(left_out.foreign, "record")
+    return f"{records} of another study in {STORE} are not counted; the first is {left_out.first_foreign}"
+
+
+def invalid_in_words(found: Sequence[Invalid]) -> str:
+    """Conditions without a valid trial in one line: which, why, and what plays their trials again; at least one."""
+    errors, owed = sum(one.errors for one in found), sum(one.owed for one in found)
+    others = f" and {count(len(found) - 1, 'more condition')}" if len(found) > 1 else ""
+    ended = "the only trial" if errors == 1 else f"all {errors} trials"
+    first = f"{found[0].first.boundary}: {' '.join(found[0].first.message.split())[:200]}"
+    again = " and then ".join(f"--again {name}" for name in sorted({name for one in found for name in one.final}))
+    remedy = {errors: "the same command plays them again", 0: f"the same command with {again} plays them anew"}
+    mixed = f"the same command plays {owed} of them again, with {again} all"
+    return (
+        f"No valid trial of {found[0].condition}{others}: {ended} ended as an error, the first at {first}; "
+        f"{remedy.get(owed, mixed)}"
+    )
