@@ -11,7 +11,7 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
@@ -62,7 +62,6 @@ def test_a_file_s_agents_play_beside_people(tmp_path):
     planned, directory = _planned(str(study), {"seed": 9}, None)
     assert (planned.agents, planned.p, planned.trials, planned.seed) == (("random", "participant"), (0.0, 0.5), 4, 9)
     assert directory.name == f"flips-{planned.identity}"
-    assert _with_people(("participant", "random")) == ("participant", "random")
     assert _planned("flips", {}, tmp_path)[1] == tmp_path
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
-from lockprobe.foundation.formatting import listed
+from lockprobe.agents.llm.model_facts import OWN_FACTS, price_lines
+from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
@@ -56,40 +55,28 @@ def share(part: float | None, whole: float) -> float | None:
     return part / whole if whole and part is not None else None
 
 
-def of_price(price: Price | None) -> str:
-    """The prices that were used."""
-    return "price not known" if price is None else f"prices of {price.date}"
-
-
 def estimate_lines(found: Estimate) -> list[str]:
     """The estimated cost of an agent's trials, in words."""
     low, high = found.expected, found.full
+    until = ""
+    if found.until:
+        goal = "decided" if found.until == "decided" else f"{found.until} points"
+        until = f"until {goal}, at most {found.trials:,} trials, which take "
     first = (
-        f"{found.called}: {_whole(found)}about {_span(low.calls, high.calls)} calls, "
+        f"{found.called}: {until}about {_span(low.calls, high.calls)} calls, "
         f"{_span(low.input_tokens, high.input_tokens)} tokens in ({found.repeated:.0%} of them sent before), "
         f"{_span(low.output_tokens, high.output_tokens)} out"
     )
     if found.most_dollars is None:
         return [first, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
-    cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
-    kept = "" if cached == _fresh(found, low, high) else f" ({cached} with its provider's cache)"
-    most = f"at most {money(found.most_dollars)} whatever it replies"
-    paid = f"  about {_fresh(found, low, high)}{kept}; {most}; {of_price(found.price)}"
+    fresh, cached = (_paid(*(found.dollars(one, cached=hits) for one in (low, high))) for hits in (False, True))
+    kept = "" if cached == fresh else f" ({cached} with its provider's cache)"
+    date = "price not known" if found.price is None else f"prices of {found.price.date}"
+    paid = f"  about {fresh}{kept}; at most {money(found.most_dollars)} whatever it replies; {date}"
     return [first, paid, *([_LESS] if found.until else [])]
 
 
 _LESS = "  a smaller --budget is fine: what is decided when it ends holds, and a larger one goes on from there"
-
-
-def _whole(found: Estimate) -> str:
-    """Which trials an estimate is of, where not all of them need to be played."""
-    until = "decided" if found.until == "decided" else f"{found.until} points"
-    return f"until {until}, at most {found.trials:,} trials, which take " if found.until else ""
-
-
-def _fresh(found: Estimate, low: Usage, high: Usage) -> str:
-    """The cost of a range of usage without the provider's cache."""
-    return _paid(found.dollars(low, cached=False), found.dollars(high, cached=False))
 
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
@@ -154,9 +141,15 @@ def spent_in_words(spent: Spending) -> str:
     if not (spent.usage.calls or spent.failed or spent.broken_off):
         return ""
     tokens = f"{about(spent.usage.input_tokens)} tokens in, {about(spent.usage.output_tokens)} out"
-    said = tokens if spent.dollars is None else f"{money(spent.dollars)} spent"
+    said = [tokens if spent.dollars is None else f"{money(spent.dollars)} spent"]
+    for number, one, several in (
+        (spent.retries, "retry", "retries"),
+        (spent.failed, "call failed", "calls failed"),
+        (spent.broken_off, "call broken off", "calls broken off"),
+    ):
+        said += [count(number, one, several)] if number else []
     unknown = f"; at most {money(spent.dollars_unknown)} more, uncounted" if spent.dollars_unknown else ""
-    return said + "".join(_also(spent)) + unknown
+    return ", ".join(said) + unknown
 
 
 def spent_facts(spent: Spending) -> dict[str, object]:
@@ -183,13 +176,3 @@ def spent_facts(spent: Spending) -> dict[str, object]:
         "served": dict(spent.served),
         "seconds_of_calls": round(spent.seconds, 1),
     }
-
-
-def _also(spent: Spending) -> Iterator[str]:
-    for number, one, several in (
-        (spent.retries, "retry", "retries"),
-        (spent.failed, "call failed", "calls failed"),
-        (spent.broken_off, "call broken off", "calls broken off"),
-    ):
-        if number:
-            yield f", {number} {one if number == 1 else several}"

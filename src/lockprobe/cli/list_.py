@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from lockprobe.cli import options
-from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.printing import print_rows
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import Kind, listed_plugins
@@ -60,7 +59,8 @@ def interventions(json: options.AsJson = False) -> None:
         first = first_line(kind).replace("``", "")
         what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
         place = place_of(kind) if kind else None
-        rows.append({"place": place, "spec": name, "doses": doses, "what": what} | _of(package))
+        row: dict[str, object] = {"place": place, "spec": name, "doses": doses, "what": what}
+        rows.append(row | {"package": package} if package else row)
     places = [*PLACES, None]
     for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
         _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
@@ -82,7 +82,7 @@ def measures(
     Without --measure these are all measures: those of Lockprobe and those of installed packages.
     """
     from lockprobe.foundation.plugins import plugin_names
-    from lockprobe.statistics.measures import MEASURES, find_measure
+    from lockprobe.statistics.measures import MEASURES, find_measure, measured
 
     if directory is None:
         known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
@@ -96,47 +96,35 @@ def measures(
     if not cells:
         print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
         return
-    found = [_measured(cells, name) for name in measure or MEASURES]
+
+    def of_every_cell(name: str) -> list[Measured]:
+        chosen = find_measure(name)
+        return [row for trials in cells.values() for row in measured(trials, [chosen])]
+
+    found = [of_every_cell(name) for name in measure or MEASURES]
     for name in () if measure else plugin_names("measure"):
         try:
-            found.append(_measured(cells, name))
+            found.append(of_every_cell(name))
         except UserMistake as mistake:  # nobody asked for it by name
             print(printable(f"{name} is left out: {mistake}"), file=sys.stderr)
-    _print(cells, found, json=json)
+    _print_measures(cells, found, json=json)
 
 
-_Cells = Mapping[tuple[str, str], Sequence[Trial]]
-"""The trials of every agent under every condition."""
-
-
-def _measured(cells: _Cells, name: str) -> list[Measured]:
-    """One measure of every cell.
-
-    Raises:
-        UserMistake: If there is none of this name, or it breaks.
-    """
-    from lockprobe.statistics.measures import find_measure, measured
-
-    chosen = find_measure(name)
-    return [row for trials in cells.values() for row in measured(trials, [chosen])]
-
-
-def _print(cells: _Cells, found: Sequence[Sequence[Measured]], *, json: bool) -> None:
-    table = new_table("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")
+def _print_measures(
+    cells: Mapping[tuple[str, str], Sequence[Trial]], found: Sequence[Sequence[Measured]], *, json: bool
+) -> None:
+    """Print every measure of every cell: the trials of an agent under a condition."""
+    table = [("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")]
     for place, ((agent, condition), (trial, *_)) in enumerate(cells.items()):
         for row in (of[place] for of in found):
             if json:
                 named = {"agent": agent, "condition": condition, "doses": trial.doses}
                 print(json_.dumps(named | asdict(row)))
-            table.add_row(*map(escape, (printable(agent), printable(condition), row.name)), *_cells(row))
+            value = "-" if row.value is None else f"{row.value:.3f}"
+            interval = "-" if row.low is None or row.high is None else f"{row.low:.3f} to {row.high:.3f}"
+            table.append((agent, condition, row.name, value, interval, str(row.n), str(row.left_out)))
     if not json:
-        print_table(table)
-
-
-def _cells(row: Measured) -> tuple[str, str, str, str]:
-    value = "-" if row.value is None else f"{row.value:.3f}"
-    interval = "-" if row.low is None or row.high is None else f"{row.low:.3f} to {row.high:.3f}"
-    return value, interval, str(row.n), str(row.left_out)
+        print_rows(table)
 
 
 @app.command()
@@ -195,13 +183,9 @@ def _list(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packa
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
     if packaged:
         added = listed_plugins(kind, known) + (listed_plugins("plant source", known) if kind == "plant" else [])
-        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in added]
+        rows += [{"spec": row.name, "what": row.what, "package": row.package} for row in added]
     for row in rows:
         _print_row(row, f"{row['spec']:{width}}", json=json)
-
-
-def _of(package: str) -> dict[str, object]:
-    return {"package": package} if package else {}
 
 
 def _print_row(row: Mapping[str, object], begin: str, *, json: bool) -> None:

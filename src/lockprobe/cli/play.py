@@ -10,7 +10,7 @@ import select
 import sys
 import termios
 import tty
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -67,7 +67,10 @@ def play(
     seed = asked.get("seed", secrets.randbelow(_SEEDS))
     if record is not None:
         _check_record(record)
-    options_given = {**asked, "seed": seed, "p": _rate(asked.get("p", [0.0]))}
+    rates = asked.get("p", [0.0])
+    if len(rates) != 1:
+        raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
+    options_given = {**asked, "seed": seed, "p": rates[0]}
     study = trial_study(options_given, agent=participant_spec("local"))
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
@@ -90,13 +93,6 @@ def play(
     tell(screen, trial, plan.box, others)
     if record is not None:
         screen.say(f"Recorded: {record}")
-
-
-def _rate(rates: Sequence[float]) -> float:
-    """The flip rate of a trial, of which there is one."""
-    if len(rates) != 1:
-        raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
-    return rates[0]
 
 
 def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
@@ -175,7 +171,13 @@ def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | N
         screen.say("  " + line)
     screen.say()
     screen.say(f"The same trial played by strategies: same labels, same false reports (seed {trial.seed})", "bold")
-    for who, how in _standing(trial, box, others):
+    fewest = optimum(box)
+    standing = {
+        "you": _ending(trial),
+        **{one: "cannot plan for a box of this size" if of is None else _ending(of) for one, of in others.items()},
+        "fewest possible": "cannot be opened" if fewest is None else count(fewest, "step"),
+    }
+    for who, how in standing.items():
         screen.say(f"  {who:24} {how}")
     curve = random_curve(box, trial.budget)
     within = f"{curve[steps]:.1%} of trials within {count(steps, 'step')}, " if steps < trial.budget else ""
@@ -197,14 +199,6 @@ def _story(screen: Screen, trial: Trial) -> None:
         pairs = list(zip(trial.steps, trial.said, strict=True))[:-1]
         right = sum((claimed == "moved") == step.moved for step, claimed in pairs)
         screen.say(f"Your statements about your actions were true {right} of {len(pairs)} times.")
-
-
-def _standing(trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> Iterator[tuple[str, str]]:
-    yield "you", _ending(trial)
-    for spec, played in others.items():
-        yield spec, "cannot plan for a box of this size" if played is None else _ending(played)
-    fewest = optimum(box)
-    yield "fewest possible", "cannot be opened" if fewest is None else count(fewest, "step")
 
 
 def _ending(trial: Trial) -> str:

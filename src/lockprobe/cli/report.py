@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_
 import sys
+import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -16,15 +17,16 @@ from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.cli.study_options import study_help
-from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
+from lockprobe.studies.file_names import SETTINGS
+from lockprobe.studies.records.results_hash import StudyHashes
+from lockprobe.studies.records.store import read
 
 if TYPE_CHECKING:
     from lockprobe.report.compare import Comparison
-    from lockprobe.report.rows import Results
 
 _PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
 _WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
@@ -33,6 +35,12 @@ PAGE = Path("compare.html")
 
 _LONGEST = 300
 """The most characters of a line on different settings."""
+
+PAUSE = 5.0
+"""The least seconds from the end of a report to the next; longer for one that takes longer: the study needs half."""
+
+_LOOK = 0.5
+"""Seconds between checks of the records."""
 
 Directories = Annotated[
     list[Path], typer.Argument(metavar="DIR...", help="The directory of a study; several are compared on one page.")
@@ -77,9 +85,37 @@ def report(
         _write(directory, paper=paper, json=json)
         return
     try:
-        watch_report(directory, lambda: _write(directory, json=json))
+        _watch(directory, json=json)
     except KeyboardInterrupt:
-        print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
+        print(f"Report: stopped by Ctrl-C; trials still owed: {_owed(directory)}", file=sys.stderr)
+
+
+def _watch(directory: Path, *, json: bool) -> None:
+    """Write the report now and whenever records or settings change, until it holds every planned trial, of people too.
+
+    A study that stops when it is decided is over when it may stop.
+    """
+    while True:
+        seen, began = _state(directory), time.monotonic()
+        _write(directory, json=json)
+        took = time.monotonic() - began
+        if _state(directory) == seen and not _owed(directory):
+            return
+        time.sleep(max(PAUSE, took))
+        while _state(directory) == seen:
+            time.sleep(_LOOK)
+
+
+def _owed(directory: Path) -> int:
+    found = StudyHashes.of(directory)
+    return found.planned - found.finished
+
+
+def _state(directory: Path) -> tuple[object, ...]:
+    """What a report depends on most: the records, and when the settings were written."""
+    with read(directory) as store:
+        records = store.one("select count(*), max(id) from trial")
+    return (*records, (directory / SETTINGS).stat().st_mtime_ns)
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
@@ -115,23 +151,23 @@ def _print_comparison(found: Comparison) -> None:
         print(f"{left} more differences, with baselines or within one study, are on the page.")
 
 
-def _for_paper(found: Results, directory: Path) -> Path:
-    from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
-
-    return write_paper(found, directory)
-
-
 def _write(directory: Path, *, paper: bool = False, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append)
     found = read_result(directory)
-    for_paper = _for_paper(found, directory) if paper and found is not None else None
+    for_paper = None
+    if paper and found is not None:
+        from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
+
+        for_paper = write_paper(found, directory)
     if json:
-        missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
-        facts = {} if found is None else result_facts(found, directory)
-        said = {"report": str(path), **facts, **missing, **({"paper": str(for_paper)} if for_paper else {})}
-        print(json_.dumps(said), flush=True)
+        facts = {"report": str(path)} | ({} if found is None else result_facts(found, directory))
+        if left_out:
+            facts["left_out"] = [one.plain() for one in left_out]
+        if for_paper:
+            facts["paper"] = str(for_paper)
+        print(json_.dumps(facts), flush=True)
         return
     print(f"Report: {path}{without(left_out)}")
     if for_paper:

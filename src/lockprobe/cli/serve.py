@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json as jsonlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.headings import under_headings
+from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.inputs import read_input
@@ -130,8 +130,12 @@ def _study_and_people(
     """The study, its directory, and the settings for people. A number of people sets the number of trials."""
     planned, directory = _planned(name, asked, out)
     experiment = _experiment(file, own, directory)
-    if isinstance(number := own.get("participants"), int) and not _is_directory(name):
-        enough = _enough_trials(planned, asked, experiment, number)
+    if isinstance(number := own.get("participants"), int) and not _is_directory(name) and "trials" not in asked:
+        repetitions = planned.repetitions if "repetitions" in asked else 1
+        trials = trials_for(number, len(conditions_of(planned)), repetitions, experiment)
+        enough: dict[str, object] = {"trials": trials, "repetitions": repetitions}
+        if planned.conditions == flips(planned.p, planned.flip, planned.modalities):
+            enough["p"] = list(planned.p)  # conditions stay, though default rates depend on whether trials are set
         planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
     return planned, directory, experiment
@@ -159,50 +163,39 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
 
 
 def _announce(where: RunningServer, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
-    if json:
-        given = _study_url(where.url, experiment)
-        said = {"url": where.url, "study_url": given, "directory": str(where.directory)}
-        print(jsonlib.dumps(said), flush=True)
-        return
-    lines = _start_lines(planned, experiment, words, where.url, where.directory)
-    print("\n".join(lines), flush=True)
-
-
-def _study_url(url: str, experiment: Experiment) -> str:
-    """The address to paste into the recruitment platform, with its placeholders and the code to join."""
+    """Say that people can join, and the address to paste into the recruitment platform, with its placeholders."""
     parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
     if experiment.join_code:
         parts.append(f"{CODE}={experiment.join_code}")
-    return url + ("?" + "&".join(parts) if parts else "")
+    given = where.url + ("?" + "&".join(parts) if parts else "")
+    if json:
+        said = {"url": where.url, "study_url": given, "directory": str(where.directory)}
+        print(jsonlib.dumps(said), flush=True)
+        return
+    own, each = where.url.rstrip("/") + "/", boxes_each(planned, experiment)
+    size = planned.size // len(planned.agents)
+    lines = (
+        f"{planned.name} on {planned.box.name} for people: {size} trials, {each} for each person",
+        f"Participants  {own}",
+        *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
+        f"Kept in       {where.directory}",
+        *(f"Note          {line}" for line in _reminders(words, experiment)),
+        f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
+    )
+    print("\n".join(lines), flush=True)
 
 
-def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
+def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
     """Tasks left for the experimenter before people come."""
-    found = []
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
-        found.append(
+        yield (
             "The shipped consent text names nobody as responsible and does not say how long the study takes. "
             "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
         )
     if not (experiment.join_code or experiment.require_id):
-        found.append("Anyone with the link can join. --require-id or --join-code CODE keep others out.")
+        yield "Anyone with the link can join. --require-id or --join-code CODE keep others out."
     if experiment.completion_code and not (experiment.left_code or experiment.left_url):
-        found.append("completion_code is set, but nothing for those who do not finish. In people.toml set left_code.")
-    return tuple(found)
-
-
-def _start_lines(study: Study, experiment: Experiment, words: Words, url: str, directory: Path) -> tuple[str, ...]:
-    """The lines printed when people can join."""
-    size = study.size // len(study.agents)
-    own, given = url.rstrip("/") + "/", _study_url(url, experiment)
-    return (
-        f"{study.name} on {study.box.name} for people: {size} trials, {boxes_each(study, experiment)} for each person",
-        f"Participants  {own}",
-        *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
-        f"Kept in       {directory}",
-        *(f"Note          {line}" for line in _reminders(words, experiment)),
-        f"Ctrl-C stops; the same command resumes. Hash of the settings: {study.settings_hash}",
-    )
+        yield "completion_code is set, but nothing for those who do not finish. In people.toml set left_code."
 
 
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
@@ -213,9 +206,9 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
             given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
             raise Conflict(given, f"the directory {name}", "its study already has its settings")
         there = read_study(directory)
-        return replace(there, agents=_with_people(there.agents)), directory
+        return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
-    agents = list(_with_people(tuple(request.agent or ())))
+    agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
     planned = study(request, **{**asked, "agent": agents})
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
@@ -230,26 +223,6 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(given), "one file, one number, or one of each")
     return (Path(files[0]) if files else None), (int(numbers[0][:9]) if numbers else None)
-
-
-def _enough_trials(
-    planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
-) -> Mapping[str, object]:
-    """Trials and repetitions with places for this many people, unless the user set trials; conditions stay as they are.
-
-    The default flip rates of a study depend on whether trials are set, so they are set too.
-    """
-    if "trials" in asked:
-        return {}
-    repetitions = planned.repetitions if "repetitions" in asked else 1
-    trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
-    enough = {"trials": trials, "repetitions": repetitions}
-    by_rate = planned.conditions == flips(planned.p, planned.flip, planned.modalities)
-    return enough | ({"p": list(planned.p)} if by_rate else {})
-
-
-def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys((*agents, PEOPLE)))
 
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
