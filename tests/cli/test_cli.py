@@ -97,14 +97,17 @@ def test_lists():
             ["box", "chain-4"],
             "No such command 'chain-4' of lockprobe box; there are check, list, show, solve, generate",
         ),
+        (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
+        (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),
+        (["run", "flips", "--budget", "x"], "Invalid value for '--budget': expected a number"),
+        (["serve", "--port", "80000"], "Invalid value for '--port': expected at most 65535"),
     ],
 )
-def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, line):
-    done = typed(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("lockprobe: " + line)
+def test_a_users_mistake_is_one_line_in_plain_words(lockprobe, tmp_path, monkeypatch, arguments, line):
+    monkeypatch.chdir(tmp_path)
+    status, said, error = lockprobe(*arguments)
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert error.startswith("lockprobe: " + line)
 
 
 @pytest.mark.parametrize("group", [[], ["box"]])

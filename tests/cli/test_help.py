@@ -85,18 +85,6 @@ def test_did_you_mean(lockprobe, arguments, meant):
     assert re.search(r"[dD]id you mean '(.*?)'\?", said)[1] == meant
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
-        (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),
-        (["run", "flips", "--budget", "x"], "Invalid value for '--budget': expected a number"),
-    ],
-)
-def test_a_value_that_cannot_be_is_said_in_plain_words(lockprobe, arguments, said):
-    assert lockprobe(*arguments) == (2, "", f"lockprobe: {said}\n")
-
-
 def test_ctrl_c_while_modules_are_imported_is_one_line(lockprobe, monkeypatch):
     def interrupted(name):
         raise KeyboardInterrupt

@@ -78,23 +78,21 @@ def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
 
 def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on(monkeypatch, tmp_path):
     class Watching(Observer):
-        seen = ()
-
         def begin(self, study, journal, owed):
-            self.seen += (owed,)
+            seen.append(owed)
 
         def agent(self, source, owed):
-            self.seen += (source.spec,)
+            seen.append(source.spec)
 
         def trial(self, trial, timing):
-            self.seen += (trial.key,)
+            seen.append(trial.key)
 
     def none_left(*arguments, **settings):
         raise OSError
 
     monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=none_left, DEVNULL=None))
     small = modality_study(("random",), ("symbolic",), trials=2, max_steps=2)
-    observer = Watching()
+    seen = []
     with Journal.open(tmp_path, small) as journal:
-        run(small, journal, observer=LiveReport(observer, tmp_path))
-    assert observer.seen == (2, "random", *(plan.key for plan in small.plans("random")))
+        run(small, journal, observer=LiveReport(Watching(), tmp_path))
+    assert seen == [2, "random", *(plan.key for plan in small.plans("random"))]

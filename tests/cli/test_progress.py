@@ -70,20 +70,6 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
         assert "1 call on the way, the oldest for 42 s" in tally.line()
 
 
-@pytest.mark.parametrize(
-    ("spec", "said"), [(MODEL, "$"), ("llm:openai-api/fake/model", "2 million tokens in, 500 out")]
-)
-def test_what_was_spent_is_money_or_tokens(spec, said):
-    tally = Tally()
-    tally.ledger = Ledger(study(StudyOptions(agent=[spec])))
-    assert "spent" not in tally.line()
-    trial = make_trial([0], agent=spec)
-    tally.ledger.add(call_of(trial, usage=Usage(calls=1, input_tokens=2_000_000, output_tokens=500)))
-    tally.ledger.add(call_of(trial, step=2, reply=None, error="500", retries=6))
-    assert said in tally.line()
-    assert "6 retries, 1 call failed" in tally.line()
-
-
 def test_a_live_table_shows_what_was_spent_and_says_above_it_what_is_wrong(tmp_path):
     shown = io.StringIO()
     with Journal.open(tmp_path, ONE) as journal:

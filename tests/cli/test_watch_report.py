@@ -22,7 +22,7 @@ class Run:
 
     def __init__(self, directory, monkeypatch):
         self.directory = directory
-        self.now, self.reports, self.during, self.waits = 0.0, [], {}, []
+        self.now, self.takes, self.reports, self.during, self.waits = 0.0, 0.0, [], {}, []
         monkeypatch.setattr(command, "write_report", self.report)
         monkeypatch.setattr(command.time, "monotonic", lambda: self.now)
         monkeypatch.setattr(command.time, "sleep", self.sleep)
@@ -30,6 +30,7 @@ class Run:
     def report(self, directory, **_):
         self.reports.append((self.now, len(load(directory))))
         self.play(self.during.pop(len(self.reports), ()))
+        self.now += self.takes
         return directory / "report.html"
 
     def sleep(self, seconds):
@@ -50,9 +51,9 @@ class Run:
 def watched(tmp_path, monkeypatch, lockprobe):
     """From the trials at first, during the first report and in waits to what is printed, and the reports."""
 
-    def watch(first, *waits, during=(), more=()):
+    def watch(first, *waits, during=(), takes=0.0, more=()):
         run = Run(write_study(tmp_path / "study", STUDY, first), monkeypatch)
-        run.waits, run.during = list(waits), {1: during}
+        run.waits, run.during, run.takes = list(waits), {1: during}, takes
         return *lockprobe("report", run.directory, "--watch", *more), run.reports
 
     return watch
@@ -75,10 +76,11 @@ def test_a_study_that_stops_when_it_is_decided_is_over_then(tmp_path, lockprobe,
     assert len(run.reports) == 1
 
 
-def test_it_is_written_when_records_have_grown_and_ends_with_the_last_of_them(watched):
-    reports = watched(TRIALS[:1], TRIALS[1:2], (), (), TRIALS[2:])[-1]
+@pytest.mark.parametrize(("takes", "second"), [(1.0, 1.0 + command.PAUSE), (30.0, 60.0)])
+def test_it_is_written_when_records_have_grown_in_half_of_the_time_and_ends_with_the_last(watched, takes, second):
+    reports = watched(TRIALS[:1], TRIALS[1:2], (), (), TRIALS[2:], takes=takes)[-1]
     assert [trials for _, trials in reports] == [1, 2, 4]  # nothing grew in two of the waits
-    assert reports[1][0] == command.PAUSE
+    assert reports[1][0] == second
 
 
 def test_trials_that_end_while_a_report_is_written_are_in_the_next(watched):
