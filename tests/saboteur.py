@@ -11,7 +11,7 @@ from typing import Any
 from stored import records, rewrite, sql
 
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.store import written
+from lockprobe.studies.records.store import checksum, written
 
 
 @dataclass
@@ -53,9 +53,10 @@ class Evidence:
         identities = {one.label: study.record_identity(one) for one in study.conditions}
         rewrite(self.directory, self.records, [identities[record["condition"]] for record in self.records])
         rows = [(one.key, *(part and json.dumps(part) for part in (one.asked, one.answer))) for one in self.calls]
+        rows = [(*row, checksum(*row)) for row in rows]
         with written(self.directory) as store, store.transaction() as writing:
             writing.execute("delete from call")
-            writing.executemany("insert into call (key, asked, answer) values (?, ?, ?)", rows)
+            writing.executemany("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", rows)
 
     def of(self, agent, ending=None):
         """The records of an agent, those that ended so if that is given."""

@@ -11,14 +11,15 @@ from typing import Any
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.store import STORE, read, written
+from lockprobe.studies.records.store import STORE, checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
 from lockprobe.trial.trial_reader import TrialReader
 
 
 def sql(directory: Path, statement: str, *values: object) -> list[Any]:
-    """What a statement gives; rows of one column as their values. What it writes is written."""
+    """What a statement gives; rows of one column as their values. What it writes is written; it can call checksum."""
     with closing(sqlite3.connect(directory / STORE)) as db, db:
+        db.create_function("checksum", -1, checksum)
         rows = db.execute(statement, values).fetchall()
     return [row[0] if len(row) == 1 else row for row in rows]
 
@@ -62,14 +63,7 @@ def store_lines(directory: Path) -> None:
     rewrite(directory, lines, identities)
     path.unlink()
     for path in sorted((directory / "people").glob("*.jsonl")):
-        for number, line in enumerate(path.read_bytes().splitlines(), 1):
-            sql(
-                directory,
-                "insert into act (participant, number, entry) values (?, ?, ?)",
-                path.stem,
-                number,
-                json.dumps(_of_line(line)),
-            )
+        rewrite_acts(directory, path.stem, map(_of_line, path.read_bytes().splitlines()))
         path.unlink()
 
 
@@ -86,15 +80,9 @@ def acts(directory: Path, identity: str) -> list[dict[str, Any]]:
 
 def rewrite_acts(directory: Path, identity: str, entries: Iterable[dict[str, Any]]) -> None:
     """Put entries in place of the diary of a participant."""
-    sql(directory, "delete from act where participant = ?", identity)
-    for number, entry in enumerate(entries, 1):
-        sql(
-            directory,
-            "insert into act (participant, number, entry) values (?, ?, ?)",
-            identity,
-            number,
-            json.dumps(entry),
-        )
+    with written(directory) as store, store.transaction() as writing:
+        writing.execute("delete from act where participant = ?", (identity,))
+        write_acts(writing, identity, 1, map(json.dumps, entries))
 
 
 @contextmanager
@@ -115,5 +103,5 @@ def contents(directory: Path) -> dict[str, object]:
 def _rows(path: Path) -> list[tuple[object, ...]]:
     with read(path.parent) as store:
         tables = [name for (name,) in store.rows("select name from sqlite_master where type = 'table'")]
-        rows = [(table, *row) for table in tables for row in store.rows(f"select * from {table}")]
+        rows = [(table, *row) for table in tables for row in store.rows(f"select * from {table}", nulls=True)]
     return [(*row[:-1], zlib.decompress(row[-1])) if row[0] == "trial" else row for row in rows]

@@ -299,7 +299,8 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
         directory = played("people", tmp_path / name)
         number, entry = next((i, one) for i, one in enumerate(acts(directory, "aaaa01"), 1) if one.get("box") == 1)
         place(entry)[name] = "moved"
-        sql(directory, "update act set entry = ? where number = ?", json.dumps(entry), number)
+        change = "update act set entry = ?1, crc = checksum(participant, number, ?1) where number = ?2"
+        sql(directory, change, json.dumps(entry), number)
         assert failing(directory).keys() & {"attempts", "records"}
 
 

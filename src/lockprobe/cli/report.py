@@ -114,7 +114,7 @@ def _owed(directory: Path) -> int:
 def _state(directory: Path) -> tuple[object, ...]:
     """What a report depends on most: the records, and when the settings were written."""
     with read(directory) as store:
-        records = store.one("select count(*), max(id) from trial")
+        records = store.one("select count(*), coalesce(max(id), 0) from trial")
     return (*records, (directory / SETTINGS).stat().st_mtime_ns)
 
 

@@ -24,7 +24,7 @@ from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
-from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.store import STORE, check_row, read, write_acts
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ending
@@ -222,7 +222,10 @@ def read_diaries(directory: Path | str) -> list[Diary]:
         return []
     entries: dict[str, list[str]] = {}
     with read(directory) as store:
-        for identity, entry in store.rows("select participant, entry from act order by participant, number"):
+        for identity, number, entry, crc in store.rows(
+            "select participant, number, entry, crc from act order by participant, number"
+        ):
+            check_row(store, f"participant {identity}: entry {number}", crc, identity, number, entry)
             entries.setdefault(identity, []).append(entry)
     found = [_diary(store.path, identity, of) for identity, of in entries.items()]
     return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
@@ -287,5 +290,4 @@ def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
 def _write_entries(writing: Connection, identity: str, first: int, entries: Iterable[Entry]) -> None:
     """Add entries to a diary, within a transaction."""
     said = (_adapter.dump_json(one, exclude_defaults=False).decode() for one in entries)
-    rows = ((identity, number, entry) for number, entry in enumerate(said, first))
-    writing.executemany("insert into act (participant, number, entry) values (?, ?, ?)", rows)
+    write_acts(writing, identity, first, said)

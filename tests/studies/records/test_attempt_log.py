@@ -53,7 +53,7 @@ def test_a_box_that_broke_is_begun_from_the_first_step(tmp_path):
 )
 def test_a_damaged_entry_is_named_and_nothing_is_overwritten(tmp_path, entry):
     written(tmp_path)
-    sql(tmp_path, "insert into attempt (key, entry) values ('k', ?)", entry)
+    sql(tmp_path, "insert into attempt values (null, 'k', ?1, checksum('k', ?1))", entry)
     before = contents(tmp_path)
     for use in (log_in, AttemptLog.read):
         with pytest.raises(Damaged, match=r"study.db: attempt 4, k: .*lockprobe import"), use(tmp_path):

@@ -71,7 +71,7 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
     people = study(StudyOptions(agent=["participant"], trials=4, p=[0]))
     with Journal.open(tmp_path, people):
         pass
-    sql(tmp_path, "insert into act (participant, number, entry) values ('aaaa01', 1, '{}')")
+    sql(tmp_path, "insert into act values (1, 'aaaa01', 1, '{}', 0)")
     with (
         pytest.raises(SettingsChanged, match=r"\(conditions is 'truth' there, 'flip\?p=0.4' asked\)"),
         Journal.open(tmp_path, replace(people, agents=("random",), conditions=flips((0.4,)))),

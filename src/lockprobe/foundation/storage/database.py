@@ -106,14 +106,16 @@ class Database:
             connection.execute("begin")  # all that is read is of one moment
             yield cls(path, connection)
 
-    def rows(self, sql: str, *values: object) -> Iterator[tuple[Any, ...]]:
-        """The rows of a statement that reads, one after the other.
+    def rows(self, sql: str, *values: object, nulls: bool = False) -> Iterator[tuple[Any, ...]]:
+        """The rows of a statement that reads, one after the other; ``nulls`` says that values may be missing in them.
 
         Raises:
-            BadFile: If the file cannot be read or is damaged.
+            BadFile: If the file cannot be read or is damaged, or a value is missing, as in a file that somebody made.
         """
         with _said(self.path):
-            for row in self._db.execute(sql, values):  # noqa: UP028 - what is left of a cursor may outlive its file
+            for row in self._db.execute(sql, values):
+                if None in row and not nulls:
+                    raise Damaged(self.path, "damaged (a value is missing)")
                 yield row
 
     def one(self, sql: str, *values: object) -> tuple[Any, ...]:

@@ -115,8 +115,8 @@ def _records(of: _PlayedAgain) -> Iterator[Check]:
     for folder in (directory, directory / FORKS):
         if is_there(folder / STORE):
             with read(folder) as store:
-                sound = (said for (said,) in store.rows("pragma quick_check") if said != "ok")
-                failed += (f"{store.path.relative_to(directory)}: {said}" for said in (*sound, *contradictions(store)))
+                damage = [said for (said,) in store.rows("pragma quick_check") if said != "ok"]
+                failed += (f"{store.path.relative_to(directory)}: {said}" for said in damage or contradictions(store))
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"

@@ -21,7 +21,7 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.store import STORE, check_row, checksum, read
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.plan import Plan
 
@@ -65,25 +65,26 @@ def unanswered(directory: Path | str) -> list[Call]:
 
 
 def _logged(store: Database) -> Iterator[LoggedCall]:
-    for row in store.rows("select id, key, asked, answer from call order by id"):
+    for row in store.rows("select id, key, asked, answer, crc from call order by id", nulls=True):
         yield logged_call(store, *row)
 
 
-def logged_call(store: Database, number: int, key: str, *said: str | None) -> LoggedCall:
+def logged_call(store: Database, number: int, key: str, asked: str | None, answer: str | None, crc: int) -> LoggedCall:
     """A row of the calls as a call.
 
     Raises:
         Damaged: If it is none.
     """
+    check_row(store, f"call {number}, {key}", crc, key, asked, answer)
     try:
-        asked, answer = (
-            None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in said
+        sent, came = (
+            None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in (asked, answer)
         )
     except ValidationError as error:
         raise Damaged(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
-    if {one.key for one in (asked, answer) if one is not None} != {key}:
+    if {one.key for one in (sent, came) if one is not None} != {key}:
         raise Damaged(store.path, f"call {number} is not one of {key}")
-    return LoggedCall(number, asked, answer)
+    return LoggedCall(number, sent, came)
 
 
 class KeptReplies:
@@ -195,11 +196,13 @@ class Calls:
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
         self.used, asked = True, _said(call)
         with self._store.transaction(sync=True) as writing:
+            row = asked, checksum(call.key, asked, None)
             if number is None:
-                number = writing.execute("insert into call (key, asked) values (?, ?)", (call.key, asked)).lastrowid
+                insert = "insert into call (asked, crc, key) values (?, ?, ?)"
+                number = writing.execute(insert, (*row, call.key)).lastrowid
                 assert number is not None
             else:
-                writing.execute("update call set asked = ? where id = ?", (asked, number))
+                writing.execute("update call set asked = ?, crc = ? where id = ?", (*row, number))
         self._on_their_way[call.key] = number, call, began
 
     def write(self, call: Call) -> None:
@@ -240,11 +243,15 @@ class Calls:
     def _settle(self, number: int | None, call: Call) -> None:
         """Write the outcome of a call; without its number it was made elsewhere."""
         self.used = True
+        key, answer = call.key, _said(call)
         with self._store.transaction(sync=True) as writing:
             if number is None:
-                writing.execute("insert into call (key, answer) values (?, ?)", (call.key, _said(call)))
+                row = key, answer, checksum(key, None, answer)
+                writing.execute("insert into call (key, answer, crc) values (?, ?, ?)", row)
             else:
-                writing.execute("update call set answer = ? where id = ?", (_said(call), number))
+                (asked,) = self._store.one("select asked from call where id = ?", number)
+                row = answer, checksum(key, asked, answer), number
+                writing.execute("update call set answer = ?, crc = ? where id = ?", row)
 
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""

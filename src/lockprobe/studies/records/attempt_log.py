@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.foundation.storage.database import Damaged, Database
-from lockprobe.studies.records.store import read
+from lockprobe.studies.records.store import check_row, checksum, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
 
@@ -49,20 +49,21 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 )
 
 
-def _entry(store: Database, number: int, key: str, entry: str) -> _Begun | _Did | _Broke:
+def _entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Begun | _Did | _Broke:
+    check_row(store, f"attempt {number}, {key}", crc, key, entry)
     try:
         return _adapter.validate_json(entry)
     except ValidationError as error:
         raise Damaged(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
 
 
-def check_attempt(store: Database, number: int, key: str, entry: str) -> None:
+def check_attempt(store: Database, number: int, key: str, entry: str, crc: int) -> None:
     """Check a row of the attempts.
 
     Raises:
         Damaged: If it is none.
     """
-    _entry(store, number, key, entry)
+    _entry(store, number, key, entry, crc)
 
 
 class AttemptLog:
@@ -76,7 +77,7 @@ class AttemptLog:
         self._store = store
         self._begun: dict[str, int] = {}
         self._attempts: dict[str, list[RecordedAttempt]] = {}
-        for row in store.rows("select id, key, entry from attempt order by id"):
+        for row in store.rows("select id, key, entry, crc from attempt order by id"):
             self._follow(row[1], _entry(store, *row))
 
     @classmethod
@@ -131,7 +132,7 @@ class AttemptLog:
     def _write(self, key: str, entry: _Begun | _Did | _Broke) -> None:
         with self._store.transaction(sync=True) as writing:
             said = _adapter.dump_json(entry, exclude_defaults=False).decode()
-            writing.execute("insert into attempt (key, entry) values (?, ?)", (key, said))
+            writing.execute("insert into attempt (key, entry, crc) values (?, ?, ?)", (key, said, checksum(key, said)))
         self._follow(key, entry)
 
     def _follow(self, key: str, entry: _Begun | _Did | _Broke) -> None:

@@ -100,7 +100,9 @@ def note_hash(store: Database, found: StudyHashes) -> None:
 
 def _state(store: Database, settings: str) -> str:
     """What the hash depends on: records are only added, and a withdrawal forgets the note."""
-    return " ".join(map(str, (settings, *store.one("select max(id), count(*) from trial where current"), "")))
+    return " ".join(
+        map(str, (settings, *store.one("select coalesce(max(id), 0), count(*) from trial where current"), ""))
+    )
 
 
 def results_hash(study: Study, trials: Iterable[Trial]) -> str:

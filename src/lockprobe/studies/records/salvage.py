@@ -16,7 +16,7 @@ from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.call_log import logged_call
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import check_attempt
-from lockprobe.studies.records.store import read, written
+from lockprobe.studies.records.store import checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, row_of, unpacked
 from lockprobe.trial.trial_reader import TrialReader
 
@@ -27,9 +27,9 @@ _DELETED = 1_000_000
 """So many more rows may have been there before."""
 
 _TRIAL = "real seconds, text cpu, text identity, blob record"
-_CALL = "text key, text? asked, text? answer"
-_ATTEMPT = "text key, text entry"
-_ACT = "text participant, integer number, text entry"
+_CALL = "text key, text? asked, text? answer, integer crc"
+_ATTEMPT = "text key, text entry, integer crc"
+_ACT = "text participant, integer number, text entry, integer crc"
 """Columns with their types."""
 
 
@@ -53,18 +53,18 @@ def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, 
         for row in _rows(damaged, "call", _CALL):
             with suppress(Damaged):
                 logged_call(damaged, *row)
-                writing.execute("insert into call values (?, ?, ?, ?)", row)
+                writing.execute("insert into call values (?, ?, ?, ?, ?)", row)
         for row in _rows(damaged, "attempt", _ATTEMPT):
             with suppress(Damaged):
                 check_attempt(damaged, *row)
-                writing.execute("insert into attempt values (?, ?, ?)", row)
-        for _, participant, number, entry in _rows(damaged, "act", _ACT):
-            if number == len(diaries.setdefault(participant, [])) + 1:
-                diaries[participant].append(entry)
+                writing.execute("insert into attempt values (?, ?, ?, ?)", row)
+        for _, participant, number, entry, crc in _rows(damaged, "act", _ACT):
+            there = diaries.setdefault(participant, [])
+            if number == len(there) + 1 and crc == checksum(participant, number, entry):
+                there.append(entry)
         for participant, entries in diaries.items():
             sound = entries[: sound_entries(damaged.path, participant, entries)]
-            rows = [(participant, number, entry) for number, entry in enumerate(sound, 1)]
-            writing.executemany("insert into act (participant, number, entry) values (?, ?, ?)", rows)
+            write_acts(writing, participant, 1, sound)
         with suppress(BadFile):
             notes = damaged.rows("select name, value from note where name <> 'results'")
             writing.executemany("insert into note values (?, ?)", notes)
@@ -83,14 +83,14 @@ def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]
     select = f"select id, {', '.join(names)} from {table} where id = ? and {typed}"  # noqa: S608 - our own tables
     for number in range(1, _last(store, table) + 1):
         with suppress(BadFile):
-            yield from store.rows(select, number)
+            yield from store.rows(select, number, nulls=True)
 
 
 def _last(store: Database, table: str) -> int:
     """The number of the last row of a table, or a bound of it."""
     most = store.path.stat().st_size // _LEAST
     try:
-        (found,) = store.one(f"select max(id) from {table}")  # noqa: S608 - our own tables
+        (found,) = store.one(f"select coalesce(max(id), 0) from {table}")  # noqa: S608 - our own tables
     except BadFile:
         return most
-    return min(found or 0, most + _DELETED)
+    return min(found, most + _DELETED)

@@ -7,13 +7,15 @@ disk before anybody relies on them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from sqlite3 import Connection
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.storage.database import Damaged, Database
 
 STORE = "study.db"
 """The name of the file in the directory of a study."""
@@ -41,14 +43,15 @@ create table trial (
 create unique index current_trial on trial (key) where current;
 create index counted on trial (alike, identity, agent, repetition, trial, steps, seconds) where current;
 create index replaced on trial (id) where not current;
-create table call (id integer primary key, key text not null, asked text, answer text) strict;
+create table call (id integer primary key, key text not null, asked text, answer text, crc int not null) strict;
 create index open_call on call (id) where answer is null;
-create table attempt (id integer primary key, key text not null, entry text not null) strict;
+create table attempt (id integer primary key, key text not null, entry text not null, crc int not null) strict;
 create table act (
   id integer primary key,
   participant text not null,
   number int not null,
   entry text not null,
+  crc int not null,
   unique (participant, number)
 ) strict;
 create table note (name text primary key, value any not null) strict, without rowid;
@@ -79,6 +82,27 @@ def read(directory: Path | str) -> Iterator[Database]:
         raise BadFile(directory, f"no {STORE} here; is it the directory of a study?")
     with Database.reading(path, SCHEMA) as store:
         yield store
+
+
+def checksum(*columns: object) -> int:
+    """The CRC-32 of a row of calls, attempts or acts, beside its columns; a record of a trial has its own inside."""
+    return zlib.crc32("\n".join(map(str, columns)).encode())
+
+
+def check_row(store: Database, what: str, crc: object, *columns: object) -> None:
+    """Refuse a row whose checksum is not that of its columns.
+
+    Raises:
+        Damaged: If it is another one.
+    """
+    if crc != checksum(*columns):
+        raise Damaged(store.path, f"{what}: its checksum is that of something else")
+
+
+def write_acts(writing: Connection, participant: str, first: int, entries: Iterable[str]) -> None:
+    """Add entries to the diary of a participant, within a transaction; ``first`` is the number of the first."""
+    rows = ((participant, i, entry, checksum(participant, i, entry)) for i, entry in enumerate(entries, first))
+    writing.executemany("insert into act (participant, number, entry, crc) values (?, ?, ?, ?)", rows)
 
 
 def holds_records(directory: Path) -> bool:

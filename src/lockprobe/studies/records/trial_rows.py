@@ -153,7 +153,7 @@ def contradictions(store: Database) -> Iterator[str]:
         BadFile: If a record is damaged.
     """
     reader, last = TrialReader(), dict[str, tuple[bool, bool]]()
-    for current, *columns in store.rows(f"select current, {COLUMNS} from trial order by id"):  # noqa: S608
+    for current, *columns in store.rows(f"select current, {COLUMNS} from trial order by id", nulls=True):  # noqa: S608
         row = TrialRow(*columns)
         trial = trial_in(store, reader, row.key, row.record)
         made = row_of(trial, row.timing, row.identity)._replace(record=row.record)
