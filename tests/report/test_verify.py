@@ -468,6 +468,10 @@ def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played
     edited("results.json", text.replace(b'"lockprobe": "', b'"lockprobe": "9.'))
     (check,) = [check for check in verify(reported) if not check.holds]
     assert "; it is of release 9." in check.said
+    edited("results.json", text.replace(b'"n": ', b'"n": 1', 1))
+    (reported / "study.db").touch()  # as whoever has opened it to write does
+    (check,) = [check for check in verify(reported) if not check.holds]
+    assert check.said.endswith("lines of results.json differ")
     edited("results.json", text)
     edited("figures/fig4.svg", b"<dc:title>Matplotlib v2.1")
     (check,) = [check for check in verify(reported) if not check.holds]
@@ -476,10 +480,9 @@ def test_why_a_report_differs_is_said_where_it_is_known(reported, edited, played
     forks = shutil.move(directory / FORKS, tmp_path / "forks")
     write_report(directory)
     shutil.move(forks, directory / FORKS)
-    (directory / FORKS / "study.db").touch()
     said = {check.name: check.said for check in verify(directory) if not check.holds}
     assert said.keys() == {"results", "report"}
-    assert all(one.endswith("; the records or forks are newer: lockprobe report first") for one in said.values())
+    assert all(one.endswith("; it is of other records or forks: lockprobe report first") for one in said.values())
     write_report(directory)
     shutil.rmtree(directory / FORKS)
     assert "tables/forks.csv: no file of this report" in failing(directory)["report"]

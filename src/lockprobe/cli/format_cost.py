@@ -16,8 +16,9 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Spending, hosted, most_dollars, price_of
 from lockprobe.studies.costs.spending import dollars as in_words
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.store import STORE
+from lockprobe.studies.records.read_records import on_record
+from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Usage
 
@@ -111,7 +112,10 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
 
 def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     """Print the estimated cost of all trials that a study owes, without touching its directory."""
-    done = {trial.key: trial for trial in load(directory)} if is_there(directory / STORE) else {}
+    done = dict[str, OnRecord]()
+    if is_there(directory / STORE):
+        with read(directory) as store:
+            done, _ = on_record(store, study)
     found = estimates(study, done, read_calls(directory))
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 import sys
 from contextlib import ExitStack
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -24,7 +24,8 @@ from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.records.merge import MergeSource, gather, picture_of, source_of_directory
+from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
+from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.salvage import save_sound_rows
 
 _SOURCES = "The directory of another study."
@@ -43,7 +44,7 @@ def take(
     people: list[tuple[int, int]] = []
     with ExitStack() as held:
         found = [_source(path, directory, held) for path in sources]
-        diaries = DiaryImport(directory, {source.path: source.trials for source in found})
+        diaries = DiaryImport(directory, {source.directory: source.finished.values() for source in found})
         gathered = gather(
             directory,
             found,
@@ -92,4 +93,4 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
                 write_private(sound / PEOPLE_DIRECTORY / name, read_input(said))
         print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
-        return replace(source_of_directory(sound), picture=picture_of(path))
+        return source_of_directory(sound, path / ALBUM)

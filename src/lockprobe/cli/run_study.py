@@ -17,14 +17,19 @@ from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.options.valid_conditions import invalid_conditions
-from lockprobe.studies.records.counted import counted
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.results_hash import StudyHashes, note_hash
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.running.rounds import next_plans
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import TrialError
+
+_Broken = Mapping[str, tuple[OnRecord, TrialError | None]]
+"""Key of a trial that has broken -> as the journal had it, and its error."""
 
 BROKE = 1
 """The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""
@@ -65,7 +70,7 @@ def play_study(
             print(printable(foreign), file=sys.stderr)
         if budget is not None:
             journal.calls.limit(budget)
-        before = dict(journal.trials)
+        broken = {key: (one, journal.read(key)[0].error) for key, one in journal.trials.items() if one.owed_again}
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(observer, directory if report else None, tell=observer.first_report)
@@ -73,7 +78,7 @@ def play_study(
         if planned.until and journal.trials:
             from lockprobe.cli.decisions import decided
 
-            observer.decided(*decided(planned, planned.own_trials(journal.trials.values())))
+            observer.decided(*decided(planned, planned.own_trials(load(directory))))
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
@@ -85,7 +90,7 @@ def play_study(
         something = journal.trials or reached is None
         page = _report(directory, left_out) if report and something else None
         observer.reported(page, left_out, None if page is None else read_result(directory))
-        _tell_failures(planned, journal, observer, before)
+        _tell_failures(planned, journal, observer, broken)
         owed, given_up = 0, bool(observer.tally.given_up)
         if reached is not None or observer.tally.broken_of or given_up:
             plans = next_plans(planned, journal)
@@ -121,18 +126,17 @@ def _play_trials(
     return None
 
 
-def _tell_failures(planned: Study, journal: Journal, observer: Progress, before: Mapping[str, Trial]) -> None:
-    """Tell which conditions have errors alone, and what broke. ``before`` are the trials on record at first."""
+def _tell_failures(planned: Study, journal: Journal, observer: Progress, before: _Broken) -> None:
+    """Tell which conditions have errors alone, and what broke. ``before`` are the trials that had broken at first."""
     tally = observer.tally
-    if tally.ended_in_all or not tally.broken_of:
-        records = counted(planned.own_trials(journal.trials.values()))
-        if found := invalid_conditions(planned, records):
-            observer.invalid(found)
+    of_all = tally.ended_in_all or not tally.broken_of
+    if of_all and (found := invalid_conditions(planned, RecordIndex(journal.store, planned).counted())):
+        observer.invalid(found)
     if tally.broken_of or tally.given_up:
         replays = [
-            (was.error.step, now.error)
-            for key, now in journal.trials.items()
-            if (was := before.get(key)) is not None and was is not now and was.owed_again and was.error
+            (why.step, journal.read(key)[0].error)
+            for key, (was, why) in before.items()
+            if why is not None and journal.trials[key] is not was
         ]
         observer.broke(in_vain=bool(replays) and all(now and now.step >= step for step, now in replays))
 

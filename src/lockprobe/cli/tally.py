@@ -11,6 +11,7 @@ from lockprobe.cli.format_cost import spent_in_words
 from lockprobe.foundation.formatting import count
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -51,7 +52,7 @@ class Tally:
         self.tells_solved = True
         self._began = time.monotonic()
 
-    def turn(self, source: AgentSource, owed: int, done: list[Trial]) -> None:
+    def turn(self, source: AgentSource, owed: int, done: list[OnRecord]) -> None:
         """Start counting another agent, with ``owed`` trials to play.
 
         Trials of an earlier run (``done``) count as trials of the study, but not for the time that is left.
@@ -66,7 +67,7 @@ class Tally:
         for trial in done:
             self._count(trial)
 
-    def _count(self, trial: Trial) -> None:
+    def _count(self, trial: Trial | OnRecord) -> None:
         self.ended[trial.condition] += trial.ending != "error"
         self.solved[trial.condition] += trial.solved
 

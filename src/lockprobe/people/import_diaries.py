@@ -15,7 +15,7 @@ from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.trial.record import Trial
+from lockprobe.studies.records.trial_rows import OnRecord
 
 
 class DiaryImport:
@@ -32,7 +32,7 @@ class DiaryImport:
         BadFile: If a diary is damaged, or two participants have the same ID.
     """
 
-    def __init__(self, directory: Path, sources: Mapping[Path, Iterable[Trial]]) -> None:
+    def __init__(self, directory: Path, sources: Mapping[Path, Iterable[OnRecord]]) -> None:
         self._directory = directory
         self._sources = tuple(sources)
         self._played_there = {trial.agent for trials in sources.values() for trial in trials}
@@ -72,7 +72,7 @@ class DiaryImport:
                 write_private(here, read_input(found))
         return len(taken)
 
-    def lost(self, trials: Mapping[str, Trial]) -> int:
+    def lost(self, trials: Mapping[str, OnRecord]) -> int:
         """How many unfinished boxes of people here were played by imported participants."""
         study, lost = read_study(self._directory), 0
         for diary in (self._coming.get(identity, diary) for identity, diary in self._here.items()):

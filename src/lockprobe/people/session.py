@@ -63,7 +63,7 @@ class Session:
             key = diary.joined.slots[box - 1].plan(opened.study, diary.identity).key
             if opened.journal.owes(key):
                 await session._record_again(box, diary)
-            elif not _as_recorded(diary.attempts(box), opened.journal.trials[key], diary.spec):
+            elif not _as_recorded(diary.attempts(box), opened.journal.read(key)[0], diary.spec):
                 raise session._bad(f"its steps differ from the record of {key}")
         return session
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,11 +20,17 @@ from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.statistics.why.mechanism import CONTRASTS, PART
 from lockprobe.studies.decisions import Family, Outcomes, Question, Verdict, cases, decisions, numbers_of, wanted
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of
 from lockprobe.studies.until import LOOK_EVERY, EarlierSize
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
+
+Finished = Trial | OnRecord
+"""A trial that ended, whole or as the store says it; an agent, a place and an ending are all that is asked for."""
+
+_One = TypeVar("_One", Trial, OnRecord, Finished)
 
 GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run gives the agent up."""
@@ -56,7 +63,7 @@ def block_orders(study: Study) -> dict[str, BlockOrder]:
     }
 
 
-def counted(study: Study, trials: Iterable[Trial]) -> tuple[Trial, ...]:
+def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
     """The trials of every condition up to its first block that is still open, in their order; of people all.
 
     Later ones have ended early, so that they tell something about how they ended.
@@ -136,7 +143,7 @@ def _of_why(parts: Sequence[Question], many: int) -> Iterator[Family]:
         yield Family((one,), many * ALPHA / PART, after=parts[0].name)
 
 
-def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, ...]:
+def answers(study: Study, agent: str, trials: Iterable[Finished]) -> tuple[Answer, ...]:
     """What the trials of an agent have answered, of a study that stops when it is decided.
 
     Args:
@@ -162,13 +169,13 @@ def answers(study: Study, agent: str, trials: Iterable[Trial]) -> tuple[Answer, 
     )
 
 
-def answers_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, tuple[Answer, ...]]:
+def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tuple[Answer, ...]]:
     """What is decided of each agent, by its name, of a study that stops when it is decided."""
     found = list(trials)
     return {study.label_of(agent): answers(study, agent, found) for agent in study.run_agents}
 
 
-def outcomes_of(study: Study, agent: str, trials: Iterable[Trial]) -> Outcomes:
+def outcomes_of(study: Study, agent: str, trials: Iterable[Finished]) -> Outcomes:
     """The outcomes of an agent's trials under each condition, in the order of the blocks."""
     order, name = block_orders(study)[study.label_of(agent)], study.label_of(agent)
     own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
@@ -179,13 +186,13 @@ def outcomes_of(study: Study, agent: str, trials: Iterable[Trial]) -> Outcomes:
         members = by_label.get(condition.label, [])
         solved, broken = np.full(size, np.nan), np.zeros(size, dtype=np.bool_)
         place = order.rank([one.repetition for one in members], [one.trial for one in members])
-        broken[place] = [one.error is not None for one in members]
-        solved[place] = [np.nan if one.error is not None else one.solved for one in members]
+        broken[place] = [one.ending == "error" for one in members]
+        solved[place] = [np.nan if one.ending == "error" else one.solved for one in members]
         found[condition.label] = solved, broken
     return found
 
 
-def due(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
+def due(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
     """The trials that an agent has to play before the next look; none if all is decided, or the most is played.
 
     A condition that no open question needs is no longer played. Trials of equal repetition and trial share their luck,
@@ -194,12 +201,12 @@ def due(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
     return next(_owed_by_look(study, agent, trials), [])
 
 
-def at_most(study: Study, agent: str, trials: Iterable[Trial]) -> list[Plan]:
+def at_most(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
     """All trials that an agent may still have to play: those that it plays if nothing more is decided."""
     return [plan for plans in _owed_by_look(study, agent, trials) for plan in plans]
 
 
-def _owed_by_look(study: Study, agent: str, trials: Iterable[Trial]) -> Iterator[list[Plan]]:
+def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterator[list[Plan]]:
     """Yield the trials that are owed between two looks, as far as the trials on record leave them open."""
     assert study.until is not None
     trials = [one for one in trials if one.group == study.label_of(agent)]

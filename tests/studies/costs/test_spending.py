@@ -8,7 +8,7 @@ from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.request_sizes import HYPOTHESIS, made_up_steps, reply
+from lockprobe.studies.costs.dry_trial import HYPOTHESIS, made_up_steps, reply
 from lockprobe.studies.costs.spending import Ledger, dollars, most_dollars, price_of
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import call_of, make_trial, play_study, small_study, write_study
-from stored import call_log, records, rewrite, sql
+from stored import call_log, contents, records, rewrite, sql
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
@@ -180,24 +180,31 @@ def with_calls(directory, calls, trials=()):
     return write_calls(directory, calls)
 
 
-def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path, monkeypatch):
-    trials = [make_trial([0] * 20, trial=i) for i in (1, 2)]
+@pytest.mark.parametrize("new", [True, False])
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, BadFile("there", "is gone")])
+def test_an_import_that_is_broken_off_took_nothing_and_counts_no_call_twice(tmp_path, monkeypatch, new, stop):
+    trials = [make_trial([0] * 20, trial=i, pictures=[{"rgb": "0" * 20 + ".png"}]) for i in (1, 2)]
     calls = [asked(2), asked(1, reply=None), asked(1, reply=None), asked(1), asked(2, 2)]
-    there = source_of_directory(with_calls(tmp_path / "there", calls, trials))
-    append = Journal.append
+    there, here = source_of_directory(with_calls(tmp_path / "there", calls, trials)), tmp_path / "here"
+    if not new:
+        write_study(here, only("round-robin"))
+    before, append = contents(here), Journal.append
 
-    def kill(journal, trial, timing):
+    def broken_off(journal, trial, timing, row=None):
         if trial.trial == 2:
-            raise KeyboardInterrupt
-        append(journal, trial, timing)
+            raise stop
+        append(journal, trial, timing, row)
 
     with monkeypatch.context() as broken:
-        broken.setattr(Journal, "append", kill)
-        with pytest.raises(KeyboardInterrupt):
-            gather(tmp_path / "here", [there])
-    assert [call.key for call in read_calls(tmp_path / "here")] == [PLANS[0].key] * 3 + [PLANS[1].key] * 2
-    assert gather(tmp_path / "here", [there]).taken == 1
-    assert sorted(map(repr, read_calls(tmp_path / "here"))) == sorted(map(repr, calls))
+        broken.setattr(Journal, "append", broken_off)
+        with pytest.raises((KeyboardInterrupt, BadFile)):
+            gather(here, [there])
+    if stop is not KeyboardInterrupt:
+        assert (contents(here), here.exists()) == (before, not new)
+    assert list(read_calls(here)) == []
+    assert not any(trial.spec == "random" for trial in load(here)) if here.exists() else new
+    assert gather(here, [there]).taken == 2
+    assert sorted(map(repr, read_calls(here))) == sorted(map(repr, calls))
 
 
 def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):

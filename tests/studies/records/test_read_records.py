@@ -15,7 +15,7 @@ from lockprobe.studies.records import trial_rows
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import left_out, load, read_records
-from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.running.runner import run, run_study
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 
@@ -101,8 +101,8 @@ def test_a_record_that_is_none_is_named_with_its_trial_and_nothing_is_overwritte
         load(tmp_path)
     assert "\n" not in str(named.value)
     assert len(str(named.value)) < 1000
-    with pytest.raises(Damaged, match=said), Journal.open(tmp_path, STUDY):
-        pass
+    with Journal.open(tmp_path, STUDY) as journal, pytest.raises(Damaged, match=said):
+        run(STUDY, journal)
     assert sql(tmp_path, "select * from trial") == before
 
 

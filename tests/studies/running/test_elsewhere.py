@@ -2,6 +2,7 @@
 
 import os
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 
@@ -75,11 +76,22 @@ def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(
         assert sorted(told_there.steps, key=repr) == sorted(told, key=repr)  # each once
 
 
-def test_a_strategy_goes_on_in_processes_if_it_takes_longer(tmp_path, monkeypatch):
+@pytest.mark.parametrize("alone", [0.05, 600])
+def test_a_strategy_goes_on_in_processes_if_it_takes_longer(tmp_path, monkeypatch, alone):
+    """In either case this process makes it once."""
+    made, plain = [], runner.resolve
+
+    def resolve(spec, access):
+        source = plain(spec, access)
+        return replace(source, make=lambda: made.append(spec) or source.make())
+
     planned = study("flips", agent=["cognitive:perseverant"], p=[0, 0.4], trials=100, repetitions=1)
-    monkeypatch.setattr(runner, "_ALONE", 0.05)
-    with played(tmp_path / "here", planned), played(tmp_path / "there", planned, observer=(seen := Seen()), workers=2):
+    with played(tmp_path / "here", planned):
         pass
+    monkeypatch.setattr(runner, "_ALONE", alone)
+    monkeypatch.setattr(runner, "resolve", resolve)
+    with played(tmp_path / "there", planned, observer=(seen := Seen()), workers=2):
+        assert made == [*planned.agents]
     assert lines(tmp_path / "there") == lines(tmp_path / "here")
     assert len(seen.steps) == sum(len(trial.steps) for trial in load(tmp_path / "there"))
 
@@ -115,8 +127,8 @@ def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
     planned = study("flips", agent=["random"], **SMALL)
     with played(tmp_path, planned, Backwards(lost=[2])) as journal:
         (broken,) = [trial for trial in journal.trials.values() if trial.ending == "error"]
-        assert broken.error.boundary == "plant"
-        assert broken.error.message == "random lost its worker: ActorDiedError"
+        error = journal.read(broken.key)[0].error
+        assert (error.boundary, error.message) == ("plant", "random lost its worker: ActorDiedError")
         assert journal.owes(broken.key)
     with played(tmp_path, planned, again := Backwards()):
         assert again.asked == [broken.key]

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 from lockprobe.foundation.errors import BudgetReached, Missing
-from lockprobe.studies.running import lanes
 from lockprobe.studies.running.lanes import play_in_lanes
 
 
@@ -106,9 +105,8 @@ def test_where_a_run_is_ended_from_outside_nothing_is_left_running():
     assert sorted(course.cancelled) == [0, 1]
 
 
-def test_after_so_many_seconds_no_trial_is_opened_and_the_others_stay(monkeypatch):
+def test_once_it_is_to_leave_no_trial_is_opened_and_the_others_stay():
     course = Course([1] * 5)
-    monkeypatch.setattr(lanes.time, "monotonic", lambda: len(course.finished))
-    course.run(seconds=2.5)
+    course.run(leave=lambda: len(course.finished) >= 3)
     assert course.finished == [0, 1, 2]
     assert [plan.key for plan in course.plans] == [3, 4]

@@ -132,11 +132,16 @@ class Database:
     def transaction(self, *, sync: bool = False) -> Iterator[sqlite3.Connection]:
         """Write statements whole or not at all; ``sync`` waits until the disk itself has them.
 
+        One within another is a part of that.
+
         Raises:
             BadFile: If they cannot be written, as on a full disk. If somebody else deleted or replaced the file, all
                 that was written is in a second file, ``NAME.rescued``.
         """
         with self._lock, _said(self.path):
+            if self._db.in_transaction:
+                yield self._db
+                return
             now = time.monotonic()
             sync = sync or now - self._synced > _SYNC_SECONDS
             self._db.execute(f"pragma synchronous={'full' if sync else 'normal'}")

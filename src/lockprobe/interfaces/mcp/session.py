@@ -297,14 +297,14 @@ class ToolSession:
         Raises:
             SettingsChanged: If it did.
         """
-        before = next((one for one in self._journal.trials.values() if one.agent == self.agent), None)
+        before = next((one for one in self._journal.kinds() if one.agent == self.agent), None)
         if before is not None and (said := before.facts.get("wording")) not in (None, self._wording):
             raise SettingsChanged(self._journal.directory, {f"{self.agent}, wording": (said, self._wording)})
 
     def _refuse_another(self, connection: Connection) -> None:
         """Refuse another program under the name of the agent that played before."""
         now = facts_of(connection, "", position=0, resumed=0)["client"]
-        for before in self._journal.trials.values():
+        for before in self._journal.kinds():
             if before.agent == self.agent and before.facts.get("client") not in (None, now):
                 played = before.facts["client"]
                 raise CallRefused(

@@ -16,8 +16,6 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.processor import one_thread, uncollected
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.report.verify.check import Check, also
-from lockprobe.studies.branch import FORKS
-from lockprobe.studies.records.store import STORE
 
 RESULTS, PAGE = "results.json", "report.html"
 
@@ -38,6 +36,9 @@ _TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
 
 _RELEASE, _LEFT_OUT = re.compile(rb'^ "lockprobe": "(.*)"', re.MULTILINE), b'\n "sections_left_out": '
 """Lines of results."""
+
+_RECORDS = re.compile(rb'"results_hash": "[^"]*"|"after_true_report".*?"n": \d+')
+"""What results say of the records and the forks that they are of."""
 
 
 def report_held(opened: OpenedStudy) -> Iterator[Check]:
@@ -61,10 +62,6 @@ def report_held(opened: OpenedStudy) -> Iterator[Check]:
             advice = why or advice
         except LockprobeError as error:
             different[name] = [str(error)]
-    times = [path.stat().st_mtime for name in (RESULTS, PAGE) if (path := directory / name).is_file()]
-    records = [path.stat().st_mtime for of in (".", FORKS) if (path := directory / of / STORE).is_file()]
-    if not advice and times and max(records, default=0.0) > min(times):
-        advice = "; the records or forks are newer: lockprobe report first"
     packages = ", ".join(dict.fromkeys(row.source for row in measured))
     unchecked = also(len(measured), f"of its rows are not checked: they come from {packages}")
     fails, holds = f"{{n}} lines of results.json differ{advice}", f"results.json is what the records give{unchecked}"
@@ -115,6 +112,8 @@ def _difference(name: str, written: bytes, made: bytes) -> tuple[list[str], str]
         advice = f"; it is of release {release.decode(errors='replace')}: lockprobe report first"
     elif _LEFT_OUT in written and _LEFT_OUT not in made:
         advice = "; the report was written without sections that can be made here: lockprobe report first"
+    elif _RECORDS.findall(written) != _RECORDS.findall(made):
+        advice = "; it is of other records or forks: lockprobe report first"
     there, here = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (written, made))
     lines = [("written", line) for line in there if line not in here]
     lines += [("computed", line) for line in here if line not in there]

@@ -35,7 +35,7 @@ from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.next_choice import next_choice
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.merge import lasting_facts
+from lockprobe.studies.records.known_facts import lasting_facts
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.records.store import STORE, read

@@ -246,12 +246,12 @@ class Calls:
         key, answer = call.key, _said(call)
         with self._store.transaction(sync=True) as writing:
             if number is None:
-                row = key, answer, checksum(key, None, answer)
-                writing.execute("insert into call (key, answer, crc) values (?, ?, ?)", row)
+                insert = "insert into call (key, answer, crc) values (?, ?, ?)"
+                writing.execute(insert, (key, answer, checksum(key, None, answer)))
             else:
                 (asked,) = self._store.one("select asked from call where id = ?", number)
-                row = answer, checksum(key, asked, answer), number
-                writing.execute("update call set answer = ?, crc = ? where id = ?", row)
+                update = "update call set answer = ?, crc = ? where id = ?"
+                writing.execute(update, (answer, checksum(key, asked, answer), number))
 
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""

@@ -2,28 +2,31 @@
 
 The number of steps is not known in advance. An agent with finished trials is assumed to continue at its observed
 rate; interrupted trials are censored observations (Kaplan and Meier, JASA 1958). For steps that no trial has reached,
-the agent is assumed to perform like a random agent, computed exactly. The size of the requests is known: a conversation
-grows by a reply and an observation with every step.
+the agent is assumed to perform like a random agent, computed exactly. The size of the requests is counted in a made-up
+trial of each condition (:mod:`lockprobe.studies.costs.dry_trial`).
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
-from lockprobe.agents.llm.settings import ModelSettings, read_settings
+from lockprobe.agents.llm.model_facts import Price, facts_of
+from lockprobe.agents.llm.settings import read_settings
 from lockprobe.boxes.solve import random_curve
-from lockprobe.studies.costs.request_sizes import PromptSizes, Request
+from lockprobe.studies.costs.dry_trial import Array, DryTrial
 from lockprobe.studies.costs.spending import hosted, most_dollars
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.stopping import at_most
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call, Usage
-from lockprobe.trial.record import Trial
+
+SMALLEST_CACHED = 1024
+"""Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
 
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
@@ -73,7 +76,7 @@ class Estimate:
         return None if self.price is None else most_dollars(self.most, self.price)
 
 
-def estimates(study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = ()) -> list[Estimate]:
+def estimates(study: Study, done: Mapping[str, OnRecord], calls: Iterable[Call] = ()) -> list[Estimate]:
     """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
 
     Args:
@@ -90,17 +93,10 @@ def estimates(study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = (
     return [estimate for estimate in found if estimate.trials]
 
 
-def assumed_output(prompt: PromptSizes, settings: ModelSettings, facts: ModelFacts) -> float:
-    """Assumed tokens of a reply for an agent without history."""
-    reasons = facts.reasons or settings.effort not in (None, "none")
-    output = prompt.output + (_REASONING if reasons else 0)
-    return min(output, settings.most_tokens(facts) or output)
-
-
 class _AgentEstimator:
     """Collects what is known about one agent: sizes of its prompts and its finished play."""
 
-    def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
+    def __init__(self, study: Study, agent: str, done: Mapping[str, OnRecord]) -> None:
         self._study, self._agent = study, agent
         name, self._settings = read_settings(agent)
         self._facts = facts_of(name)
@@ -108,12 +104,12 @@ class _AgentEstimator:
         self._trials = done
         self._done = {
             # a malformed reply ends a trial in a step that is not played
-            key: len(trial.steps) + (trial.error is not None)
+            key: trial.length + (trial.ending == "error")
             for key, trial in done.items()
             if key in self._shown and not trial.owed_again
         }
-        self._prompts = {
-            condition: PromptSizes(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+        self._dry = {
+            condition: DryTrial.of(study.plan(agent, condition, 1, 1), self._settings, self._facts)
             for condition in study.conditions_of(agent)
         }
         self._made: Counter[str] = Counter()
@@ -143,47 +139,68 @@ class _AgentEstimator:
         if call.turn == 1 and call.step <= self._study.max_steps:
             self._first += 1
             self._input += call.usage.input_tokens
-            self._taken += self._prompts[self._shown[call.key]].request(call.step).input
+            self._taken += float(self._dry[self._shown[call.key]].input[call.step - 1])
 
     def estimate(self) -> Estimate:
-        """The estimate for the owed trials, by modality and by the step at which they resume."""
+        """The estimate for the owed trials, by condition and by the step at which they resume."""
         if self._study.until is None:
             keys = [key for key in self._shown if key not in self._done]
         else:  # those that it owes at most
             keys = [plan.key for plan in at_most(self._study, self._agent, self._trials.values())]
         owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in keys)
-        whole = self._usage(owed)
+        expected, full = self._decisions(owed)
+        usage, repeated = self._usage(expected)
         return Estimate(
             agent=self._agent,
             called=self._study.label_of(self._agent),
             trials=owed.total(),
             rests_on=self._replies,
-            expected=whole.expected.usage,
-            full=whole.full.usage,
-            most=sum((self._prompts[shown].most(begun + 1, n) for (shown, begun, _), n in owed.items()), Usage()),
-            repeated=whole.repeated / whole.expected.input if whole.expected.input else 0.0,
+            expected=usage,
+            full=self._usage(full)[0],
+            most=Usage(
+                calls=round(sum(float(times.sum()) for times in full.values())),
+                input_tokens=round(sum(float(self._dry[one].most_input @ times) for one, times in full.items())),
+                output_tokens=round(sum(float(self._dry[one].most_output @ times) for one, times in full.items())),
+            ),
+            repeated=repeated,
             price=self._facts.price,
             until=str(self._study.until or ""),
         )
 
-    def _usage(self, owed: Mapping[_Stand, float]) -> _Usages:
-        """The usage of trials by condition, replies on record, and steps reached."""
-        found, coming_to = _Usages(), self._survival()
-        longer, repairs = 1.0, 1.0  # the size of requests relative to the prediction, calls per decision
-        output: float | None = None  # tokens per reply
-        if self._taken:
-            longer, repairs = self._input / self._taken, self._counted / self._first
-            output = self._output / self._counted
+    def _decisions(self, owed: Mapping[_Stand, int]) -> tuple[dict[Condition, Array], dict[Condition, Array]]:
+        """Condition -> expected decisions in each step, and those of trials that are all played to the last step."""
+        coming_to = np.array(self._survival())
+        expected, full = ({one: np.zeros(self._study.max_steps) for one in self._dry} for _ in range(2))
         for (shown, begun, reached), trials in owed.items():
-            prompt = self._prompts[shown]
-            for step in range(begun + 1, self._study.max_steps + 1):
-                request, times = prompt.request(step, longer), trials * repairs
-                share = coming_to[step] / coming_to[reached] if step > reached else 1.0
-                written = assumed_output(prompt, self._settings, self._facts) if output is None else output
-                found.expected.add(request, written, times * share)
-                found.full.add(request, written, times)
-                found.repeated += prompt.repeated(step, longer) * times * share
-        return found
+            share = np.ones(self._study.max_steps)
+            share[reached:] = coming_to[reached + 1 :] / coming_to[reached]
+            full[shown][begun:] += trials
+            expected[shown][begun:] += trials * share[begun:]
+        return expected, full
+
+    def _usage(self, decisions: Mapping[Condition, Array]) -> tuple[Usage, float]:
+        """The usage of decisions, and the share of their input that repeats the request before."""
+        longer = self._input / self._taken if self._taken else 1.0  # requests relative to the dry trial
+        repairs = self._counted / self._first if self._taken else 1.0  # calls per decision
+        sums, again = np.zeros(5), 0.0
+        for shown, times in decisions.items():
+            dry = self._dry[shown]
+            size, repeated = longer * dry.input, longer * dry.repeated
+            cached = np.where(repeated >= SMALLEST_CACHED, repeated, 0.0)
+            stored = np.where(size >= SMALLEST_CACHED, size - cached, 0.0)
+            written = self._output / self._counted if self._taken else self._assumed_output(dry)
+            each = [np.ones_like(size), size, np.full_like(size, written), cached, stored]
+            sums += repairs * np.array(each) @ times
+            again += repairs * float(repeated @ times)
+        names = ("calls", "input_tokens", "output_tokens", "cached_tokens", "stored_tokens")
+        usage = Usage(**dict(zip(names, map(round, sums.tolist()), strict=True)))
+        return usage, again / sums[1] if sums[1] else 0.0
+
+    def _assumed_output(self, dry: DryTrial) -> float:
+        """Assumed tokens of a reply for an agent without history."""
+        reasons = self._facts.reasons or self._settings.effort not in (None, "none")
+        output = dry.output + (_REASONING if reasons else 0)
+        return min(output, self._settings.most_tokens(self._facts) or output)
 
     def _survival(self) -> list[float]:
         """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
@@ -198,36 +215,3 @@ class _AgentEstimator:
             playing -= ended[step]
             shares.append(shares[-1] * seen)
         return shares
-
-
-class _UsageSum:
-    """Sums the expected usage of requests, each weighted by its probability."""
-
-    def __init__(self) -> None:
-        self.calls = self.input = self.cached = self.stored = self.output = 0.0
-
-    def add(self, request: Request, output: float, times: float) -> None:
-        self.calls += times
-        self.input += times * request.input
-        self.cached += times * request.cached
-        self.stored += times * request.stored
-        self.output += times * output
-
-    @property
-    def usage(self) -> Usage:
-        return Usage(
-            calls=round(self.calls),
-            input_tokens=round(self.input),
-            output_tokens=round(self.output),
-            cached_tokens=round(self.cached),
-            stored_tokens=round(self.stored),
-        )
-
-
-@dataclass(slots=True)
-class _Usages:
-    """Expected usage, usage of trials that are all played to the last step, and the tokens of the first sent before."""
-
-    expected: _UsageSum = field(default_factory=_UsageSum)
-    full: _UsageSum = field(default_factory=_UsageSum)
-    repeated: float = 0.0

@@ -17,11 +17,18 @@ from pathlib import Path
 from lockprobe.foundation.storage.database import Database, rescued_files
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import StudyDirectory, claim
-from lockprobe.studies.records.read_records import read_stored
+from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import SCHEMA, STORE, written
-from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
+from lockprobe.studies.records.trial_rows import INSERT, OnRecord, Timing, TrialRow, row_of, trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_reader import TrialReader
+
+_KINDS = """
+select key, record from trial where current and alike is null or id in (
+  select min(id) from trial where current and alike is not null group by alike, identity
+) order by id
+"""
 
 
 class Journal:
@@ -30,7 +37,7 @@ class Journal:
     Attributes:
         directory: The directory of the study.
         store: The store in it.
-        trials: Finished and broken trials by key; trials played in this run without their steps.
+        trials: Finished and broken trials by key.
         calls: The log of provider calls.
         identities: Label of a condition -> the identity of its records (:meth:`Study.record_identity`).
         left_out: The other records when it was opened.
@@ -38,10 +45,9 @@ class Journal:
     """
 
     def __init__(self, directory: Path, study: Study, store: Database, calls: Calls) -> None:
-        trials, self.left_out = read_stored(store, study)
+        self.trials, self.left_out = on_record(store, study)
         self.used = False
         self.directory, self.store, self.calls = directory, store, calls
-        self.trials = {trial.key: trial for trial in trials}
         for key in self.trials:
             if not self.owes(key):
                 calls.forget(key)
@@ -84,16 +90,40 @@ class Journal:
         Raises:
             BadFile: If it cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
-        if (before := self.trials.get(trial.key)) is not None and before.error is not None:
-            trial, row = replace(trial, replays=max(trial.replays, before.replays + before.error.again)), None
+        if (there := self.trials.get(trial.key)) is not None and there.ending == "error":
+            before, _ = self.read(trial.key)
+            again = before.error is not None and before.error.again
+            trial, row = replace(trial, replays=max(trial.replays, before.replays + again)), None
         stored = row or row_of(trial, timing, self.identities[trial.condition])
         self.used = True
         with self.store.transaction() as writing:
             writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
             writing.execute(INSERT, stored)
-        self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one
+        self.trials[trial.key] = OnRecord.of(trial)
         if not trial.owed_again:
             self.calls.forget(trial.key)
+
+    def read(self, key: str) -> tuple[Trial, Timing]:
+        """A trial on record, and how long it took.
+
+        Raises:
+            BadFile: If its record is damaged.
+        """
+        record, seconds, steps, cpu = self.store.one(
+            "select record, seconds, steps, cpu from trial where current and key = ?", key
+        )
+        return trial_in(self.store, TrialReader(), key, record), Timing(key=key, seconds=seconds, steps=steps, cpu=cpu)
+
+    def kinds(self) -> Iterator[Trial]:
+        """One trial of all that are alike but for their places and steps, and each of the others.
+
+        Raises:
+            BadFile: If a record is damaged.
+        """
+        reader = TrialReader()
+        for key, record in self.store.rows(_KINDS):
+            if key in self.trials:
+                yield trial_in(self.store, reader, key, record)
 
     def delete_participant(self, player: str) -> None:
         """Delete what a person did and their records, and count that they withdrew. :meth:`erase` leaves no byte.

@@ -12,9 +12,10 @@ from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import read
-from lockprobe.studies.records.trial_rows import trial_in
+from lockprobe.studies.records.trial_rows import OnRecord, trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_name import TrialName
 from lockprobe.trial.trial_reader import TrialReader
 
 
@@ -66,8 +67,35 @@ def read_stored(store: Database, study: Study | None) -> tuple[list[Trial], Left
             foreign, first = foreign + 1, first or f"{key}: {why}"
         else:
             trials.append(trial)
-    (replaced,) = store.one("select count(*) from trial where owed and not current")
-    return trials, LeftOut(replaced=replaced, foreign=foreign, first_foreign=first)
+    return trials, LeftOut(replaced=_replaced(store), foreign=foreign, first_foreign=first)
+
+
+def on_record(store: Database, study: Study) -> tuple[dict[str, OnRecord], LeftOut]:
+    """The trials of :func:`read_stored` by key, without reading their records.
+
+    Only a record that need not be of this study is read; all others are damaged or not, as who reads them finds.
+    """
+    own, reader, same = RecordFilter(study), TrialReader(), dict[str, str]()
+    found, foreign, first = dict[str, OnRecord](), 0, ""
+    columns = "key, agent, player, condition, repetition, trial, ending, owed, steps, identity, id"
+    for key, agent, player, condition, repetition, number, ending, owed, steps, identity, row in store.rows(
+        f"select {columns} from trial where current order by id"  # noqa: S608 - our own columns
+    ):
+        agent, condition, ending = (same.setdefault(one, one) for one in (agent, condition, ending))  # noqa: PLW2901
+        group = own.group_of(key, agent, condition, repetition, number, identity)
+        if group is None:
+            trial = trial_in(store, reader, *store.one("select key, record from trial where id = ?", row))
+            if why := own.why_foreign(trial, identity):
+                foreign, first = foreign + 1, first or f"{key}: {why}"
+                continue
+            group = same.setdefault(trial.group, trial.group)
+        place = condition, repetition, number
+        found[key] = OnRecord(key, agent, group, player, *place, ending, bool(owed), steps)
+    return found, LeftOut(replaced=_replaced(store), foreign=foreign, first_foreign=first)
+
+
+def _replaced(store: Database) -> int:
+    return int(store.one("select count(*) from trial where owed and not current")[0])
 
 
 class RecordFilter:
@@ -76,6 +104,15 @@ class RecordFilter:
     def __init__(self, study: Study) -> None:
         self._study = study
         self._identities = {one.label: study.record_identity(one) for one in study.conditions}
+        self._groups = {agent: study.label_of(agent) for agent in study.agents}
+
+    def group_of(self, key: str, agent: str, condition: str, repetition: int, trial: int, identity: str) -> str | None:
+        """What the study calls the agent of a row; None if the record need not be of the study by these columns."""
+        group = self._groups.get(agent)
+        if group is None or identity != self._identities.get(condition):
+            return None
+        name = str(TrialName(self._study.name, group, condition, repetition, trial))
+        return group if key == name or key.startswith(f"{name}/") else None  # a fork has the name of its trial first
 
     def why_foreign(self, trial: Trial, identity: str) -> str:
         """The difference between a record and this study; empty if the record belongs to it."""

@@ -15,7 +15,6 @@ from lockprobe.studies.records.counted import Counted
 from lockprobe.studies.records.read_records import LeftOut, RecordFilter
 from lockprobe.studies.records.trial_rows import trial_in, unpacked
 from lockprobe.studies.study import Study
-from lockprobe.trial.trial_name import TrialName
 from lockprobe.trial.trial_reader import TrialReader
 
 _GROUPS = """
@@ -48,7 +47,6 @@ class RecordIndex:
 
     def __init__(self, store: Database, study: Study) -> None:
         self._store, self._study = store, study
-        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
         self._trials = {one: study.trials_of(one) for one in study.agents}
         self._played = {(one, condition.label) for one in study.agents for condition in study.conditions_of(one)}
         self._own, self._all, foreign, first = list[Counted](), list[Counted](), 0, ""
@@ -56,6 +54,7 @@ class RecordIndex:
             "select total(owed), total(steps), total(seconds) from trial where not current"
         )
         reader, own = TrialReader(), RecordFilter(study)
+        self._filter = own
         asked = study.repetitions, json.dumps([*self._trials.items()])
         together = store.rows(_GROUPS.format("not null", "alike, identity"), *asked)
         alone = store.rows(_GROUPS.format("null", "id"), *asked)
@@ -87,15 +86,14 @@ class RecordIndex:
 
     def records(self) -> Iterator[bytes]:
         """The records of the trials that the study asks for as JSON, in the order of their keys."""
-        study, places = self._study, "key, agent, condition, repetition, trial, identity, record"
         for key, agent, condition, repetition, trial, identity, record in self._store.rows(
-            f"select {places} from trial where current order by key"  # noqa: S608 - our own columns
+            "select key, agent, condition, repetition, trial, identity, record from trial "
+            "where current and fork is null order by key"
         ):
             if (
                 (agent, condition) in self._played
                 and trial <= self._trials[agent]
-                and repetition <= study.repetitions
-                and identity == self._identities[condition]
-                and key == str(TrialName(study.name, study.label_of(agent), condition, repetition, trial))
+                and repetition <= self._study.repetitions
+                and self._filter.group_of(key, agent, condition, repetition, trial, identity)
             ):
                 yield unpacked(self._store, key, record)

@@ -100,9 +100,8 @@ def note_hash(store: Database, found: StudyHashes) -> None:
 
 def _state(store: Database, settings: str) -> str:
     """What the hash depends on: records are only added, and a withdrawal forgets the note."""
-    return " ".join(
-        map(str, (settings, *store.one("select coalesce(max(id), 0), count(*) from trial where current"), ""))
-    )
+    last, number = store.one("select coalesce(max(id), 0), count(*) from trial where current")
+    return f"{settings} {last} {number} "
 
 
 def results_hash(study: Study, trials: Iterable[Trial]) -> str:

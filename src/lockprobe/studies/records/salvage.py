@@ -93,4 +93,4 @@ def _last(store: Database, table: str) -> int:
         (found,) = store.one(f"select coalesce(max(id), 0) from {table}")  # noqa: S608 - our own tables
     except BadFile:
         return most
-    return min(found, most + _DELETED)
+    return min(int(found), most + _DELETED)

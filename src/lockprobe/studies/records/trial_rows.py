@@ -45,6 +45,51 @@ def read_timings(directory: Path | str) -> list[Timing]:
         return [Timing(key=key, seconds=seconds, steps=steps, cpu=cpu) for key, seconds, steps, cpu in found]
 
 
+class OnRecord(NamedTuple):
+    """What is known of a stored trial without reading its record; all but its length as a trial has it.
+
+    Attributes:
+        length: Steps played.
+    """
+
+    key: str
+    spec: str
+    group: str
+    player: str
+    condition: str
+    repetition: int
+    trial: int
+    ending: str
+    owed_again: bool
+    length: int
+
+    @classmethod
+    def of(cls, trial: Trial) -> OnRecord:
+        """What is known of a trial."""
+        return cls(
+            trial.key,
+            trial.spec,
+            trial.group,
+            trial.player,
+            trial.condition,
+            trial.repetition,
+            trial.trial,
+            trial.ending,
+            trial.owed_again,
+            len(trial.steps),
+        )
+
+    @property
+    def agent(self) -> str:
+        """The spec of who played it; of a person ``participant:ID``."""
+        return self.player or self.spec
+
+    @property
+    def solved(self) -> bool:
+        """Whether the target moved."""
+        return self.ending == "solved"
+
+
 class TrialRow(NamedTuple):
     """A trial as it is stored; its fields are the columns of that name."""
 

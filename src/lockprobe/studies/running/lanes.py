@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
-import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 
@@ -21,11 +19,11 @@ async def play_in_lanes(
     *,
     lanes: int = 1,
     at_the_end: int = 0,
-    seconds: float = math.inf,
+    leave: Callable[[], bool] = lambda: False,
 ) -> None:
     """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
 
-    After so many seconds no trial is opened any more; the others stay in the queue.
+    Once ``leave`` says so, no trial is opened any more; the others stay in the queue.
     An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
     trial is opened any more, and each open one goes on until it is refused a call itself. ``finish`` gets every
     finished trial.
@@ -34,7 +32,7 @@ async def play_in_lanes(
         BudgetReached: If the budget is reached; once, when no trial is open any more.
         UserMistake: As ``play`` and ``finish`` raise it.
     """
-    end, spent = time.monotonic() + seconds, list[BudgetReached]()
+    spent = list[BudgetReached]()
 
     async def trial(plan: Plan) -> None:
         try:
@@ -44,7 +42,7 @@ async def play_in_lanes(
 
     def admits() -> bool:
         """Whether another trial can be opened."""
-        return bool(queue) and not spent and time.monotonic() < end
+        return bool(queue) and not spent and not leave()
 
     while lanes == 1 and not at_the_end and admits():
         await trial(queue.popleft())

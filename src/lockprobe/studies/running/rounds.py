@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.stopping import due
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Trial
 
 
 def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]]:
@@ -24,7 +24,7 @@ def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]
     return lambda agent: due(whole, agent, [one for one in journal.trials.values() if _is_planned(whole, one)])
 
 
-def _is_planned(study: Study, trial: Trial) -> bool:
+def _is_planned(study: Study, trial: OnRecord) -> bool:
     """Whether a trial lies within a study; a directory may hold records beyond it."""
     inside = 1 <= trial.repetition <= study.repetitions and 1 <= trial.trial <= study.trials_of(trial.spec)
     return inside and trial.spec in study.agents and any(one.label == trial.condition for one in study.conditions)

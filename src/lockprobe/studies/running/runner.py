@@ -14,7 +14,6 @@ connection stays idle.
 from __future__ import annotations
 
 import asyncio
-import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -42,9 +41,10 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.extension import extended
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing, TrialRow, read_timings
+from lockprobe.studies.records.trial_rows import Timing, TrialRow
 from lockprobe.studies.running.elsewhere import can_travel, play_elsewhere
 from lockprobe.studies.running.lanes import play_in_lanes
 from lockprobe.studies.running.observer import Observer
@@ -65,13 +65,11 @@ have them it leaves 2 % of the bound unused at 32 connections, where opening non
 once from the start leaves 1 %, but has no trial finished until the very end."""
 
 _ALONE = 2.0
-"""Seconds for which this process plays a strategy alone. Others start if as much is left; each takes a second to."""
+"""Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to
+start."""
 
 _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
-
-_PLANT_FACTS = ("engine", "renderer")
-"""Facts about a plant that its pictures depend on and its spec does not hold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +116,7 @@ def run(
     """
     limits, observer = limits or Limits(), observer or Observer()
     of = plans or next_plans(study, journal)
-    known = list(known)
+    facts = KnownFacts((*known, *journal.kinds()))
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     sources = _run_here(sources)
@@ -133,7 +131,7 @@ def run(
         observer.agent(source, len(owed[source.spec]))
         try:
             for plans_now in rounds(study, owed[source.spec], partial(of, source.spec), journal, observer.more):
-                _play(study, source, plans_now, journal, limits, observer, known)
+                _play(study, source, plans_now, journal, limits, observer, facts)
         except BudgetReached as reached:
             spent = reached
         except (BadFile, SettingsChanged):
@@ -179,14 +177,12 @@ def _play(
     journal: Journal,
     limits: Limits,
     observer: Observer,
-    known: Sequence[Trial],
+    known: KnownFacts,
 ) -> None:
-    """Play the owed trials of one agent."""
-    if not plans:
-        return
-    album, queue = Album(journal.directory / ALBUM), deque(plans)
-    finish = _TrialWriter(source, journal, observer, _lanes(study, source, limits.access, len(plans))[0], known)
-    here = partial(_play_here, queue, study, source, journal, limits.access, observer, finish, album)
+    """Play the owed trials of one agent, at least one: here, elsewhere, or first here and then there."""
+    album, queue, began = Album(journal.directory / ALBUM), deque(plans), time.monotonic()
+    lanes, at_the_end = _lanes(study, source, limits.access)
+    finish = _TrialWriter(source, journal, observer, lanes, known)
     quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
     pool: Pool | None = None
     if not study.attended and source.engine != "network":
@@ -194,14 +190,30 @@ def _play(
             pool = limits.cluster
         elif source.engine == "process" or (limits.workers > 1 and (not quick or can_travel(study, source))):
             pool = Processes(limits.workers)
-    if quick and isinstance(pool, Processes):
-        began = time.monotonic()
-        here(seconds=_ALONE)
-        each = (time.monotonic() - began) / (len(plans) - len(queue))
-        pool = pool if each * len(queue) > _ALONE else None
-    if pool is None:
-        here()
-    else:
+
+    def takes_long() -> bool:
+        took, played = time.monotonic() - began, len(plans) - len(queue)
+        return pool is not None and took > _ALONE and took * len(queue) > _ALONE * played > 0
+
+    async def here(place: Executor) -> None:
+        agent = source.make()
+        play = partial(
+            play_timed, agent=agent, on_step=observer.step, keep=album.keep, calls=journal.calls, place=place
+        )
+        try:
+            if source.engine == "network":
+                finish.expect(agent.facts)
+            await play_in_lanes(queue, play, finish, lanes=lanes, at_the_end=at_the_end, leave=takes_long)
+        finally:
+            if isinstance(agent, Closable):
+                with closed_in_one_line("agent", source.spec):
+                    await agent.aclose()
+
+    if pool is None or (quick and isinstance(pool, Processes)):
+        threaded = source.engine == "network" and not study.attended and not _light(study)
+        with own_thread() if threaded else nullcontext(in_this_thread) as place:
+            asyncio.run(here(place))
+    if pool is not None and queue:
         identities = journal.identities
         play_elsewhere(queue, pool, observer.step, finish, identities=identities, album=album, live=not quick)
 
@@ -264,7 +276,7 @@ class _TrialWriter:
     """Writes finished trials to the journal, and gives up an agent that yields only errors."""
 
     def __init__(
-        self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]
+        self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: KnownFacts
     ) -> None:
         self._spec = source.spec
         self._program = source.engine == "inline"
@@ -272,13 +284,13 @@ class _TrialWriter:
         self._journal = journal
         self._observer = observer
         self._broken_in_a_row = 0
-        self._agent: dict[str, Fact] = {}
-        self._plants: dict[str, dict[str, Fact]] = {}
-        for trial in (*known, *journal.trials.values()):
-            self._note(trial)
+        self._known = known
 
     def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
-        self._refuse_another(trial)
+        if different := self._known.differences(trial):
+            said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
+            raise SettingsChanged(self._journal.directory, said)
+        self._known.note(trial)
         self._journal.append(trial, timing, row)
         self._observer.trial(trial, timing)
         broken = trial.owed_again or (self._program and trial.error is not None)  # a model's final errors are findings
@@ -294,37 +306,12 @@ class _TrialWriter:
         Raises:
             SettingsChanged: If the agent differs from the one that played before.
         """
-        if different := _differences(self._spec, self._agent, facts):
-            raise SettingsChanged(self._journal.directory, different)
-
-    def _refuse_another(self, trial: Trial) -> None:
-        """Refuse to mix two models, prompts, runtimes or renderers under one name in a resumed study."""
-        plant = str(trial.plant.get("plant"))
-        known = self._plants.get(plant, {})
-        different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, known, trial.plant)
-        if different:
-            raise SettingsChanged(self._journal.directory, different)
-        self._note(trial)
-
-    def _note(self, trial: Trial) -> None:
-        """Store the facts about agent and plant; a renderer is known only after a picture."""
-        if trial.agent == self._spec:
-            self._agent = dict(trial.facts) | self._agent
-        made: dict[str, Fact] = {name: value for name in _PLANT_FACTS if (value := trial.plant.get(name)) is not None}
-        plant = str(trial.plant.get("plant"))
-        self._plants[plant] = made | self._plants.get(plant, {})
+        if different := self._known.differences_of(self._spec, facts):
+            said = {f"{self._spec}, {name}": pair for name, pair in different.items()}
+            raise SettingsChanged(self._journal.directory, said)
 
 
-def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
-    """The facts that both sides have with different values; a renderer, for one, is known only after a picture."""
-    return {
-        f"{what}, {name}": (known[name], found[name])
-        for name in sorted({*known} & {*found})
-        if found[name] is not None and known[name] != found[name]
-    }
-
-
-def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tuple[int, int]:
+def _lanes(study: Study, source: AgentSource, access: Access) -> tuple[int, int]:
     """Concurrency: the number of open trials, and the number of last trials to open all at once if memory is cheap."""
     if source.engine != "network" or study.attended:
         return 1, 0
@@ -334,40 +321,6 @@ def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tupl
 def _light(study: Study) -> bool:
     """Whether the study's plants need little time and memory."""
     return not study.simulated and not study.has_pictures
-
-
-def _play_here(
-    queue: deque[Plan],
-    study: Study,
-    source: AgentSource,
-    journal: Journal,
-    access: Access,
-    observer: Observer,
-    finish: _TrialWriter,
-    album: Album,
-    *,
-    seconds: float = math.inf,
-) -> None:
-    """Play plans in this process, for so many seconds, at least one; the others stay in the queue."""
-    lanes, at_the_end = _lanes(study, source, access, len(queue))
-    threaded = source.engine == "network" and not study.attended and not _light(study)
-
-    async def played(place: Executor) -> None:
-        agent = source.make()
-        play = partial(
-            play_timed, agent=agent, on_step=observer.step, keep=album.keep, calls=journal.calls, place=place
-        )
-        try:
-            if source.engine == "network":
-                finish.expect(agent.facts)
-            await play_in_lanes(queue, play, finish, lanes=lanes, at_the_end=at_the_end, seconds=seconds)
-        finally:
-            if isinstance(agent, Closable):
-                with closed_in_one_line("agent", source.spec):
-                    await agent.aclose()
-
-    with own_thread() if threaded else nullcontext(in_this_thread) as place:
-        asyncio.run(played(place))
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
@@ -389,12 +342,12 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
     """
     if boundary not in FINAL:
         raise BadValue("again", boundary, f"{' or '.join(FINAL)}; what broke elsewhere is owed without being asked for")
-    readings = {reading.key: reading for reading in read_timings(journal.directory)}
     asked = {call.key for call in read_calls(journal.directory)}
     found = 0
-    for trial in load(journal.directory):
+    for key in [key for key, one in journal.trials.items() if one.ending == "error" and not one.owed_again]:
+        trial, timing = journal.read(key)
         error = trial.error
-        if error is None or error.boundary != boundary or trial.owed_again or trial.player or not study.asks_for(trial):
+        if error is None or error.boundary != boundary or trial.player or not study.asks_for(trial):
             continue
         if trial.key in asked:
             nothing = Call(
@@ -410,7 +363,6 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
                 error=OWED_ANEW,
             )
             journal.calls.write(nothing)
-        reading = readings.get(trial.key, Timing(key=trial.key, seconds=0.0, steps=0))
-        journal.append(replace(trial, error=replace(error, again=True)), reading)
+        journal.append(replace(trial, error=replace(error, again=True)), timing)
         found += 1
     return found

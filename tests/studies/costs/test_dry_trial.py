@@ -9,8 +9,8 @@ from prefixes import repeated_prefix
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
-from lockprobe.agents.prompt import conversation
-from lockprobe.studies.costs.request_sizes import HYPOTHESIS, PromptSizes, made_up_steps, reply
+from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.studies.costs.dry_trial import HYPOTHESIS, DryTrial, made_up_steps, reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
@@ -41,10 +41,10 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
     )
     first, both = plan.plans(plan.agents[0])
     for shown, pictures in ((first, 1), (both, 2)):
-        prompt = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=500))
-        text = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=1))
+        prompt = DryTrial.of(shown, ModelSettings(images=images), ModelFacts(picture_tokens=500))
+        text = DryTrial.of(shown, ModelSettings(images=images), ModelFacts(picture_tokens=1))
         kept = images or 5
-        assert prompt.request(5).input - text.request(5).input == pytest.approx(pictures * kept * 499 * share)
+        assert prompt.input[4] - text.input[4] == pytest.approx(pictures * kept * 499 * share)
 
 
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgb", 0), ("rgb", 3)])
@@ -52,13 +52,12 @@ def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality,
     settings = ModelSettings(images=images)
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
     (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
-    said = '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}'
-    whole = made_up_steps(shown, said)[-1]
-    talks = requests(whole, images)
-    prompt = PromptSizes(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
-    steps = range(1, 21)
-    share = sum(prompt.repeated(step) for step in steps) / sum(prompt.request(step).input for step in steps)
-    assert share == pytest.approx(repeated_prefix(talks, picture_tokens=800), abs=0.05)
+    course = made_up_steps(shown)
+    form = tokens(json.dumps(reply_schema(course[-1])))
+    prompt = DryTrial.of(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
+    share = (prompt.repeated[1:] - form).sum() / (prompt.input - form).sum()
+    talks = [conversation(one, images=images) for one in course]
+    assert share == pytest.approx(repeated_prefix(talks, picture_tokens=800), abs=0.02)
 
 
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgbd", 0), ("rgbd", 3)])
@@ -67,14 +66,10 @@ def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, 
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
     (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
     asked = [at_most(talk, settings, facts) for talk in requests(made_up_steps(shown, reply("x" * 4000))[-1], images)]
-    most = PromptSizes(shown, settings, facts).most(11, 5)
-    assert most.calls == 5 * 10
-    assert (
-        5 * sum(one.input_tokens for one in asked[10:])
-        <= most.input_tokens
-        <= 1.6 * 5 * sum(one.input_tokens for one in asked[10:])
-    )
-    assert most.output_tokens == 5 * sum(one.output_tokens for one in asked[10:])
+    most = DryTrial.of(shown, settings, facts)
+    for step, one in enumerate(asked):
+        assert one.input_tokens <= most.most_input[step] <= 1.05 * one.input_tokens
+        assert one.output_tokens == most.most_output[step]
 
 
 CONDITIONS = (
@@ -90,24 +85,37 @@ def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
         trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None
     planned = study("flips", agent=provider.agent, condition=spec, max_steps=12)
-    prompt = PromptSizes(planned.plan(provider.agent, planned.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
+    prompt = DryTrial.of(planned.plan(provider.agent, planned.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
     sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
     form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
-    taken = [prompt.request(step).input - form for step in range(1, len(sent) + 1)]
+    taken = (prompt.input - form)[: len(sent)]
     assert taken[0] == pytest.approx(sent[0], rel=0.05)
     assert sum(taken) == pytest.approx(sum(sent), rel=0.08)
-    most = prompt.most(1, 1)
-    assert most.input_tokens > sum(sent)
+    assert all(prompt.most_input[: len(sent)] > sent)
 
 
 def test_the_most_counts_a_remark_at_every_step_however_rare_remarks_are():
     plan = study("flips", agent=SPEC, condition=["distract?p=0.001", "distract?p=1"])
     _, rare, always = (plan.plan(SPEC, condition, 1, 1) for condition in plan.conditions)
-    most, all_steps = (PromptSizes(one, ModelSettings(), ModelFacts()).most(1, 1) for one in (rare, always))
-    assert most == all_steps
+    most, all_steps = (DryTrial.of(one, ModelSettings(), ModelFacts()) for one in (rare, always))
+    assert most.most_input.tolist() == all_steps.most_input.tolist()
 
 
 @pytest.mark.parametrize("condition", ["tremble?p=1", "force?at=3", "drop?p=0.5", "correction?p=0.4", "history?last=2"])
 def test_the_made_up_trial_lasts_as_long_as_the_budget(condition):
     asked = StudyOptions(agent=[SPEC], condition=[condition], trials=1, repetitions=1, max_steps=50)
     assert {len(made_up_steps(plan)) for plan in study(asked).plans(SPEC)} == {50}
+
+
+@pytest.mark.parametrize("spec", ["truth", "distract?p=1", "history?last=5"])
+def test_of_a_long_trial_requests_lie_between_those_that_are_counted_and_below_their_bound(spec):
+    plan = study("flips", agent=SPEC, condition=spec, max_steps=130).plan
+    condition = study("flips", agent=SPEC, condition=spec, max_steps=130).conditions[-1]
+    dry = DryTrial.of(plan(SPEC, condition, 1, 1), ModelSettings(), ModelFacts())
+    course = [conversation(one) for one in made_up_steps(plan(SPEC, condition, 1, 1))]
+    sent = [sum(tokens(message.text) + 4 for message in talk) for talk in course]
+    form = dry.input[0] - sent[0]
+    assert list(dry.input - form) == pytest.approx(sent, rel=0.02)
+    most = [at_most(talk, ModelSettings(), ModelFacts()).input_tokens for talk in course]
+    assert all(dry.most_input >= most)
+    assert all(dry.most_input[1:] >= dry.most_input[:-1])

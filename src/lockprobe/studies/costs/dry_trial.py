@@ -1,13 +1,19 @@
-"""Size estimates of each request of a trial before it is played, from a made-up trial."""
+"""The requests of a trial before it is played: a made-up trial goes through the loop of all trials, and is counted.
+
+It is played twice: as an agent replies that says as much as most do, and as the longest that can be sent.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise, takewhile
+from itertools import takewhile
 from math import ceil
 from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
@@ -20,7 +26,6 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.loop import play
-from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Intervention, InterventionTraits, Prompt
@@ -28,10 +33,9 @@ from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Sit
 from lockprobe.trial.source import CAMERA, VERDICT
 
 if TYPE_CHECKING:
-    import numpy as np
+    from numpy.random import Generator
 
-SMALLEST_CACHED = 1024
-"""Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
+Array = NDArray[np.float64]
 
 HYPOTHESIS = "The target seems to be locked by the joint beside it, which has to be moved first."
 """A hypothesis of typical length."""
@@ -42,89 +46,75 @@ _MARKS = 4
 _PICTURE = 1000
 """Assumed tokens of a picture for an unknown model."""
 
-_COUNTED = 200
-"""Steps up to which each request is looked at for what it can cost at most. With more of them, and where pictures
-leave the conversation, each counts as the last, which is the largest."""
+_COUNTED = 50
+"""Requests that are counted. Of a longer trial they are spread evenly, and the others lie between them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
-    """Tokens of one request: total input, tokens from the provider's cache, and tokens that it then stores."""
-
-    input: float
-    cached: float
-    stored: float
-
-
-class PromptSizes:
-    """The sizes of the requests of a trial, step by step.
+@dataclass(frozen=True, slots=True, eq=False)
+class DryTrial:
+    """The requests of a made-up trial. Every column has the shape (budget,), a value for each step.
 
     Attributes:
+        input: Tokens of each request.
+        repeated: Those of them that repeat the start of the request before.
         output: Tokens of a reply in the requested form.
+        most_input: Upper bound of the tokens of each request, whatever the replies.
+        most_output: Upper bound of the tokens of each reply.
     """
 
-    def __init__(self, plan: Plan, settings: ModelSettings, facts: ModelFacts) -> None:
-        self._plan, self._settings, self._facts = plan, settings, facts
-        self._images = settings.images
-        course = made_up_steps(plan)
-        talks = [conversation(situation) for situation in (course if _forgets(course) else course[-1:])]
-        self._per_step = len(talks[0][0].pictures) * (facts.picture_tokens or _PICTURE) * _tiles(plan) / 4
+    input: Array
+    repeated: Array
+    output: float
+    most_input: Array
+    most_output: Array
+
+    @classmethod
+    def of(cls, plan: Plan, settings: ModelSettings, facts: ModelFacts) -> DryTrial:
+        """Count the requests of a plan."""
+        course, last = made_up_steps(plan), _longest(plan)
+        size = _Size(_picture_tokens(plan, facts))
         form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(course[-1])))
-        self._observed = [len(situation.past) + 1 for situation in course]
-        self._shared: list[float] = []
-        if _forgets(course):
-            self._text = [form + sum(map(_size, talk)) for talk in talks]
-            self._shared = [form + self._start(*both) for both in pairwise(talks)]
-        else:
-            self._text = [form + total for total in accumulate(map(_size, talks[0]))][::2]
-        self.output = tokens(_reply_in(course[-1], HYPOTHESIS))
-
-    def _start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
-        """Tokens of the common prefix of two requests."""
-        alike = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(one, other, strict=False)))
-        pictured = sum(bool(message.pictures) for message in other[:alike])
-        ends = (talk[alike].text if alike < len(talk) else "" for talk in (one, other))
-        begun = "".join(first for first, _ in takewhile(lambda both: both[0] == both[1], zip(*ends, strict=False)))
-        return sum(map(_size, other[:alike])) + pictured * self._per_step + tokens(begun)
-
-    def _size(self, step: int) -> float:
-        observed = self._observed[step - 1]
-        shown = min(observed, self._images) if self._images else observed
-        return self._text[step - 1] + shown * self._per_step
-
-    def repeated(self, step: int, longer: float = 1.0) -> float:
-        """Tokens of the common prefix of a step's request and the request before, times ``longer``."""
-        if step == 1:
-            return 0.0
-        if self._shared:
-            return longer * self._shared[step - 2]
-        if self._per_step and self._images and step > self._images:  # there an observation has lost its pictures
-            return longer * self._text[step - self._images - 1]
-        return longer * self._size(step - 1)
-
-    def request(self, step: int, longer: float = 1.0) -> Request:
-        """The request of a step; arguments as for :meth:`repeated`."""
-        size, repeated = longer * self._size(step), self.repeated(step, longer)
-        cached = repeated if repeated >= SMALLEST_CACHED else 0.0
-        return Request(input=size, cached=cached, stored=size - cached if size >= SMALLEST_CACHED else 0.0)
-
-    def most(self, first: int, trials: int) -> Usage:
-        """Upper bound of the usage of this many trials from step ``first`` (from 1) on, whatever the replies."""
-        longest = conversation(_longest(self._plan), images=self._images)
-        steps = range(first, self._plan.budget + 1)
-        if len(steps) <= _COUNTED and not self._images:
-            one = sum((at_most(longest[: 2 * step - 1], self._settings, self._facts) for step in steps), Usage())
-        else:
-            one, trials = at_most(longest, self._settings, self._facts), trials * len(steps)
-        return Usage(
-            calls=one.calls * trials, input_tokens=one.input_tokens * trials, output_tokens=one.output_tokens * trials
+        steps = np.unique(np.linspace(1, plan.budget, _COUNTED).round()).astype(int)
+        sent, repeated, most = list[float](), list[float](), list[tuple[int, int]]()
+        for step in steps:
+            now = conversation(course[step - 1], images=settings.images)
+            sent.append(form + size.of(now))
+            before = conversation(course[step - 2], images=settings.images) if step > 1 else None
+            repeated.append(0.0 if before is None else form + size.of_start(before, now))
+            bound = at_most(conversation(_up_to(last, step), images=settings.images), settings, facts)
+            most.append((bound.input_tokens, bound.output_tokens))
+        every = np.arange(1, plan.budget + 1)
+        above = np.array(most, dtype=np.float64)[np.searchsorted(steps, every)]  # requests grow from step to step
+        return cls(
+            input=np.interp(every, steps, sent),
+            repeated=np.interp(every, steps, repeated),
+            output=tokens(_reply_in(course[-1], HYPOTHESIS)),
+            most_input=above[:, 0],
+            most_output=above[:, 1],
         )
 
 
-def _tiles(plan: Plan) -> int:
-    """Tiles of 512 x 512 pixels that cover a picture. Models' known token counts are for four tiles, hence scaling."""
+class _Size:
+    """Approximate tokens of messages, with so many for a picture."""
+
+    def __init__(self, picture: float) -> None:
+        self._picture = picture
+
+    def of(self, talk: Sequence[Message]) -> float:
+        return sum(tokens(one.text) + _MARKS + self._picture * len(one.pictures) for one in talk)
+
+    def of_start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
+        """Tokens of what two requests have in common from their beginning."""
+        alike = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(one, other, strict=False)))
+        ends = (talk[alike].text if alike < len(talk) else "" for talk in (one, other))
+        begun = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(*ends, strict=False)))
+        return self.of(other[:alike]) + tokens("x" * begun)
+
+
+def _picture_tokens(plan: Plan, facts: ModelFacts) -> float:
+    """Tokens of a picture of this plant; models' known counts are for four tiles of 512 x 512 pixels."""
     width, height = resolve_plant(plan.plant).picture_size or (1024, 1024)
-    return min(4, ceil(width / 512) * ceil(height / 512))
+    return (facts.picture_tokens or _PICTURE) * min(4, ceil(width / 512) * ceil(height / 512)) / 4
 
 
 def _head(plan: Plan) -> bytes:
@@ -179,7 +169,7 @@ class _MadeUpAgent:
         self.course: list[Situation] = []
         self._said = said
 
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+    async def decide(self, situation: Situation, rng: Generator) -> Decision:
         self.course.append(situation)
         joints = [joint for joint in situation.task.joints if joint != situation.task.target]
         reply = self._said or _reply_in(situation, HYPOTHESIS)
@@ -220,7 +210,7 @@ class _Placeholder:
     head: bytes
     shows: ClassVar[bool] = True
 
-    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: Generator) -> Percept:
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
         kinds: tuple[PictureKind, ...] = ("rgb",) if self.camera.depth == "none" else ("rgb", "depth")
@@ -243,10 +233,8 @@ def _longest(plan: Plan) -> Situation:
     return replace(last, past=past, briefing=replace(last.briefing, remark=remark))
 
 
-def _forgets(course: Sequence[Situation]) -> bool:
-    """Whether later requests lack parts of earlier ones."""
-    return any(len(situation.past) < step for step, situation in enumerate(course))
-
-
-def _size(message: Message) -> float:
-    return tokens(message.text) + _MARKS
+def _up_to(last: Situation, step: int) -> Situation:
+    """The situation of an earlier step of a trial in which nothing is forgotten."""
+    if step > len(last.past):
+        return last
+    return replace(last, past=last.past[: step - 1], percept=last.past[step - 1].percept)

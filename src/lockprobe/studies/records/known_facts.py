@@ -1,0 +1,57 @@
+"""What agents and plants said of themselves in the trials on record, so that no other one goes by their name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.foundation.spec import MCP, spec_kind
+from lockprobe.trial.record import Fact, Trial
+
+_PLANT_FACTS = ("engine", "renderer")
+"""Facts about a plant that its pictures depend on and its spec does not hold."""
+
+
+def lasting_facts(trial: Trial) -> Mapping[str, Fact]:
+    """The facts of an agent that are the same in all its trials; people's devices and connections may differ."""
+    if trial.player:
+        return {}
+    if spec_kind(trial.agent) == MCP:
+        return {name: trial.facts[name] for name in SAME_IN_ALL_TRIALS if name in trial.facts}
+    return trial.facts
+
+
+class KnownFacts:
+    """What is known of agents (model, prompt, runtime) and of plants (engine, renderer) from these trials."""
+
+    def __init__(self, trials: Iterable[Trial] = ()) -> None:
+        self._known: dict[tuple[str, str], Fact] = {}
+        for trial in trials:
+            self.note(trial)
+
+    def note(self, trial: Trial) -> None:
+        """Add what a trial says; what an earlier one has said stays."""
+        for who, facts in _said(trial):
+            for name, value in facts.items():
+                if value is not None:  # a renderer, for one, is known only after a picture
+                    self._known.setdefault((who, name), value)
+
+    def differences(self, trial: Trial) -> dict[tuple[str, str], tuple[Fact, Fact]]:
+        """Whose fact is another one in a trial, and its name -> the known value, and that of the trial."""
+        return {
+            (who, name): pair for who, facts in _said(trial) for name, pair in self.differences_of(who, facts).items()
+        }
+
+    def differences_of(self, agent: str, facts: Mapping[str, Fact]) -> dict[str, tuple[Fact, Fact]]:
+        """The facts of an agent, or of a plant, that are known with another value, with both."""
+        known = {name: self._known.get((agent, name)) for name in facts}
+        return {
+            name: (known[name], facts[name])
+            for name in sorted(facts)
+            if known[name] is not None and facts[name] is not None and known[name] != facts[name]
+        }
+
+
+def _said(trial: Trial) -> list[tuple[str, Mapping[str, Fact]]]:
+    plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
+    return [(trial.agent, lasting_facts(trial)), (f"the plant {trial.plant.get('plant', '')}".rstrip(), plant)]
