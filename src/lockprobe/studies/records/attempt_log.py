@@ -49,21 +49,17 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 )
 
 
-def _entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Begun | _Did | _Broke:
+def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Begun | _Did | _Broke:
+    """A row of the attempts as an entry.
+
+    Raises:
+        Damaged: If it is none.
+    """
     check_row(store, f"attempt {number}, {key}", crc, key, entry)
     try:
         return _adapter.validate_json(entry)
     except ValidationError as error:
         raise Damaged(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
-
-
-def check_attempt(store: Database, number: int, key: str, entry: str, crc: int) -> None:
-    """Check a row of the attempts.
-
-    Raises:
-        Damaged: If it is none.
-    """
-    _entry(store, number, key, entry, crc)
 
 
 class AttemptLog:
@@ -78,7 +74,7 @@ class AttemptLog:
         self._begun: dict[str, int] = {}
         self._attempts: dict[str, list[RecordedAttempt]] = {}
         for row in store.rows("select id, key, entry, crc from attempt order by id"):
-            self._follow(row[1], _entry(store, *row))
+            self._follow(row[1], attempt_entry(store, *row))
 
     @classmethod
     def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:

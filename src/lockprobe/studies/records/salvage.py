@@ -15,7 +15,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.call_log import logged_call
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.records.attempt_log import check_attempt
+from lockprobe.studies.records.attempt_log import attempt_entry
 from lockprobe.studies.records.store import checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, row_of, unpacked
 from lockprobe.trial.trial_reader import TrialReader
@@ -56,7 +56,7 @@ def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, 
                 writing.execute("insert into call values (?, ?, ?, ?, ?)", row)
         for row in _rows(damaged, "attempt", _ATTEMPT):
             with suppress(Damaged):
-                check_attempt(damaged, *row)
+                attempt_entry(damaged, *row)
                 writing.execute("insert into attempt values (?, ?, ?, ?)", row)
         for _, participant, number, entry, crc in _rows(damaged, "act", _ACT):
             there = diaries.setdefault(participant, [])
