@@ -41,7 +41,7 @@ def some(agent, *solved, of=10, fast=SOLUTION, slow=FAILED, p=P):
 
 
 def table(found):
-    head, *rows = tables_of(found, SECTION.tables)["comparisons"] or [[]]
+    head, *rows = tables_of(found)["comparisons"] or [[]]
     return [dict(zip(head, row, strict=True)) for row in rows]
 
 

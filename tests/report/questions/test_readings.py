@@ -29,7 +29,7 @@ def found(directory):
 
 
 def table(found, name):
-    head, *rows = tables_of(found, SECTIONS[0].tables)[name]
+    head, *rows = tables_of(found)[name]
     return [dict(zip(head, row, strict=True)) for row in rows]
 
 
