@@ -48,6 +48,26 @@ def test_hundreds_that_wait_or_drip_are_closed_in_time(monkeypatch, sent):
     asyncio.run(visit())
 
 
+def test_files_are_kept_back_from_connections_and_those_that_are_there_go_on(monkeypatch):
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    files = 65_536 if hard == resource.RLIM_INFINITY else min(hard, 65_536)
+    monkeypatch.setattr(http_server, "_FILES_KEPT_BACK", files - 20)
+
+    async def visit():
+        with listen("127.0.0.1", 0) as listening:
+            port = listening.getsockname()[1]
+            async with running(hello, listening, print, seconds_to_finish=5):
+                opened = [await asyncio.open_connection("127.0.0.1", port) for _ in range(30)]
+                await asyncio.gather(*(reader.read() for reader, _ in opened[20:]), return_exceptions=True)
+                for reader, writer in opened[:20]:
+                    writer.write(REQUEST)
+                    assert (await reader.readline()).split()[1] == b"200"
+                for _, writer in opened:
+                    writer.close()
+
+    asyncio.run(visit())
+
+
 def test_what_is_under_way_at_the_end_is_answered_however_long_it_takes_and_those_that_wait_are_not_waited_for():
     async def visit():
         asked, go_on, loop = asyncio.Event(), asyncio.Event(), asyncio.get_running_loop()

@@ -7,9 +7,8 @@ import pytest
 from builders import write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
-from lockprobe.studies.extension import extended
+from lockprobe.studies.extension import extended, sized_as_there
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.sizes import sized_as_there
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study, write_settings
 from lockprobe.studies.records.journal import Journal

@@ -8,9 +8,8 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.studies.extension import extended
+from lockprobe.studies.extension import SIZE_OPTIONS, extended, sized_as_there
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.sizes import SIZE_OPTIONS, sized_as_there
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study

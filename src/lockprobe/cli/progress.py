@@ -25,7 +25,7 @@ from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Ledger, hosted
-from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.counted import Invalid
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.results_hash import StudyHashes

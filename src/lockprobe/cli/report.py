@@ -17,7 +17,7 @@ from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.cli.study_options import study_help
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
@@ -72,7 +72,7 @@ def report(
     boxes, budgets of steps, plants or modalities are refused.
     """
     if watch and paper:
-        raise BadValue("paper", "with --watch", "one of both: a paper is of a finished report")
+        raise Conflict("--watch", "--paper", "a paper is of a finished report")
     if len(directories) > 1:
         if watch or paper:
             raise Conflict("--watch and --paper", "several studies", "they are of the report of one")

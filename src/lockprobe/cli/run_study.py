@@ -16,7 +16,7 @@ from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistak
 from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.counted import invalid_conditions
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex

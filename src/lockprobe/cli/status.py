@@ -26,9 +26,7 @@ from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
-from lockprobe.studies.options.idle_conditions import idle_conditions
-from lockprobe.studies.options.valid_conditions import invalid_conditions
-from lockprobe.studies.records.counted import Counted
+from lockprobe.studies.records.counted import Counted, idle_conditions, invalid_conditions
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import read_stored
 from lockprobe.studies.records.record_index import RecordIndex

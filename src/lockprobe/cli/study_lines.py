@@ -10,7 +10,7 @@ from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.options.presets import preset
-from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.counted import Invalid
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import LeftOut

@@ -1,4 +1,4 @@
-"""An HTTP server that listens, runs and stops: uvicorn, with a time for every request to arrive. No application.
+"""An HTTP server that listens, runs and stops: uvicorn, with a time for the head of a request. No application.
 
 A proxy in front may add limits; these are what a server needs without one.
 """
@@ -20,7 +20,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from lockprobe.foundation.errors import BadValue
 
 SECONDS_FOR_A_HEAD = 10.0
-"""The time for a request to arrive after its connection opened or after its first byte; uvicorn waits forever."""
+"""The time for the head of a request to arrive after its connection opened or after its first byte; uvicorn waits
+forever."""
 
 _SECONDS_IDLE = 30
 """How long a connection stays open after an answer."""
@@ -33,6 +34,9 @@ _ACCEPTED_AT_ONCE = 64
 
 _MOST_FILES = 65_536
 """Open files that are asked of the system: each connection is one."""
+
+_FILES_KEPT_BACK = 64
+"""Open files that no connection takes, so that what people do can be written; one more is closed at once."""
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -74,10 +78,12 @@ async def running(
     if soft != resource.RLIM_INFINITY and soft < most:
         with suppress(OSError, ValueError):  # a system may allow fewer than it says
             resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    files = most if soft == resource.RLIM_INFINITY else soft
     server = _Server(
         uvicorn.Config(
             app,  # type: ignore[arg-type] # an ASGI application
-            http=partial(_Connection, say),  # type: ignore[arg-type] # makes protocols, as a class does
+            http=partial(_Connection, say, files - _FILES_KEPT_BACK),  # type: ignore[arg-type] # makes protocols
             ws="none",
             lifespan="off",
             log_config=None,
@@ -133,18 +139,21 @@ class _Server(uvicorn.Server):
 
 
 class _Connection(H11Protocol):
-    """A connection that is closed if a request does not arrive in time, however it drips.
+    """A connection that is closed if the head of a request does not arrive in time, however it drips.
 
     Else one that says nothing stays open forever, as of a telephone that left its network.
     """
 
-    def __init__(self, say: Callable[[str], None], **given: Any) -> None:
+    def __init__(self, say: Callable[[str], None], most: int, **given: Any) -> None:
         super().__init__(**given)
-        self._say = say
+        self._say, self._most = say, most
         self._deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as in the base
         super().connection_made(transport)
+        if len(self.connections) > self._most:
+            transport.abort()
+            return
         self._deadline = self.loop.call_later(SECONDS_FOR_A_HEAD, transport.abort)
 
     def data_received(self, data: bytes) -> None:

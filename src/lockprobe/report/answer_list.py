@@ -137,7 +137,7 @@ def _bounds_said(cell: Cell) -> str:
     row, broken = cell.get("success"), cell.value("broken") or 0.0
     least, most = cell.value("success", "at least"), cell.value("success", "at most")
     if row is None or not row.n or least is None or most is None:
-        return f"All {broken:g} trials broke."
+        return f"All {broken:g} trials broke." if broken > 1 else "The one trial broke."
     return (
         f"{broken:g} of {row.n + broken:g} trials broke, {row.count} of the other {row.n} opened the box: between "
         f"{percent(least)} and {percent(most)} [{percent(row.low)}, {percent(row.high)}] would have."

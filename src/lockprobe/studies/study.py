@@ -65,13 +65,21 @@ WHO = ("agents", "names")
 _BESIDE = ("contrasts", "earlier", "shard")
 """What ``study.json`` holds beside the settings: it changes no trial."""
 
-_Box = Annotated[Lockbox, PlainValidator(box_from_data), PlainSerializer(Lockbox.as_data)]
+
+def _read_box(data: object) -> Lockbox:
+    try:
+        return box_from_data(data)
+    except UserMistake as error:
+        raise UserMistake(f"boxes: {error}") from None
+
+
+_Box = Annotated[Lockbox, PlainValidator(_read_box), PlainSerializer(Lockbox.as_data)]
 _Shard = Annotated[Shard, BeforeValidator(lambda said: Shard.parse(said) if isinstance(said, str) else said)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """Every setting that changes what is played, and none that does not.
+    """Every setting that changes what is played; beside them what it asks, and how it grew or is shared out.
 
     Attributes:
         name: ``flips``, ``modalities``, or a name that the experimenter gives it.

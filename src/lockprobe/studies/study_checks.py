@@ -27,8 +27,8 @@ _LONGEST_CONTRAST = 100
 def check_boxes(study: Study) -> None:
     """Refuse boxes that cannot be told apart, and several of them where only one has a meaning."""
     names = [box.name for box in study.boxes]
-    if len(set(names)) < len(names):
-        raise BadValue("box", ", ".join(names), "every box once")
+    if not names or len(set(names)) < len(names):
+        raise BadValue("box", ", ".join(names), "at least one, and every one once")
     if len(names) > 1 and study.until:
         expected = "none with several boxes: what holds at every look is computed for one"
         raise BadValue("until", str(study.until), expected)
@@ -91,4 +91,5 @@ def check_plant(study: Study) -> None:
             raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
     for one in study.conditions:
         if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
-            raise BadValue(f"plant of {one.label}", one.plant.spec or "none", f"{change.spec or 'none'}, {change.own}")
+            got, expected = (f"{part.spec or 'none'}, {dict(part.own)}" for part in (one.plant, change))
+            raise BadValue(f"plant of {one.label}", got, expected)

@@ -127,6 +127,25 @@ def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
     assert len(load(here)) == 8
 
 
+def test_an_import_that_is_interrupted_leaves_all_as_it_was(tmp_path):
+    here, there = (write_study(tmp_path / agent, only(agent)) for agent in ("random", "human-inspired"))
+    before = read_study(here), load(here)
+
+    def stopped(journal):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        gather(here, [source_of_directory(there)], stopped)
+    assert (read_study(here), load(here)) == before
+
+
+def test_columns_that_say_something_else_than_their_record_are_not_taken_over(tmp_path):
+    there = write_study(tmp_path / "there", only("random"))
+    sql(there, "update trial set steps = 999, agent = 'round-robin' where id = 1")
+    gather(tmp_path / "here", [source_of_directory(there)])
+    assert sql(tmp_path / "here", "select count(*) from trial where agent != 'random' or steps > 20") == [0]
+
+
 def test_a_trial_that_is_not_of_its_own_study_is_refused(tmp_path):
     there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, p=0.4, trial=3)])
     with pytest.raises(BadFile, match="no trial of that study"):

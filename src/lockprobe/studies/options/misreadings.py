@@ -23,12 +23,11 @@ def with_misreadings(study: Study) -> Study:
     Raises:
         UserMistake: If another study cannot be read, is of another box, or has not what is taken.
     """
-    conditions = tuple(_with_rates(one, study) for one in study.conditions)
-    return study if conditions == study.conditions else replace(study, conditions=conditions)
+    return replace(study, conditions=tuple(_with_rates(one, study) for one in study.conditions))
 
 
 def _with_rates(condition: Condition, study: Study) -> Condition:
-    name, acting = condition.label, list(condition.interventions)
+    name, acting = condition.name, list(condition.interventions)
     for i, one in enumerate(acting):
         if isinstance(one, MisreadFlip) and not one.rates:
             other, label, trials = _read(one)
@@ -37,8 +36,12 @@ def _with_rates(condition: Condition, study: Study) -> Condition:
             names = dict.fromkeys(name for box in study.boxes for name in box.names)
             rates = entries_of(misread_rates(said, [*names], one.by))
             acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=said.total())
-            name = name.replace(one.like, f"{other.name}/{label}")
-    return condition if name == condition.label else replace(condition, interventions=tuple(acting), name=name)
+            name = (name or condition.spec).replace(one.like, f"{other.name}/{label}")
+    return (
+        condition
+        if acting == [*condition.interventions]
+        else replace(condition, interventions=tuple(acting), name=name)
+    )
 
 
 def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:

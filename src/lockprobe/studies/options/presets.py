@@ -58,7 +58,8 @@ def plant_of(asked: StudyOptions) -> PlantSource:
     Raises:
         UnknownName: If there is none such.
     """
-    return resolve_plant(asked.plant or preset(asked.study).plant or "symbolic")
+    own = preset(asked.study).plant or "symbolic"
+    return resolve_plant(own if asked.plant is None else asked.plant)
 
 
 def with_defaults(asked: StudyOptions) -> StudyOptions:
@@ -80,9 +81,9 @@ def with_defaults(asked: StudyOptions) -> StudyOptions:
     for part in (own, *(own.when[case] for case, holds in cases.items() if holds and case in own.when)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
     usual.pop("condition", None)
-    if asked.trials is not None or asked.until:  # strategies play as many
+    if asked.trials is not None or asked.until is not None:  # strategies play as many
         usual.pop("strategy_trials", None)
-    if asked.until:
+    if asked.until is not None:
         usual = {name: value for name, value in usual.items() if name not in ("repetitions", "trials")}
     if not plant.lays_out:
         usual.pop("layout", None)

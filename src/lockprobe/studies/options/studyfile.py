@@ -31,7 +31,6 @@ from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.asked_conditions import AGENT_SWEEP, alone_with_strategies, conditions_of
 from lockprobe.studies.options.misreadings import with_misreadings
 from lockprobe.studies.options.presets import is_short, on_several_boxes, plant_of, preset, with_defaults
-from lockprobe.studies.options.sizes import sizes_of
 from lockprobe.studies.options.study_options import (
     SHIPPED,
     STUDIES,
@@ -41,6 +40,7 @@ from lockprobe.studies.options.study_options import (
     study_options,
 )
 from lockprobe.studies.study import LIMITS, Study
+from lockprobe.studies.until import MOST, Until
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.protocols import Intervention
@@ -164,7 +164,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     for one, extent in _PLURAL.items():
         check_whole(one, getattr(request, extent), 1, LIMITS[extent])
     _check_lengths(request)
-    plant = resolve_plant(request.plant or "symbolic")
+    plant = resolve_plant("symbolic" if request.plant is None else request.plant)
     planned = _planned(request, plant, [agent], [_one_condition(condition, request, plant)], {})
     if len(planned.boxes) > 1:
         raise BadValue("box", ", ".join(box.name for box in planned.boxes), "one box for one trial")
@@ -188,9 +188,42 @@ def _planned(
         boxes=boxes,
         conditions=tuple(conditions),
         plant=plant.spec,
-        **sizes_of(request, len(boxes)),
+        **_sizes(request, len(boxes)),
         **{name: value for name in said if (value := getattr(request, name)) is not None},
     )
+
+
+def _sizes(request: StudyOptions, boxes: int) -> dict[str, Any]:
+    """How much a request plays on so many boxes, in the fields of :class:`lockprobe.studies.study.Study`.
+
+    Raises:
+        BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
+    """
+    until = _until(request)
+    if until is not None:
+        most = MOST if request.most is None else request.most
+        check_whole("most", most, 1, LIMITS["trials"])
+        return {"repetitions": 1, "trials": most, "until": until}
+    found = {name: getattr(request, name) for name in ("repetitions", "trials", "strategy_trials")}
+    many = {"repetitions": 1, "trials": boxes, "strategy_trials": boxes}
+    return {name: value * many[name] for name, value in found.items() if value is not None}
+
+
+def _until(request: StudyOptions) -> Until | None:
+    """When the study stops; None if it plays all of its trials."""
+    if request.until is None:
+        if request.most is not None:
+            raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
+        return None
+    if request.study == "looks":
+        raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
+    for name in ("trials", "strategy_trials", "repetitions"):
+        if (given := getattr(request, name)) is not None:
+            raise BadValue(name, given, f"none with --until {request.until}; --most says how many trials at most")
+    if request.full:
+        rates = "--p 0,0.1,0.2,0.3,0.4,0.5,0.6 plays the paper's flip rates"
+        raise BadValue("full", True, f"none with --until {request.until}; {rates}")
+    return Until.parse(request.until)
 
 
 def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:

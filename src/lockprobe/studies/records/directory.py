@@ -1,7 +1,7 @@
 """The directory of a study: its lock and its settings file. A failed start leaves it unchanged.
 
-Agents can be added to a study that has been played, and it can be extended; no other setting can change after the first
-trial.
+Agents can be added to a study that has been played, it can be extended, and it can ask something else; no other setting
+can change after the first trial.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from lockprobe.agents.participant import check_participant
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
@@ -144,9 +145,9 @@ def gather(
     if known is None and not any(source.finished or source.begun for source in sources):
         raise BadFile(sources[0].directory, f"no trial in it is finished, so {directory} is not made")
     with Journal.open(directory, first) as journal:
+        settings, kept = (directory / SETTINGS).read_bytes(), False
         if joined.agents != first.agents:
             write_settings(directory, joined)
-        kept = False
         try:
             with journal.store.transaction(sync=True):
                 merger = _Merger(journal, joined)
@@ -159,6 +160,8 @@ def gather(
             kept = True
         finally:
             journal.used = journal.calls.used = kept
+            if not kept:  # also after Ctrl-C: no agent without the trials that came with it
+                write_file(directory / SETTINGS, settings, alone=True)
     return Gathered(
         taken=merger.taken,
         there=merger.there,
@@ -222,7 +225,7 @@ class _Merger:
                         self._write(calls.get(trial.key, ()))
                         self._log.replace(trial.key, attempts.get(trial.key, ()))
                         self._pictures.update(dict.fromkeys(trial.picture_names, source.album))
-                        self._journal.append(trial, row.timing, row)
+                        self._journal.append(trial, row.timing)
                         self.taken += 1
                     else:
                         self.there += 1
