@@ -36,7 +36,8 @@ def people_study(**settings) -> Study:
         "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1,
         "trials": 4, "max_steps": 12, "seed": 7,
     }  # fmt: skip
-    return study_of(**{**defaults, **settings})
+    asked = {**defaults, **settings}
+    return study_of(boxes=(asked.pop("box"),), **asked)
 
 
 def under(*specs: str, **settings) -> Study:

@@ -36,7 +36,7 @@ def clock(monkeypatch):
     Process.begun = ()
     monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None))
     monkeypatch.setattr(live_report.os, "setpriority", lambda *arguments: None)
-    monkeypatch.setattr(live_report.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(live_report, "time", SimpleNamespace(monotonic=lambda: now[0]))
     return now
 
 

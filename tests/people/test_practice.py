@@ -31,7 +31,7 @@ def shown(study):
 
 @pytest.mark.parametrize("name", ["chain-2", "chain-3", "chain-4", "chain-5", "gray-code"])
 def test_it_is_none_of_the_boxes_of_the_study(name):
-    study = people_study(boxes=(box(name),))
+    study = people_study(box=box(name))
     example = example_box(study)
     assert len(example.joints) != len(study.box.joints)
     target, theirs = example.joints[example.target_index], study.box.joints[study.box.target_index]

@@ -125,7 +125,7 @@ def test_a_long_table_goes_on_in_another_float(tmp_path):
 def test_every_number_of_the_methods_is_in_the_results(found, beside):
     """But those of the article's conventions: 95 % intervals and the level of 0.05."""
     for one in (found, beside):
-        counted = f" {len(one.study['agents'])} {len(one.design.conditions)} {len(one.study['box']['joints'])} "
+        counted = f" {len(one.study['agents'])} {len(one.design.conditions)} {len(one.study['boxes'][0]['joints'])} "
         known = json.dumps(one.plain()) + counted
         for number in re.findall(r"\d[\d.]*\d|\d", methods_tex(one)):
             assert number in known or number in ("95", "0.05", "1927"), number

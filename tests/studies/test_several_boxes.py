@@ -47,7 +47,7 @@ def test_so_many_boxes_are_of_one_difficulty():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"box": "chain-4,chain-4"}, "every box once"),
+        ({"box": "chain-4,chain-4"}, "every one once"),
         ({"box": "chain-4,fork", "until": "decided"}, "none with several boxes"),
         ({"box": "chain-4", "boxes": 3}, "none with the box chain-4"),
         ({"box": "random-3", "boxes": 3}, "random-4 to random-8"),

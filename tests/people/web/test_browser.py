@@ -21,8 +21,7 @@ from browser import (
     trials_of,
     without_the_page,
 )
-from builders import study_of
-from seated import diaries_of
+from seated import diaries_of, people_study
 
 from lockprobe.boxes.families import box
 
@@ -40,10 +39,7 @@ ARGUMENTS = ("flips", "--p", "0,0.4", "--repetitions", 1, "--seed", 7, "--max-st
 
 
 def a_study(**settings):
-    return study_of(**{
-        "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1, "trials": 4,
-        "seed": 7, "max_steps": 9, **settings,
-    })  # fmt: skip
+    return people_study(**{"max_steps": 9, **settings})
 
 
 def check_equal(directory, study, strategy, who, boxes, *, claims=True):
@@ -213,7 +209,7 @@ class Restless(Tab):
 
 
 def test_a_page_that_is_loaded_again_shows_the_same_in_every_scene(tmp_path):
-    study = a_study(boxes=(box("chain-3"),), p=(0.4,), max_steps=6)
+    study = a_study(box=box("chain-3"), p=(0.4,), max_steps=6)
     run(_restless(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 1)
 

@@ -30,7 +30,7 @@ _REACHED = 5.0
 
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """The module ``ray``, connected to a running cluster; see :meth:`lockprobe.foundation.workers.cluster.Cluster.connect`."""
+    """The module ``ray``, connected to a running cluster, as :meth:`~.cluster.Cluster.connect` has it."""
     _check_reachable(address)
     for name, value in _SETTINGS.items():
         os.environ.setdefault(name, value)
