@@ -13,7 +13,7 @@ from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.statistics import rationality as module
 from lockprobe.statistics.rationality import optimal_actions, prior_for
-from lockprobe.statistics.rules import against_rules, unbroken
+from lockprobe.statistics.rules import Rules, unbroken
 from lockprobe.testing import play_trials
 
 FLIPS = ("re-observed", "integrated", "outcome-only")
@@ -110,8 +110,8 @@ def test_actions_before_a_broken_rule_are_judged_as_by_enumeration_and_none_afte
     plain, known = box("chain-3"), interlocks("single-parent", 3)
     values = values_of(known)
     trials = play_trials("random", 10, box="chain-3", plant=f"{HAND}?misses=1;3;5&forces=4")
-    judged = {trial.key: against_rules(trial, plain) for trial in trials}
-    firsts = [unbroken(trial, judged[trial.key]) for trial in trials]
+    judged = Rules(plain).judged
+    firsts = [unbroken(trial, judged(trial)) for trial in trials]
     assert {0, 2} < {*firsts}
     optimal = 0
     for trial, first in zip(trials, firsts, strict=True):

@@ -6,14 +6,14 @@ from clumsy import HAND
 
 from lockprobe.boxes.families import box
 from lockprobe.report.prose import broken_said
-from lockprobe.statistics.rules import against_rules, state_after, unbroken
+from lockprobe.statistics.rules import Rules, state_after, unbroken
 from lockprobe.testing import make_trial, play_trials
 
 CHAIN = box("chain-4")
 
 
 def judged(trials, of=CHAIN):
-    return [one for trial in trials for one in against_rules(trial, of)]
+    return [one for trial in trials for one in Rules(of).judged(trial)]
 
 
 def test_the_rules_break_no_rules():
@@ -23,24 +23,21 @@ def test_the_rules_break_no_rules():
         assert len(found) > 20
         assert {one.free for one in found} == {True, False}
         assert [one for one in found if one.against] == []
-        assert broken_said([against_rules(one, box("gray-code")) for one in trials]) == ""
+        assert broken_said(*Rules(box("gray-code")).broken(trials)) == ""
         for trial in trials:
             assert [state_after(trial, step) for step in trial.steps[:-1]] == [step.state for step in trial.steps[1:]]
 
 
 def test_each_way_to_break_them_is_found():
     trial = make_trial([3, 3, 0, 2, 1, 3], plant=f"{HAND}?misses=1&forces=3&knocks=4")
-    found = against_rules(trial, CHAIN)  # the forced one was the target: it is solved
+    found = Rules(CHAIN).judged(trial)  # the forced one was the target: it is solved
     assert found[0] == (True, False, False)
     assert [(one.free, one.moved) for one in found if one.against] == [(True, False), (False, True)]
     knocked = make_trial([3, 2, 3], plant=f"{HAND}?knocks=1")
-    assert [one.other for one in against_rules(knocked, CHAIN)] == [True, False, False]
-    assert (
-        broken_said([against_rules(one, CHAIN) for one in (trial, knocked)])
-        == "3 of 6 attempts broke the rules of the box."
-    )
+    assert [one.other for one in Rules(CHAIN).judged(knocked)] == [True, False, False]
+    assert broken_said(*Rules(CHAIN).broken((trial, knocked))) == "3 of 6 attempts broke the rules of the box."
     late = make_trial([3, 2, 3, 0], plant=f"{HAND}?misses=2")
-    assert [unbroken(one, against_rules(one, CHAIN)) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
+    assert [unbroken(one, Rules(CHAIN).judged(one)) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
 
 
 def test_a_miss_is_one_wherever_joints_stand_on_the_panel():
@@ -60,10 +57,8 @@ def test_a_miss_is_one_wherever_joints_stand_on_the_panel():
 def test_broken_trials_count_and_other_boxes_do_not():
     broken = make_trial([3], plant=f"{HAND}?misses=1", broken=True)
     assert broken.ending == "error"
-    assert (
-        broken_said([against_rules(one, CHAIN) for one in (broken,)]) == "1 of 1 attempts broke the rules of the box."
-    )
+    assert broken_said(*Rules(CHAIN).broken((broken,))) == "1 of 1 attempts broke the rules of the box."
     for other in (replace(broken, joints=tuple("abcd")),):
-        assert against_rules(other, CHAIN) == []
+        assert Rules(CHAIN).judged(other) == []
         assert unbroken(other, []) == len(other.steps)
-    assert broken_said([against_rules(one, box("chain-5")) for one in (broken,)]) == ""
+    assert broken_said(*Rules(box("chain-5")).broken((broken,))) == ""

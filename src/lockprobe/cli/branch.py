@@ -23,7 +23,7 @@ from lockprobe.report.prose import broken_said
 from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects
-from lockprobe.statistics.rules import against_rules
+from lockprobe.statistics.rules import Rules
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.next_choice import write_choices
@@ -114,7 +114,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
     rows = fork_rows(effects, asked.study)
-    rules = broken_said(against_rules(fork, *asked.study.boxes) for fork in forks)
+    rules = broken_said(*Rules(*asked.study.boxes).broken(forks))
     observer.tell("effects", effects=[row.plain() for row in rows])
     if not json:
         _print_effects(rows, rules)

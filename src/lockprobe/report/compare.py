@@ -25,7 +25,7 @@ from lockprobe.report.prose import Subject, broken_said
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.proportions import ALPHA, Proportion
-from lockprobe.statistics.rules import against_rules
+from lockprobe.statistics.rules import Rules
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.stopping import planned_now
 from lockprobe.trial.record import Trial
@@ -153,7 +153,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         samples=tuple(samples),
         differences=study_differences(samples),
         unlike=tuple(_unlike(samples)),
-        rules=broken_said(against_rules(trial, *opened[0].study.boxes) for one in samples for trial in one.trials),
+        rules=broken_said(*Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)),
     )
 
 

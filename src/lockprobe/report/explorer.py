@@ -22,6 +22,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.interventions.words import CORRECTION
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.loops import cover
+from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
 
@@ -53,8 +54,8 @@ def explorer_data(
         called: Condition -> what a reader calls it.
         start: Agent, modality, and the two conditions that the page shows first; empty for the first ones.
     """
-    ended = [trial for trial in trials if trial.ending != "error"]
-    shown = _sample(ended)
+    counted = ended(trials)
+    shown = _sample(counted)
     agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
     several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
@@ -87,7 +88,7 @@ def explorer_data(
             }
             for trial in shown
         ],
-        **({"of": len(ended)} if len(shown) < len(ended) else {}),
+        **({"of": len(counted)} if len(shown) < len(counted) else {}),
     }
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
 

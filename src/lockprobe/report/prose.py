@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import capital
@@ -13,7 +13,6 @@ from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.published import PEAK
-from lockprobe.statistics.rules import Judged
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import PLAIN_WORDS
 
@@ -150,10 +149,9 @@ def _short(axis: Axis) -> str:
     return axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind
 
 
-def broken_said(judged: Iterable[Sequence[Judged]]) -> str:
-    """How many attempts of trials broke the rules of the box, also in trials that broke later; empty if none did."""
-    against = [one.against for trial in judged for one in trial]
-    return f"{sum(against)} of {len(against)} attempts broke the rules of the box." if any(against) else ""
+def broken_said(against: int = 0, attempts: int = 0) -> str:
+    """How many attempts broke the rules of the box; empty if none did."""
+    return f"{against} of {attempts} attempts broke the rules of the box." if against else ""
 
 
 def paper_rates(courses: Iterable[Course]) -> list[float]:

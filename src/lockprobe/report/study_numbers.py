@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import product
@@ -25,7 +25,7 @@ from lockprobe.statistics.inference.trend import Trend
 from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.rules import Judged, against_rules
+from lockprobe.statistics.rules import Rules
 from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.studies.stopping import Answer, answers_by_agent
@@ -255,14 +255,19 @@ class StudyNumbers:
         return tuple(agent for agent in played if not is_baseline(specs.get(agent, agent))) or tuple(played)
 
     @cached_property
-    def judged(self) -> Mapping[str, Sequence[Judged]]:
-        """Key of a trial -> its attempts before the rules of its box."""
-        return {trial.key: against_rules(trial, *self.study.boxes) for trial in self.trials}
+    def rules(self) -> Rules:
+        """The rules of its boxes."""
+        return Rules(*self.study.boxes)
 
     @cached_property
-    def broken_rules(self) -> str:
-        """How many attempts broke the rules of the box, in few words; empty if none did."""
-        return broken_said(self.judged.values())
+    def broken_rules(self) -> Mapping[tuple[str, str], tuple[int, int]]:
+        """Agent and condition -> attempts that broke the rules of the box, and of how many."""
+        return {(cell.agent, cell.condition): self.rules.broken(cell.trials) for cell in self.cells}
+
+    @cached_property
+    def broken_rules_said(self) -> str:
+        """The same of all trials, in few words; empty if none did."""
+        return broken_said(*map(sum, zip(*self.broken_rules.values(), strict=True)))
 
     @cached_property
     def decisions(self) -> Mapping[str, tuple[Answer, ...]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -117,8 +118,8 @@ _onset = lru_cache(maxsize=1 << 17)(loops.onset)
 
 
 def outcomes(
-    trials: Sequence[Trial],
-    doses: Sequence[float] | None = None,
+    trials: Iterable[Trial],
+    doses: Iterable[float] | None = None,
     order: BlockOrder | None = None,
     *,
     broken: bool = False,
@@ -127,19 +128,23 @@ def outcomes(
 
     ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
     """
-    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
-    kept = [pair for pair in zip(trials, at, strict=True) if (pair[0].ending == "error") == broken]
-    counted = [trial for trial, _ in kept]
-    players = [trial.player for trial in counted]
+    numbers, names = list[tuple[float, ...]](), list[tuple[str, str]]()
+    for trial, dose in zip(trials, repeat(None) if doses is None else doses, strict=doses is not None):
+        if (trial.ending == "error") == broken:
+            at = (trial.p or 0.0) if dose is None else dose
+            numbers.append((at, trial.repetition, trial.trial, len(trial.steps), trial.solved, onset(trial)))
+            names.append((trial.box, trial.player))
+    dose_, repetition, number, length, solved, first = np.array(numbers, dtype=np.float64).reshape(-1, 6).T
+    box, player = np.array(names, dtype=np.str_).reshape(-1, 2).T
     return Outcomes(
-        dose=np.array([dose for _, dose in kept], dtype=np.float64),
-        repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
-        trial=np.array([trial.trial for trial in counted], dtype=np.int64),
-        length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
-        solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
-        onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
-        box=np.array([trial.box for trial in counted], dtype=np.str_),
-        player=np.array(players if any(players) else [], dtype=np.str_),
+        dose=dose_,
+        repetition=repetition.astype(np.int64),
+        trial=number.astype(np.int64),
+        length=length.astype(np.int64),
+        solved=solved > 0,
+        onset=first.astype(np.int64),
+        box=box,
+        player=player if (player != "").any() else player[:0],
         order=order,
     )
 
@@ -237,15 +242,15 @@ def heeded_at_most(trials: Sequence[Trial]) -> float | None:
     """
     if trials[0].player:
         return None
-    acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
-    told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
+    first, differing = dict[tuple[int, int], Trial](), dict[tuple[int, int], set[int]]()
     for trial in ended(trials):
         luck = trial.repetition, trial.trial
-        acted.setdefault(luck, set()).add(trial.actions)
-        told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
-    if any(len(ways) > 1 for ways in acted.values()):
+        if (other := first.setdefault(luck, trial)).actions != trial.actions:
+            return None
+        reports = enumerate(zip(other.steps[:-1], trial.steps, strict=False))
+        differing.setdefault(luck, set()).update(
+            i for i, (one, two) in reports if (one.told_moved, one.told_state) != (two.told_moved, two.told_state)
+        )
+    if sum(map(len, differing.values())) < REPORTS:
         return None
-    differing = [sum(len(set(reports)) > 1 for reports in zip(*ways, strict=False)) for ways in told.values()]
-    if sum(differing) < REPORTS:
-        return None
-    return float(1 - ALPHA ** (1 / sum(many > 0 for many in differing)))
+    return float(1 - ALPHA ** (1 / sum(map(bool, differing.values()))))

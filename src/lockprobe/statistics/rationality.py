@@ -12,8 +12,7 @@ agent is told of it misleads every observer. So of each trial the actions before
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Literal
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
@@ -21,7 +20,6 @@ from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, no
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Judged, state_after, unbroken
 from lockprobe.trial.record import Trial
@@ -46,22 +44,29 @@ def prior_for(joints: int) -> str | None:
 
 
 def optimal_actions(
-    trials: Sequence[Trial], judged: Mapping[str, Sequence[Judged]] = MappingProxyType({})
+    trials: Sequence[Trial], judged: Callable[[Trial], Sequence[Judged]] | None = None
 ) -> tuple[Proportion, bool] | None:
     """The share of optimal actions under one condition, and whether reports were impossible under the prior.
 
     None if no action can be judged: none was played, the box is too large for a prior, or in some trials an action was
-    not the choice or a report was missing (the others would be no fair sample). ``judged`` has the attempts of a trial
-    before the rules of its box, by its key, where they are known.
+    not the choice or a report was missing (the others would be no fair sample). ``judged`` says how the
+    attempts of a trial stand before the rules of its box, where some broke them.
     """
-    counted = [trial for trial in ended(trials) if trial.steps]
-    prior = prior_for(max(len(trial.joints) for trial in counted)) if counted else None
-    if prior is None or not all(trial.ordinary for trial in counted):
+    counted, joints = list[Trial](), 0
+    for trial in trials:
+        if trial.ending != "error" and trial.steps:
+            joints = max(joints, len(trial.joints))
+            if not trial.ordinary:
+                return None
+            if len(counted) < JUDGED:
+                counted.append(trial)
+    prior = prior_for(joints) if counted else None
+    if prior is None:
         return None
     weighed, actions = [], 0
-    for trial in counted[:JUDGED]:
+    for trial in counted:
         if actions < ACTIONS:
-            weighed.append(_choices(trial, prior, unbroken(trial, judged.get(trial.key, ()))))
+            weighed.append(_choices(trial, prior, unbroken(trial, judged(trial) if judged else ())))
             actions += len(trial.steps)
     _weigh(now for choices, _ in weighed for now, _ in choices)
     counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in weighed]

@@ -6,7 +6,7 @@ Such an attempt says nothing of the agent that chose it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -27,28 +27,41 @@ class Judged(NamedTuple):
         return self.free != self.moved or self.other
 
 
-def against_rules(trial: Trial, *boxes: Lockbox) -> list[Judged]:
-    """Every attempt of a trial before the rules of its box; none if the trial is of other joints.
+class Rules:
+    """The rules of one or several boxes, before which the attempts of trials are judged.
 
-    Of several boxes its own is that of the name on record.
-
-    Whether another joint changed is known from the state before the next attempt.
+    Args:
+        boxes: The boxes; of several the one of a trial is that of the name on record.
     """
-    box = boxes[0] if len(boxes) == 1 else next(one for one in boxes if one.name == trial.box)
-    if sorted(trial.joints) != sorted(box.names):
-        return []
-    places = {name: i for i, name in enumerate(trial.joints)}
-    order = [places[name] for name in box.names]
-    judged, free = [], dict[tuple[str, str], bool]()  # states and attempts recur
-    for step, after in zip_longest(trial.steps, trial.steps[1:]):
-        attempt, place = (step.state, step.joint), places[step.joint]
-        if attempt not in free:
-            free[attempt] = box.may_move(tuple(step.state[at] == "1" for at in order), order.index(place))
-        other = after is not None and (
-            step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
-        )
-        judged.append(Judged(free[attempt], step.moved, other))
-    return judged
+
+    def __init__(self, *boxes: Lockbox) -> None:
+        self._boxes = boxes
+        self._free = dict[tuple[str, tuple[str, ...], str, str], bool]()  # states and attempts recur
+
+    def judged(self, trial: Trial) -> list[Judged]:
+        """Every attempt of a trial; none if the trial is of other joints.
+
+        Whether another joint changed is known from the state before the next attempt.
+        """
+        box = self._boxes[0] if len(self._boxes) == 1 else next(one for one in self._boxes if one.name == trial.box)
+        if sorted(trial.joints) != sorted(box.names):
+            return []
+        judged, places = [], {name: i for i, name in enumerate(trial.joints)}
+        for step, after in zip_longest(trial.steps, trial.steps[1:]):
+            attempt, place = (box.name, trial.joints, step.state, step.joint), places[step.joint]
+            if (free := self._free.get(attempt)) is None:
+                state = tuple(step.state[places[name]] == "1" for name in box.names)
+                free = self._free[attempt] = box.may_move(state, box.names.index(step.joint))
+            other = after is not None and (
+                step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
+            )
+            judged.append(Judged(free, step.moved, other))
+        return judged
+
+    def broken(self, trials: Iterable[Trial]) -> tuple[int, int]:
+        """How many attempts of trials broke them, and of how many; also in trials that broke later."""
+        against = [one.against for trial in trials for one in self.judged(trial)]
+        return sum(against), len(against)
 
 
 def unbroken(trial: Trial, judged: Sequence[Judged]) -> int:

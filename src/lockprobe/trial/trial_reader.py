@@ -9,8 +9,10 @@ What it returns, and what it refuses, are the same as :func:`lockprobe.trial.tri
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from hashlib import blake2b
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
@@ -32,6 +34,9 @@ _NAMES = [part.name for part in fields(Trial)]
 _BEFORE = _NAMES[_NAMES.index("study") : _NAMES.index("repetition")]
 _BETWEEN = _NAMES[_NAMES.index("seed") : _NAMES.index("steps")]
 _BEHIND = _NAMES[_NAMES.index("ending") :]
+
+_NOTHING: Mapping[Any, str] = MappingProxyType({})
+"""What was sensed at steps at which nothing was, and what was pictured."""
 
 _step: TypeAdapter[Step] = TypeAdapter(Step)
 
@@ -59,6 +64,7 @@ class TrialReader:
         self._behind: dict[bytes, dict[str, Any]] = {}
         self._steps: dict[tuple[tuple[str, ...], tuple[str, ...]], dict[bytes, Step]] = {}
         self._decisions: dict[Decision, Decision] = {}
+        self._same: dict[str, str] = {}
         self._kept = 0
 
     def read(self, record: bytes) -> Trial:
@@ -86,7 +92,7 @@ class TrialReader:
         known = self._steps.setdefault((joints, labels), {})
         parts = text[len(_FIRST_STEP) : -1].split(_NEXT_STEP) if text else []
         try:
-            steps = tuple([known.get(part) or self._new_step(part, known, joints, labels) for part in parts])
+            steps = tuple([known.get(_digest(part)) or self._new_step(part, known, joints, labels) for part in parts])
             key = cut.key.decode()
             trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
             check_whole(trial)
@@ -101,9 +107,19 @@ class TrialReader:
         check_step(step, joints, labels)
         if _REPLIES in part:
             return step
-        step = replace(step, decision=self._decisions.setdefault(step.decision, step.decision))
+        same, told_state = self._same, step.told_state
+        step = replace(
+            step,
+            state=same.setdefault(step.state, step.state),
+            joint=joints[joints.index(step.joint)],
+            told_state=told_state and same.setdefault(told_state, told_state),
+            told=same.setdefault(step.told, step.told),
+            decision=self._decisions.setdefault(step.decision, step.decision),
+            sensed=step.sensed or _NOTHING,
+            pictures=step.pictures or _NOTHING,
+        )
         if self._kept < _MOST:
-            known[part] = step
+            known[_digest(part)] = step
             self._kept += 1
         return step
 
@@ -130,7 +146,12 @@ def likeness(trial: Trial, record: bytes) -> bytes | None:
     alone = asked or trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error
     if alone or (cut := _cut(record)) is None:
         return None
-    return blake2b(b"\n".join((cut.before, cut.behind)), digest_size=16).digest()
+    return _digest(cut.before + b"\n" + cut.behind)
+
+
+def _digest(part: bytes) -> bytes:
+    """Sixteen bytes that stand for a part."""
+    return blake2b(part, digest_size=16).digest()
 
 
 def _cut(record: bytes) -> _Cut | None:

@@ -12,7 +12,7 @@ from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.rules import against_rules
+from lockprobe.statistics.rules import Rules
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -89,7 +89,7 @@ def test_the_answer_counts_them_and_success_is_compared_all_the_same(studies):
 def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(studies, directories):
     chain, missing = box("chain-4"), studies[0]
     own = [one for one in load(directories[0]) if (one.group, one.condition) == ("human-inspired", MISSES)]
-    judged = [against_rules(trial, chain) for trial in own]
+    judged = [Rules(chain).judged(trial) for trial in own]
     for kind, among, happened in (
         ("missed", lambda one: one.free, lambda one: not one.moved),
         ("forced", lambda one: not one.free, lambda one: one.moved),

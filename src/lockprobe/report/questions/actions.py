@@ -25,7 +25,7 @@ _CONTRADICTED = "true reports contradict the prior"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        if found := optimal_actions(cell.trials, numbers.judged):
+        if found := optimal_actions(cell.trials, numbers.rules.judged if numbers.broken_rules_said else None):
             share, contradicted = found
             truth = numbers.study.labelled(cell.condition).p == 0
             yield from cell.share("optimal_actions", share, of=_NAIVE, note=_CONTRADICTED * (truth and contradicted))

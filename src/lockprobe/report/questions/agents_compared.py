@@ -126,7 +126,7 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
             return Place(trial.group, trial.modality, float(trial.condition != control))
 
         own = [cell for (agent, name), cell in cells.items() if name in (label, control) and (agent, label) in cells]
-        players = courses([trial for cell in own for trial in cell.trials], place=place, orders=orders)
+        players = courses((trial for cell in own for trial in cell.trials), place=place, orders=orders)
         for one in compared(players, [str(spec) for spec in arm.specs]):
             if 1.0 not in one.met or one.copies:
                 continue

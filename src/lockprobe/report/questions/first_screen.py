@@ -77,7 +77,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "unfinished": _unfinished(numbers),
-        "rules": numbers.broken_rules,
+        "rules": numbers.broken_rules_said,
     }
     for kind, text in said.items():
         if text:

@@ -16,7 +16,6 @@ from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Not
 from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
-from lockprobe.statistics.rules import against_rules
 from lockprobe.studies.study import Study
 
 _CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
@@ -44,10 +43,12 @@ _TRUE = "later reports true"
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     opened = numbers.opened
+    if not opened.forks:
+        return
     parents = {trial.key: trial for trial in opened.trials}
     rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
     yield from rows
-    if rows and (rules := broken_said(against_rules(fork, *numbers.study.boxes) for fork in opened.forks)):
+    if rows and (rules := broken_said(*numbers.rules.broken(opened.forks))):
         yield Finding(section="forks", kind="rules", text=rules)
 
 

@@ -44,9 +44,8 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
     said then allows for all steps of the budget.
     """
     of: dict[str, Any] = {"agent": cells[0].agent, "modality": cells[0].modality}
-    trials = [trial for cell in cells for trial in cell.trials]
-    broke = [len(trial.steps) + 1 for trial in trials if trial.error is not None]
-    finished = [len(trial.steps) for trial in trials if trial.error is None]
+    broke = [steps + 1 for cell in cells for steps in cell.broke.length.tolist()]
+    finished = [steps for cell in cells for steps in cell.ended.length.tolist()]
     for part, steps in (("broken", broke), ("ended", finished)):
         if steps:
             yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))

@@ -88,14 +88,12 @@ def _show_sensed(found: Results) -> Iterator[Part]:
 
 def _rules(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
-        judged = [numbers.judged[trial.key] for trial in cell.trials]
-        every = [one for trial in judged for one in trial]
-        if every:
-            count, n = sum(one.against for one in every), len(every)
+        count, n = numbers.broken_rules[cell.agent, cell.condition]
+        if n:
             yield cell.estimate("against_rules", count / n, count=count, n=n)
-            if numbers.broken_rules:
+            if numbers.broken_rules_said:
                 yield cell.estimate("against_rules", n, of="attempts", unit="attempts")
-                yield from _misses(cell, judged)
+                yield from _misses(cell, [*map(numbers.rules.judged, cell.trials)])
 
 
 _BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.foundation.grouping import grouped
@@ -15,7 +15,7 @@ from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial import record
 from lockprobe.trial.asked_again import asked_again
-from lockprobe.trial.record import STATES, Decision, Trial
+from lockprobe.trial.record import STATES, Trial
 
 _READINGS = {
     ("position", "fresh"): "a false position is corrected in the next report",
@@ -90,7 +90,7 @@ def _agent_rows(numbers: StudyNumbers) -> Iterator[Row]:
     trials = numbers.opened.trials
     yield from _facts(told for trial in trials for told in _told(trial))
     # without what a plant does not have, as a renderer where nobody looks
-    plants = [{name: value for name, value in one.plant.items() if value is not None} for one in trials if one.plant]
+    plants = ({name: value for name, value in one.plant.items() if value is not None} for one in trials if one.plant)
     yield from _facts((_PLANT + str(plant.get("plant")), plant) for plant in plants)
     yield from _tidied(trials)
     for agent, (again, n) in asked_again(trials).items():
@@ -117,16 +117,17 @@ def _facts(told: Iterable[tuple[str, Mapping[str, record.Fact]]]) -> Iterator[Fa
             yield Fact(about=about, name=name, text=text)
 
 
-def _tidied(trials: Sequence[Trial]) -> Iterator[Estimate]:
+def _tidied(trials: Iterable[Trial]) -> Iterator[Estimate]:
     """The share of replies that were tidied, by agent, and how often each thing was done; none without any."""
-    decisions: dict[str, list[Decision]] = {}
+    decisions, tidied = Counter[str](), dict[str, list[tuple[str, ...]]]()
     for trial in trials:
-        decisions.setdefault(trial.group, []).extend(step.decision for step in trial.steps)
-    for agent, made in decisions.items():
-        if tidied := sum(bool(one.tidied) for one in made):
-            what = Counter(TIDIED.get(what, what) for one in made for what in one.tidied)  # type: ignore[call-overload]
-            for of, count in (("tidied", tidied), *((f"tidied, {said}", many) for said, many in what.most_common())):
-                n = len(made)
+        decisions[trial.group] += len(trial.steps)
+        tidied.setdefault(trial.group, []).extend(step.decision.tidied for step in trial.steps if step.decision.tidied)
+    for agent, made in tidied.items():
+        if made:
+            what = Counter(TIDIED.get(what, what) for one in made for what in one)  # type: ignore[call-overload]
+            for of, count in (("tidied", len(made)), *((f"tidied, {said}", many) for said, many in what.most_common())):
+                n = decisions[agent]
                 yield Estimate(quantity="replies", agent=agent, of=of, value=count / n, count=count, n=n)
 
 

@@ -96,9 +96,9 @@ class _PlayedAgain:
         self.opened, self.published, self.study = opened, published, opened.study
         self.log = LoggedCalls(opened.directory)
         self.trials = {trial.key: trial for trial in opened.trials}
-        self.plans = {plan.key: plan for agent in self.study.run_agents for plan in self.study.plans(agent)}
         finished = {key for key, trial in self.trials.items() if not trial.owed_again}
-        self.owed = {key: plan for key, plan in self.plans.items() if key not in finished}
+        plans = (plan for agent in self.study.run_agents for plan in self.study.plans(agent))
+        self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
         self.again = list[ReplayedTrial]()
         with asyncio.Runner() as runner:
             for done, trial in enumerate(opened.trials, 1):
@@ -233,7 +233,7 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     if not (clients or people or logged or diaries):
         return
     failed = [f"{trial.key}: {why}" for trial in clients if (why := _unlike(trial, logged.get(trial.key, ())))]
-    failed += (f"{key}: attempts of no trial of this study" for key in logged.keys() - {*of.trials, *of.plans})
+    failed += (f"{key}: attempts of no trial of this study" for key in logged.keys() - of.trials.keys() - of.owed.keys())
     failed += (f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries)
     for diary in opened.diaries:
         for box in range(1, len(diary.joined.slots) + 1):

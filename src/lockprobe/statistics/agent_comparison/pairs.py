@@ -50,6 +50,9 @@ BASELINES = ("human-inspired", "random")
 FLIPS = 4000
 """Flips of the signs of all blocks, for the test of a change at any dose."""
 
+_AT_ONCE = 1 << 24
+"""Signs that are flipped at once."""
+
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
 """Difference in success; in steps, an unsolved trial with its whole budget; in what a dose changes in success."""
 
@@ -185,11 +188,7 @@ def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPai
             for soon in (False, True)
             for every in [[completed(one.outcomes, off[one], soon, one.budget) for one in players]]
         )
-    acted = {
-        player: {(dose, one.repetition, one.trial): one.actions if one.error is None else None for dose, one in pairs}
-        for player in players
-        for pairs in [zip(player.doses, player.trials, strict=True)]
-    }
+    acted = {player: _acted(player) for player in players}
     others = [one for one in players if not one.baseline]
     baselines = [one for one in players if others and spec_kind(one.spec) in BASELINES]
     pairs = [
@@ -211,6 +210,12 @@ def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPai
         if pair.met:
             found.append(pair)
     return found
+
+
+def _acted(player: Course) -> dict[tuple[float, int, int], int | None]:
+    """Dose, repetition and trial -> a number that is equal for equal actions; None of trials that broke."""
+    pairs = zip(player.doses, player.trials, strict=True)
+    return {(dose, one.repetition, one.trial): hash(one.actions) if one.error is None else None for dose, one in pairs}
 
 
 def changes_of(
@@ -254,12 +259,16 @@ def changes_of(
         return found
     scale = np.sqrt(np.sum(table**2, axis=1))
     scale[scale == 0] = np.inf
-    bits = rng.bit_generator.random_raw(-(-FLIPS * table.shape[1] // 2)).view(np.uint32)  # two draws a number
-    plus = (bits[: FLIPS * table.shape[1]] >= 2**31).reshape(FLIPS, -1).astype(np.float32)
-    flipped = [2 * (plus @ own) - own.sum() for own in table.astype(np.float32)]  # whole numbers, so exact
-    largest = (np.abs(flipped) / scale[:, None]).max(axis=0)
+    own, blocks, largest = table.astype(np.float32), table.shape[1], []
+    rows = max(2, _AT_ONCE // blocks // 2 * 2)
+    for first in range(0, FLIPS, rows):
+        some = min(rows, FLIPS - first)
+        bits = rng.bit_generator.random_raw(some * blocks // 2).view(np.uint32)  # two draws a number
+        plus = (bits >= 2**31).reshape(some, blocks).astype(np.float32)
+        flipped = 2 * (plus @ own.T) - own.sum(axis=1)  # whole numbers, so exact
+        largest += (np.abs(flipped) / scale).max(axis=1).tolist()
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
-        p_value = (1 + int(np.sum(largest >= value - TIE))) / (1 + FLIPS)
+        p_value = (1 + int(np.sum(np.array(largest) >= value - TIE))) / (1 + FLIPS)
         mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
         found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], box, len(met))
     mean = over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, box, len(met))

@@ -34,6 +34,9 @@ PERMUTATIONS = 2000
 _PER_AGENT = 400
 """Permutations for each of the agents that are judged together: the smallest P value is a twentieth of the level."""
 
+_AT_ONCE = 1 << 27
+"""Outcomes that are permuted at once, a byte each."""
+
 FEW_BROKE = 0.05
 """The share of the trials of a condition that may have broken by the step of an early comparison."""
 
@@ -288,9 +291,13 @@ def _permuted_within_clusters(
     for labels, rows in groups.items():
         members, at = np.array(rows), list(labels)
         varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
-        shuffled = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
-        totals = shuffled.sum(axis=1, dtype=np.float64) + np.count_nonzero(members.all(axis=1))
-        found = np.vstack([members.sum(axis=0), totals])
+        many = max(1, _AT_ONCE // max(1, varied.size))
+        shuffled = (
+            rng.permuted(np.broadcast_to(varied, (min(many, permutations - first), *varied.shape)), axis=2)
+            for first in range(0, permutations, many)
+        )
+        totals = [some.sum(axis=1, dtype=np.float64) + np.count_nonzero(members.all(axis=1)) for some in shuffled]
+        found = np.vstack([members.sum(axis=0), *totals])
         solved += found @ np.eye(places)[at]
         if len(at) > 1 and at[0] == 0:
             away += (found - found[:, :1]) @ np.eye(places)[at]
