@@ -233,7 +233,8 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     if not (clients or people or logged or diaries):
         return
     failed = [f"{trial.key}: {why}" for trial in clients if (why := _unlike(trial, logged.get(trial.key, ())))]
-    failed += (f"{key}: attempts of no trial of this study" for key in logged.keys() - of.trials.keys() - of.owed.keys())
+    nobody = logged.keys() - of.trials.keys() - of.owed.keys()
+    failed += (f"{key}: attempts of no trial of this study" for key in nobody)
     failed += (f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries)
     for diary in opened.diaries:
         for box in range(1, len(diary.joined.slots) + 1):
