@@ -1,12 +1,12 @@
 """``lockprobe power``, as typed."""
 
 import json
-import re
 
 import pytest
 from typed import typed
 
-from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_needed, power_with
+from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_power
+from lockprobe.simulation.power.simulator import Simulation
 
 
 def test_power_for_a_stated_effect():
@@ -69,39 +69,35 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
     assert found[1]["measured"][-1]["power"] == 1
 
 
+PEOPLE = ("power", "--people", "--success", "0.4,0.6", "--studies", 20, "--workers", 1)
+
+
 def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprobe):
-    _, said, _ = lockprobe("power", "--people", "--success", "0.4,0.6")
-    model = People(success=(0.4, 0.6))
-    for design in ("within", "between"):
-        line = next(line for line in said.splitlines() if line.startswith(f"{design} persons"))
-        assert str(people_needed(model, design).people) in line.split()
-    assert "chosen by eye" in " ".join(said.split())
-    assert f"SD {PERSON_SD:g} and {EFFECT_SD:g}" in said
+    said = " ".join(lockprobe(*PEOPLE, "--persons", "20,200")[1].split())
+    assert "within persons, 2 boxes each" in said
+    assert "between persons, 2 boxes each under one condition" in said
+    assert said.count("n=20 n=200 persons for 0.8") == 2
+    assert said.count(f"SD {PERSON_SD:g} and {EFFECT_SD:g}") == 2
+    assert "chosen by eye" in said
 
 
 def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
-    asked = ("--success", "0.4,0.6,0.5", "--boxes-each", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9)
-    found = json.loads(lockprobe("power", "--people", *asked, "--json")[1])
-    model = People(success=(0.4, 0.6, 0.5), boxes=2, person_sd=1.5, effect_sd=0.2)
-    assert (found["boxes"], found["person_sd"], found["effect_sd"], found["target"]) == (2, 1.5, 0.2, 0.9)
-    rows = [row for row in found["designs"] if row["person_sd"] == 1.5]
-    assert [row["people"] for row in rows] == [people_needed(model, one, 0.9).people for one in ("within", "between")]
-
-
-def test_for_a_number_of_persons_it_says_their_power_and_the_smallest_effect(lockprobe):
-    asked = ("power", "--people", "--success", "0.4,0.6", "--persons", "15,80")
-    _, said, _ = lockprobe(*asked)
-    model = People(success=(0.4, 0.6))
-    lines = [line for line in said.splitlines() if line.startswith("between persons")]
-    found = power_with(model, "between", 80)
-    assert [line.split()[2] for line in lines] == ["15", "80", "15", "80"]
-    assert "too few" in lines[0]
-    assert f"{found.power:.2f}" in lines[1].split()
-    assert re.search(rf"≤ {found.below - 0.005:.2f}, ≥ {found.above + 0.005:.2f}", lines[3])
-    rows = json.loads(lockprobe(*asked, "--json")[1])["designs"]
-    few, enough = (row for row in rows if (row["design"], row["person_sd"]) == ("between", PERSON_SD))
-    assert (few["people"], few["power"], few["below"]) == (15, None, None)
-    assert (enough["people"], enough["power"], enough["above"]) == (80, found.power, found.above)
+    asked = ("--boxes-each", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9, "--seed", 2)
+    found = json.loads(lockprobe(*PEOPLE, *asked, "--json")[1])
+    assert (found["boxes"], found["success"], found["target"], found["studies"]) == (2, [0.4, 0.6], 0.9, 20)
+    models = [
+        People(success=(0.4, 0.6), design=design, boxes=2, person_sd=1.5, effect_sd=0.2)
+        for design in ("within", "between")
+    ]
+    how = Simulation(trials=(20, 40, 80, 160, 320), target=0.9, studies=20)
+    for row, of in zip(found["designs"][1::3], people_power(models, how, seed=2), strict=True):
+        assert (row["person_sd"], row["effect_sd"], row["persons_needed"]) == (1.5, 0.2, of.trials)
+        assert [(one["persons"], one["power"]) for one in row["measured"]] == [
+            (rate.trials, rate.power) for rate in of.measured
+        ]
+    said = lockprobe(*PEOPLE, "--persons", 15)
+    assert said[0] == 2
+    assert "20 or more in all, 10 under each condition" in said[2]
 
 
 def test_over_boxes_it_says_the_share_of_studies(lockprobe):
@@ -158,10 +154,10 @@ def test_over_boxes_it_says_the_share_of_studies(lockprobe):
         (("power", "--over-boxes", "5"), "--success is missing"),
         (
             ("power", "--over-boxes", "5", "--studies", "9"),
-            "--studies is for flip rates alone and conditions and power why",
+            "--studies is for flip rates alone and conditions and power why and --people",
         ),
         (("power", "--persons", "40"), "is for --people"),
-        (("power", "--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more persons"),
+        (("power", "--people", "--success", "0.4,0.6", "--persons", "9"), "10 or more in all"),
         (("power", "--people", "--success", "0.4,0.6", "--persons", "x"), "persons: got 'x'"),
     ],
 )

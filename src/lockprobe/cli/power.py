@@ -7,9 +7,8 @@ import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import groupby
-from math import ceil, floor
 from operator import itemgetter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 from rich.markup import escape
@@ -22,16 +21,7 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.workers import Processes
 from lockprobe.simulation.power import effects
-from lockprobe.simulation.power.people import (
-    EFFECT_SD,
-    FEWEST,
-    PERSON_SD,
-    Design,
-    People,
-    people_needed,
-    power_with,
-    spread_by,
-)
+from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, PERSONS, Design, People, people_power
 from lockprobe.simulation.power.simulator import TRIALS, Needed, Simulation
 from lockprobe.statistics.inference.over_doses import TESTS
 from lockprobe.statistics.why.mechanism import MARGIN
@@ -46,7 +36,7 @@ _SUCCESS = (
 )
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
-_PERSONS = "With --people: persons in all whose power is asked for, as 40 or 40,80 (as many as --target needs)."
+_PERSONS = "With --people: persons in all at which power is measured, as 40 or 40,80 (10 to 160 for each condition)."
 _BOXES = "With --people: boxes that a person plays under each condition (1)."
 _OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, with --success of two conditions (none)."
 _PERSON_SD = f"With --people: standard deviation of skill between persons, in logits ({PERSON_SD:g}, by eye)."
@@ -73,7 +63,10 @@ _TAKE = {
     _CONDITIONS: ("success", "p", "shared", "trials", "target", "studies", "seed"),  # and all that describes a study
     _WHY: ("success", "trials", "studies", "seed"),
     _OF_BOXES: ("over_boxes", "success", "trials", "effect_sd", "seed"),
-    _OF_PEOPLE: ("people", "success", "persons", "boxes_each", "person_sd", "effect_sd", "target"),
+    _OF_PEOPLE: (
+        *("people", "success", "persons", "boxes_each", "person_sd", "effect_sd"),
+        *("target", "studies", "seed"),
+    ),
 }
 """What is simulated -> the options that it takes, beside --workers and --json."""
 
@@ -109,7 +102,7 @@ def power(
     --over-boxes: how often a study on so many boxes, with --trials on each, detects the change on boxes like these.
 
     --people: how many persons a study of people needs, within and between persons; with --persons, the power of that
-    many and the smallest effect that they detect.
+    many.
     """
     own = {
         "success": success, "shared": shared, "trap": trap, "trials": trials, "target": target, "studies": studies,
@@ -131,7 +124,7 @@ def power(
         _power_over_boxes(shares, _whole_numbers("over-boxes", over_boxes), effect_sd, how, seed, json=json)
     elif form == _OF_PEOPLE:
         of_people = {"boxes": boxes_each, "person_sd": person_sd, "effect_sd": effect_sd}
-        _power_of_people(shares, of_people, _whole_numbers("persons", persons), how.target, json=json)
+        _power_of_people(shares, of_people, _whole_numbers("persons", persons), how, seed, json=json)
     elif form == _WHY:
         _power_why(shares, how, seed, json=json)
     elif form == _CONDITIONS:
@@ -243,14 +236,15 @@ def _contrast(of: Contrasts, condition: str) -> dict[str, Any]:
     }
 
 
-def _measured(one: Needed) -> dict[str, object]:
+def _measured(one: Needed, what: str = "trials") -> dict[str, object]:
+    """What is needed, of trials or of persons."""
     return {
-        "trials_needed": one.trials,
-        "trials_needed_low": one.low,
-        "trials_needed_high": one.high,
+        f"{what}_needed": one.trials,
+        f"{what}_needed_low": one.low,
+        f"{what}_needed_high": one.high,
         "at_most": one.below,
         "measured": [
-            {"trials": rate.trials, "power": rate.power, "error": rate.error, "studies": rate.studies}
+            {what: rate.trials, "power": rate.power, "error": rate.error, "studies": rate.studies}
             for rate in one.measured
         ],
     }
@@ -330,35 +324,20 @@ def _power_over_boxes(
     )
 
 
-_DESIGNS: tuple[Design, ...] = ("within", "between")
-
 _FACTORS = (0.5, 1.0, 1.5)
 """What the assumed standard deviations are multiplied by, to show how much they decide."""
 
 
-_ASSUMED = (
-    "Persons who leave or are screened out come on top.\n"
-    "Assumption: a person's boxes are independent but for skill, and nobody learns from box to box. Tests: a "
-    "paired t test on shares (within), Welch's t test on shares (between), Bonferroni's correction over conditions."
-)
-
-
 def _power_of_people(
-    success: Sequence[float],
+    success: _Numbers,
     of_people: Mapping[str, float | None],
     persons: Sequence[int],
-    target: float,
+    how: Simulation,
+    seed: int,
     *,
     json: bool,
 ) -> None:
-    """Print what a study of people needs, for the assumed standard deviations, for half of them, and for more.
-
-    Args:
-        success: The share of boxes opened under each condition, the control first.
-        of_people: Fields of :class:`People`; None for the default.
-        persons: Persons in all whose power is printed; none for how many the power ``target`` needs.
-        target: The power to reach.
-        json: Whether to print JSON.
+    """What a study of people needs, for the assumed standard deviations, for half of them, and for more.
 
     Raises:
         UserMistake: If a value is missing or makes no model, or persons are too few.
@@ -366,78 +345,42 @@ def _power_of_people(
     if not success:
         known = "the share of boxes opened under each condition, the control first: 0.4,0.6"
         raise UserMistake(f"--success is missing, expected {known}")
-    if persons and min(persons) < FEWEST:
-        raise BadValue("--persons", min(persons), f"{FEWEST} or more persons in all, as 40 or 40,80")
     model = People(success=tuple(success), **{name: value for name, value in of_people.items() if value is not None})  # type: ignore[arg-type] # named as its fields are
-    numbers: Sequence[int | None] = persons or [None]
-    rows = {
-        (design, factor, number): _people_row(spread_by(model, factor), design, number, target)
-        for design in _DESIGNS
+    how = replace(how, trials=persons or [len(success) * each for each in PERSONS])
+    models = [
+        replace(model, design=design, person_sd=model.person_sd * factor, effect_sd=model.effect_sd * factor)
+        for design in get_args(Design)
         for factor in _FACTORS
-        for number in numbers
-    }
-    if json:
-        print(json_.dumps({"target": target, **asdict(model), "designs": list(rows.values())}, indent=1))
-        return
-    defaults = (
-        "; the defaults are chosen by eye, not measured"
-        if None in (of_people["person_sd"], of_people["effect_sd"])
-        else ""
-    )
-    spreads = (
-        "SD: standard deviations between persons, in logits, of skill (--person-sd) and of the effect of a condition "
-        f"(--effect-sd){defaults}. The columns beside the middle one have half of them, and half as much again"
-    )
-    say = plain_console().print
-    heads = [f"SD {model.person_sd * factor:g} and {model.effect_sd * factor:g}" for factor in _FACTORS]
-    named = [
-        (f"{design} persons", number, [rows[design, factor, number] for factor in _FACTORS])
-        for design in _DESIGNS
-        for number in numbers
     ]
-    if not persons:
-        table = new_table("design", "boxes each", *heads)
-        for name, _, own in named:
-            cells = ("more than a million" if row["people"] is None else f"{row['people']}" for row in own)
-            table.add_row(name, str(model.boxes_in_all), *cells)
-        print_table(table)
-        say(
-            f"\nPersons in all for a power of {target:g}. {spreads}: plan with the largest number of your row until a "
-            f"pilot has measured them. At least {FEWEST} persons see each condition. {_ASSUMED}"
-        )
+    found = [*zip(models, people_power(models, how, seed=seed), strict=True)]
+    if json:
+        rows = [
+            {"design": one.design, "person_sd": one.person_sd, "effect_sd": one.effect_sd} | _measured(of, "persons")
+            for one, of in found
+        ]
+        head = {"target": how.target, "studies": how.studies, "success": success, "boxes": model.boxes}
+        print(json_.dumps(head | {"designs": rows}, indent=1))
         return
-    powers, effects = (new_table("design", "persons", *heads) for _ in range(2))
-    for name, number, own in named:
-        powers.add_row(
-            name, f"{number}", *("too few" if row["power"] is None else f"{row['power']:.2f}" for row in own)
+    cells = [
+        (
+            f"[bold]{one.design} persons[/bold], {one.boxes_in_all} boxes each"
+            + " under one condition" * (one.design == "between"),
+            f"SD {one.person_sd:g} and {one.effect_sd:g}",
+            of,
         )
-        effects.add_row(name, f"{number}", *("too few" if row["power"] is None else _effects(row) for row in own))
-    say(f"Power to tell {' and '.join(f'{share:g}' for share in model.success[1:])} from the control's {success[0]:g}:")
-    print_table(powers)
-    say(f"\nShares of boxes opened that are told from {success[0]:g} with a power of {target:g}:")
-    print_table(effects)
-    say(
-        f"\nPersons in all; between persons, equally many per condition, and at least {FEWEST}. {spreads}: state the "
-        f"smallest power of your row until a pilot has measured them. {_ASSUMED}"
+        for one, of in found
+    ]
+    _print_tables("deviations", cells, f"persons for {how.target:g}")
+    _print_brackets(of for _, of in found)
+    chosen = None in (of_people["person_sd"], of_people["effect_sd"])
+    by_eye = "; the defaults are chosen by eye, not measured" * chosen
+    plain_console().print(
+        "n are persons in all. The table gives the share of simulated studies in which the report tells "
+        f"{' and '.join(f'{share:g}' for share in success[1:])} from the control's {success[0]:g}. SD: standard "
+        "deviations between persons, in logits, of skill (--person-sd) and of the effect of a condition (--effect-sd)"
+        f"{by_eye}: plan with the worst row until a pilot has measured them. Persons who leave or are screened out "
+        "come on top.\nAssumption: a person's boxes are independent but for skill, and nobody learns from box to box."
     )
-
-
-def _people_row(model: People, design: Design, number: int | None, target: float) -> dict[str, Any]:
-    """The persons that a design needs, or what a number of persons detects; None where that cannot be said."""
-    head = {"design": design, "person_sd": model.person_sd, "effect_sd": model.effect_sd}
-    if number is None:
-        needed = people_needed(model, design, target)
-        return head | ({"people": None, "per_condition": None} if needed is None else asdict(needed))
-    found = power_with(model, design, number, target)
-    too_few = {"people": number} | dict.fromkeys(("per_condition", "power", "below", "above"))
-    return head | (too_few if found is None else asdict(found))
-
-
-def _effects(row: Mapping[str, Any]) -> str:
-    """The smallest effects that are detected, rounded away from the control."""
-    below = [] if row["below"] is None else [f"≤ {floor(row['below'] * 100) / 100:.2f}"]
-    above = [] if row["above"] is None else [f"≥ {ceil(row['above'] * 100) / 100:.2f}"]
-    return ", ".join([*below, *above]) or "none"
 
 
 def _numbers(name: str, text: str | None) -> list[float]:

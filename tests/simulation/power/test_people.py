@@ -1,108 +1,75 @@
-"""Persons that a study needs: the formula is held against a simulation of the same model."""
+"""Studies of people: the stated model is what is played, and the test of the report judges it."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy import stats
 from scipy.special import expit
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.simulation.power.people import FEWEST, People, people_needed, power_of, power_with
-from lockprobe.simulation.power.people import _intercept as intercept
-
-STUDIES = 4000
-
-
-def simulated(model, design, group, studies=STUDIES, seed=1):
-    """The share of simulated studies in which the test of the first condition against the control is significant."""
-    rng, (control, treated) = np.random.default_rng(seed), model.success
-    both = np.hypot(model.person_sd, model.effect_sd)
-    low, high = intercept(control, model.person_sd), intercept(treated, both)
-    u = rng.normal(0, model.person_sd, (studies, group))
-    v = rng.normal(0, model.effect_sd, (studies, group))
-    within = design == "within"
-    other = u if within else rng.normal(0, model.person_sd, (studies, group))
-    boxes = model.boxes if within else model.boxes_in_all
-    before = rng.binomial(boxes, expit(low + u)) / boxes
-    after = rng.binomial(boxes, expit(high + other + v)) / boxes
-    assert (before.mean(), after.mean()) == pytest.approx((control, treated), abs=0.005)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if within:
-            p = stats.ttest_rel(after, before, axis=1).pvalue
-        else:
-            p = stats.ttest_ind(after, before, axis=1, equal_var=False).pvalue
-    return float(np.mean(np.nan_to_num(p, nan=1.0) < 0.05))
-
+from lockprobe.simulation.power.people import FEWEST, People, people_power
+from lockprobe.simulation.power.simulator import Simulation
+from lockprobe.statistics.inference.difference import each_difference
 
 MODELS = [
     People(success=(0.4, 0.6)),
-    People(success=(0.5, 0.7), boxes=4, person_sd=1.5, effect_sd=1.0),
+    People(success=(0.5, 0.7, 0.9), boxes=4, person_sd=1.5, effect_sd=1.0),
     People(success=(0.8, 0.65), boxes=2, person_sd=0.5, effect_sd=0.0),
-    People(success=(0.3, 0.45), boxes=3, person_sd=2.0, effect_sd=0.5),
+    People(success=(0.02, 0.98), person_sd=3.0),
 ]
+BOTH = [replace(one, design=design) for one in MODELS for design in ("within", "between")]
+
+
+@pytest.mark.parametrize("model", BOTH)
+def test_persons_open_the_stated_share_of_boxes_and_meet_no_luck_twice(model):
+    """The spread of what a person opens is that of their skill and of the luck of their boxes."""
+    conditions = len(model.success)
+    groups = model._played(6000 * conditions, np.random.default_rng(1))
+    everybody = np.concatenate([one.player for one in groups])
+    assert np.unique(everybody, return_counts=True)[1].tolist() == [model.boxes_in_all] * 6000 * conditions
+    pairs = np.stack([everybody, np.concatenate([one.trial for one in groups]).astype(str)])
+    assert len(np.unique(pairs, axis=1).T) == len(everybody)
+    assert all(len(np.unique(one.trial)) == len(one) for one in groups)  # nobody else has it under this condition
+    for place, (one, share) in enumerate(zip(groups, model.success, strict=True)):
+        own = np.bincount(np.unique(one.player, return_inverse=True)[1], one.solved) / (len(one) / len({*one.player}))
+        assert own.mean() == pytest.approx(share, abs=0.02)
+        skill = np.random.default_rng(2).normal(0, np.hypot(model.person_sd, model.effect_sd * bool(place)), 200_000)
+        logit = np.linspace(-20, 20, 4001)
+        means = np.array([expit(a + skill[:2000]).mean() for a in logit[::20]])
+        chance = expit(np.interp(share, means, logit[::20]) + skill)
+        boxes = model.boxes if model.design == "within" else model.boxes_in_all
+        assert own.var() == pytest.approx(chance.var() + (chance * (1 - chance)).mean() / boxes, abs=0.01)
+
+
+def power(model, *persons, studies=200):
+    (found,) = people_power([model], Simulation(trials=persons, studies=studies, least=1))
+    return [rate.power for rate in found.measured]
 
 
 @pytest.mark.parametrize("design", ["within", "between"])
-@pytest.mark.parametrize("model", MODELS)
-def test_power_persons_and_smallest_effects_are_those_of_simulated_studies(model, design):
-    error, control, group = 4 * np.sqrt(0.8 * 0.2 / STUDIES) + 0.015, model.success[0], 60
-    needed = people_needed(model, design).per_condition
-    assert simulated(model, design, needed) == pytest.approx(0.8, abs=error)
-    assert power_of(model, design, needed) >= 0.8 > power_of(model, design, needed - 1)
-    found = power_with(model, design, group * (2 if design == "between" else 1))
-    assert (found.per_condition, found.power) == (group, power_of(model, design, group))
-    assert found.below < control < found.above
-    for share in (found.below, found.above):
-        changed = replace(model, success=(control, share))
-        assert power_of(changed, design, group) == pytest.approx(0.8, abs=0.002)
-        assert simulated(changed, design, group) == pytest.approx(0.8, abs=error)
+def test_what_is_detected_is_what_the_report_says_and_nothing_where_nothing_changes(design):
+    model = People(success=(0.4, 0.6), design=design)
+    luck, tests = (lambda: np.random.default_rng(3)), (lambda: np.random.default_rng(4))
+    said = [place for place, one in each_difference(model._played(120, luck()), tests()) if one.p_value < 0.05]
+    assert list(model.detected(120, luck(), tests())) == said
+    few, many = power(model, 40, 200)
+    assert few < 0.6
+    assert many > 0.8
+    assert power(replace(model, success=(0.5, 0.5), boxes=2), 60)[0] <= 0.085
 
 
-def test_too_few_persons_have_no_power_that_is_reported_and_may_detect_no_effect_there_is():
-    model = People(success=(0.02, 0.6))
-    assert power_with(model, "within", FEWEST - 1) is None
-    assert power_with(model, "between", 2 * FEWEST - 1) is None
-    assert power_with(model, "between", 2 * FEWEST + 1).per_condition == FEWEST
-    assert power_with(model, "within", FEWEST).below is None
-    with pytest.raises(BadValue, match="target"):
-        power_with(model, "within", 40, target=1.0)
+def test_the_hardest_comparison_decides_and_conditions_are_corrected():
+    two, three = People(success=(0.4, 0.65)), People(success=(0.4, 0.65, 0.95))
+    assert power(three, 60)[0] < power(two, 60)[0]
+    assert power(replace(three, success=(0.4, 0.95, 0.95)), 60)[0] > 0.95
 
 
-@pytest.mark.parametrize("success", [(0.4, 0.6, 0.5), (0.6, 0.4, 0.5)])
-def test_power_is_a_number_that_grows_with_persons(success):
-    """Far from the control one of the two tails is so small that scipy has no number for it."""
-    model = People(success=success, boxes=2, person_sd=2.25, effect_sd=0.3)
-    assert all(less < more < 1 for less, more in pairwise(power_of(model, "within", n) for n in range(100, 400, 25)))
-    assert people_needed(model, "within", 0.9).people == 181
-
-
-def test_without_an_effect_the_test_rejects_as_often_as_it_may():
-    model = People(success=(0.5, 0.5))
-    assert power_of(model, "within", 200) == pytest.approx(0.05)
-    assert simulated(model, "within", 200) == pytest.approx(0.05, abs=0.015)
-    assert people_needed(model, "between") is None
-
-
-def test_several_conditions_are_corrected_and_the_hardest_comparison_decides():
-    two, three = People(success=(0.4, 0.6)), People(success=(0.4, 0.6, 0.9))
-    assert people_needed(three, "within").people > people_needed(two, "within").people
-    between = people_needed(three, "between")
-    assert between.people == 3 * between.per_condition
-
-
-def test_a_huge_effect_needs_no_fewer_than_the_test_can_bear():
-    assert people_needed(People(success=(0.05, 0.95)), "within").people == FEWEST
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ({"success": (0.4,)}, "success"), ({"success": (0.0, 0.5)}, "success"), ({"boxes": 0}, "boxes"),
-        ({"person_sd": -1.0}, "person_sd"), ({"effect_sd": 11.0}, "effect_sd"),
-    ],
-)  # fmt: skip
-def test_what_makes_no_model_is_refused(wrong, said):
-    with pytest.raises(BadValue, match=said):
-        People(**{"success": (0.4, 0.6), **wrong})
+def test_too_few_persons_and_what_makes_no_model_are_refused():
+    between = People(success=(0.4, 0.6), design="between")
+    with pytest.raises(BadValue, match="20 or more in all, 10 under each condition"):
+        power(between, 2 * FEWEST - 1)
+    with pytest.raises(BadValue, match="10 or more"):
+        power(replace(between, design="within"), FEWEST - 1)
+    for wrong in ({"success": (0.4,)}, {"success": (0.0, 0.5)}, {"boxes": 0}, {"person_sd": -1.0}, {"effect_sd": 11.0}):
+        with pytest.raises(BadValue, match=next(iter(wrong))):
+            People(**{"success": (0.4, 0.6), **wrong})
