@@ -69,7 +69,7 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
     assert found[1]["measured"][-1]["power"] == 1
 
 
-PEOPLE = ("power", "--people", "--success", "0.4,0.6", "--studies", 20, "--workers", 1)
+PEOPLE = ("power", "--people", "--success", "0.4,0.6", "--studies", 5, "--workers", 1)
 
 
 def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprobe):
@@ -83,13 +83,14 @@ def test_it_says_how_many_persons_each_design_needs_and_what_it_assumes(lockprob
 
 def test_in_json_the_assumptions_stand_beside_the_numbers(lockprobe):
     asked = ("--boxes-each", 2, "--person-sd", 1.5, "--effect-sd", 0.2, "--target", 0.9, "--seed", 2)
+    asked += ("--persons", "20,60")
     found = json.loads(lockprobe(*PEOPLE, *asked, "--json")[1])
-    assert (found["boxes"], found["success"], found["target"], found["studies"]) == (2, [0.4, 0.6], 0.9, 20)
+    assert (found["boxes"], found["success"], found["target"], found["studies"]) == (2, [0.4, 0.6], 0.9, 5)
     models = [
         People(success=(0.4, 0.6), design=design, boxes=2, person_sd=1.5, effect_sd=0.2)
         for design in ("within", "between")
     ]
-    how = Simulation(trials=(20, 40, 80, 160, 320), target=0.9, studies=20)
+    how = Simulation(trials=(20, 60), target=0.9, studies=5)
     for row, of in zip(found["designs"][1::3], people_power(models, how, seed=2), strict=True):
         assert (row["person_sd"], row["effect_sd"], row["persons_needed"]) == (1.5, 0.2, of.trials)
         assert [(one["persons"], one["power"]) for one in row["measured"]] == [
