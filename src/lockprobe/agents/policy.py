@@ -9,7 +9,6 @@ hashable value, so the same policy can be played here step by step, propagated e
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy_check import check_returns
+from lockprobe.foundation.quickly_made import quickly_made
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class View:
     places: tuple[tuple[float, float], ...] = ()
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
     """One report, in numbers.
@@ -80,9 +81,9 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     """
     if percept.joint is None:
         return None
-    joint, positions = task.joints.index(percept.joint), percept.positions
-    if percept.outcome is not None:
-        moved = percept.outcome == "moved"
+    joint, positions, outcome = task.joints.index(percept.joint), percept.positions, percept.outcome
+    if outcome is not None:
+        moved = outcome == "moved"
     elif positions is None or (last := _last_positions(past)) is None:
         return None
     else:
@@ -92,13 +93,12 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         first = past[0].percept if past and past[0].percept.joint is None else None
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
-            pairs = enumerate(zip(positions, start, strict=True))
-            shifted = sum([1 << j for j, (now, then) in pairs if now != then])
+            shifted = sum([1 << j for j, now in enumerate(positions) if now != start[j]])
     return Told(
         joint=joint,
         moved=moved,
         shifted=shifted,
-        states_only=percept.outcome is None,
+        states_only=outcome is None,
         corrects=None if percept.corrects is None else tell(task, percept.corrects, past),
         remarked=bool(remark),
     )
@@ -134,7 +134,9 @@ def opened_after(opened: int, told: Told) -> int:
 
 def evenly(joints: Collection[int], view: View, lapse: float = 0.0) -> tuple[float, ...]:
     """Equal probabilities for some joints, or with probability ``lapse`` for all; shape (view.joints,)."""
-    return tuple(lapse / view.joints + (1 - lapse) * (joint in joints) / len(joints) for joint in range(view.joints))
+    by_lapse = lapse / view.joints
+    meant = by_lapse + (1 - lapse) / len(joints)
+    return tuple([meant if joint in joints else by_lapse for joint in range(view.joints)])
 
 
 def running_sums(probabilities: Sequence[float]) -> list[float]:
@@ -145,7 +147,13 @@ def running_sums(probabilities: Sequence[float]) -> list[float]:
 
 def draw(probabilities: Sequence[float], number: float) -> int:
     """The joint of a random number in [0, 1): the first at which the running sum exceeds it."""
-    return bisect_right(running_sums(probabilities), number)
+    total, last = 0.0, 0
+    for joint, probability in enumerate(probabilities):
+        if probability > 0:
+            total, last = total + probability, joint
+            if number < total:
+                break
+    return last
 
 
 class Policy(Generic[Memory]):

@@ -30,6 +30,8 @@ def one_line(line: bytes) -> bytes:
     >>> one_line('{"a":"one\u2028two"}'.encode())
     b'{"a":"one\\u2028two"}'
     """
+    if line.isascii():
+        return line
     for end in "\x85\u2028\u2029":
         line = line.replace(end.encode(), b"\\u%04x" % ord(end))
     return line

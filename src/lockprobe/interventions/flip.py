@@ -177,7 +177,7 @@ class OutcomeFlip:
         """The percept with its outcome inverted, or not."""
         if percept.joint is None:
             return percept
-        numbers = rng.random(self.numbers(len(task.joints))).tolist()
+        numbers = [rng.random() for _ in range(self.numbers(len(task.joints)))]
         flipped = numbers[0] < self.rate(percept) and self._may(percept, past)
         noisy = self.others != "noisy" or (percept.outcome is not None and self.falls_on(len(past)))
         return self.told(percept, past, task, flipped=flipped, lasting=self.lasting(numbers) if noisy else 0)
@@ -206,7 +206,7 @@ class OutcomeFlip:
                 last = ((now if last is None else last) & ~bit) | ((now ^ moved * bit) & bit)
             told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)
             if told != now:
-                positions = tuple(bool(told >> i & 1) for i in range(len(positions)))
+                positions = tuple([bool(told >> i & 1) for i in range(len(positions))])
         if flipped and outcome is not None and self.part != "position":
             outcome = "blocked" if outcome == "moved" else "moved"
         if (outcome, positions) == (percept.outcome, percept.positions):
@@ -256,7 +256,10 @@ class OutcomeFlip:
 
 def as_bits(positions: Sequence[bool]) -> int:
     """Positions as a number, bit i for the joint at place i."""
-    return sum([1 << place for place, position in enumerate(positions) if position])
+    number = 0
+    for position in reversed(positions):
+        number += number + (1 if position else 0)
+    return number
 
 
 def told_by(flips: Sequence[OutcomeFlip], now: Any, last: Any, bit: Any, moved: Any, numbers: Sequence[Any]) -> Any:

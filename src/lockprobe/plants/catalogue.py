@@ -37,6 +37,7 @@ from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Plant, PlantTraits
 
@@ -75,6 +76,7 @@ class PlantSource:
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
         doses: Those of them that are doses: numbers over which curves can be drawn.
+        draws: Whether it draws anything; else no stream is made for it.
     """
 
     spec: str
@@ -91,6 +93,7 @@ class PlantSource:
     ships: bool = True
     options: Mapping[str, str] | None = None
     doses: tuple[str, ...] = ()
+    draws: bool = True
 
     @property
     def has_camera(self) -> bool:
@@ -98,7 +101,12 @@ class PlantSource:
         return self.picture_size is not None or self.photographs
 
 
-_SYMBOLIC = PlantSource(spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
+_SYMBOLIC = PlantSource(
+    spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={}, draws=False
+)
+
+_UNDRAWN = np.random.default_rng(0)
+"""What a plant gets that draws nothing."""
 
 
 def known_plants() -> dict[str, str]:
@@ -122,6 +130,16 @@ def _described(name: str) -> str:
 
 def _of_robot(plant: str) -> Plugin:
     return robot_plugin("plant source", plant, f"the plant {plant} needs")
+
+
+def plant_of(plan: Plan, labels: tuple[str, ...]) -> Plant:
+    """The plant of one trial; ``labels`` are those of its joints, in panel order.
+
+    Raises:
+        UserMistake: As :func:`resolve_plant`, and if it cannot be built here.
+    """
+    source = resolve_plant(plan.plant)
+    return source.make(plan.box, labels, plan.luck.physics() if source.draws else _UNDRAWN)
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:

@@ -18,7 +18,7 @@ from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import BadFile, ModelFault
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.branch import FORKS, Branching
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.loop import play
@@ -83,7 +83,7 @@ async def _of_agent(
 async def next_choice(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
     """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
     asked = _ChoiceProbe(policy, at)
-    plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.luck.physics())
+    plant = plant_of(plan, Names(plan).labels)
     await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
     return asked.chances
 

@@ -42,25 +42,21 @@ def _why_unusable(decision: object, labels: Sequence[str]) -> str | None:
         return f"{decision.joint!r} is no joint; the joints of this trial are {', '.join(labels)}"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    return _why_no_chances(decision, len(labels)) or _why_unwritable(decision)
-
-
-def _why_no_chances(decision: Decision, joints: int) -> str | None:
     chances, claimed = decision.probabilities, decision.claim_probability
-    if chances is not None and not (isinstance(chances, tuple | list) and len(chances) == joints):
-        return f"probabilities {_said(chances)}, and not one number for each of {joints} joints"
-    for number in (*(chances or ()), 0 if claimed is None else claimed):
-        if not (isinstance(number, (float, int)) and 0 <= number <= 1):
-            return "a probability lies outside 0 to 1"
-    return None
+    if chances is not None or claimed is not None:
+        if chances is not None and not (isinstance(chances, tuple | list) and len(chances) == len(labels)):
+            return f"probabilities {_said(chances)}, and not one number for each of {len(labels)} joints"
+        for number in (*(chances or ()), 0 if claimed is None else claimed):
+            if not (isinstance(number, (float, int)) and 0 <= number <= 1):
+                return "a probability lies outside 0 to 1"
+    added = (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied)
+    return None if added == ("", (), None, "", ()) else _why_unwritable(decision)
 
 
 def _why_unwritable(decision: Decision) -> str | None:
     """Why what models add to a decision cannot be written: it goes to the record and back, which takes longer."""
-    added = (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied)
     try:
-        if added != ("", (), None, "", ()):
-            _record.validate_json(_record.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
+        _record.validate_json(_record.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
     except ValidationError as error:
         first = error.errors()[0]
         return f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"

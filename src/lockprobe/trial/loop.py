@@ -49,7 +49,7 @@ from lockprobe.trial.record import (
     Turn,
     facts_of,
 )
-from lockprobe.trial.source import source_of, with_reading
+from lockprobe.trial.source import Source, source_of, with_reading
 
 _T = TypeVar("_T")
 
@@ -249,6 +249,7 @@ class _Loop:
         self.opening_sensed: Mapping[str, Fact] = {}
         self.names = names
         self._plan, self._places, self._plant, self._agent = plan, places, plant, agent
+        self._ours = type(agent).__module__.startswith("lockprobe")
         self._keep, self._at = keep, place
         self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
         luck = plan.luck
@@ -265,47 +266,39 @@ class _Loop:
     async def open(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
-            snapshot, self._state, first = await self._at(partial(self._happened, self._plant.observe))
+            snapshot, self._state, first = await self._at(self._happened)
             self.opening_sensed = facts_of(snapshot.sensed)
         self._moments, self._shown = (first,), first.shown
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
-        situation = self._situation()
+        past, turns, briefing = self._moments, self._turns, self._unsaid
+        if self._places.memories:
+            with INTERVENTIONS:
+                turns = self.acting.remembered(turns, past)
+        if self._places.prompts:
+            with INTERVENTIONS:
+                briefing = self.acting.asked(briefing, past)
+        report = past[-1].told
         with AGENT:
-            decision = await self._decision(situation)
+            decision = await self._decision(Situation(task=self._task, past=turns, percept=report, briefing=briefing))
         decision = usable(decision, self._task)
         label = decision.joint
         if self._places.actuators:
             with INTERVENTIONS:
-                label = self.acting.done(label, self._moments)
+                label = self.acting.done(label, past)
         joint = self.names.labels.index(label)
         with PLANT:
-            attempt = partial(self._plant.attempt, joint)
-            snapshot, state, moment = await self._at(partial(self._happened, attempt, decision.joint, label))
+            snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
-        step = self._written(
-            decision, joint, moment, sensed, situation.briefing.remark, moved=snapshot.outcome == "moved"
-        )
+        step = self._written(decision, joint, moment, sensed, briefing.remark, moved=snapshot.outcome == "moved")
         self.steps.append(step)
-        told = Turn(percept=situation.percept, decision=decision, remark=situation.briefing.remark)
-        self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
-        self._state = state
+        self._turns = (*self._turns, Turn(percept=report, decision=decision, remark=briefing.remark))
+        self._moments, self._state = (*past, moment), state
         if self._plan.fork is not None:
             self._compare(step, self._plan.fork)
         return step
-
-    def _situation(self) -> Situation:
-        """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
-        turns, briefing = self._turns, self._unsaid
-        if self._places.memories:
-            with INTERVENTIONS:
-                turns = self.acting.remembered(turns, self._moments)
-        if self._places.prompts:
-            with INTERVENTIONS:
-                briefing = self.acting.asked(briefing, self._moments)
-        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
 
     def _decision(self, situation: Situation) -> Awaitable[Decision]:
         """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
@@ -318,32 +311,31 @@ class _Loop:
         if fork is not None and played and AgentTraits.of(self._agent).unseeded:
             return _known(fork.recorded[now].decision)
         decision = self._agent.decide(situation, self._luck.at(now + 1))
-        if type(self._agent).__module__.startswith("lockprobe"):
+        if self._ours:
             return decision
         return PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
 
     def _happened(
-        self, act: Callable[[], Snapshot], chosen: str | None = None, attempted: str | None = None
+        self, joint: int | None = None, chosen: str | None = None, attempted: str | None = None
     ) -> tuple[Snapshot, str, Moment]:
         """What an attempt, or the first look, really did, the configuration then, and what is told of it."""
-        snapshot = act() if self._source is None else with_reading(act())
+        snapshot = self._plant.observe() if joint is None else self._plant.attempt(joint)
+        if self._source is not None:
+            snapshot = with_reading(snapshot)
         if len(state := bits(snapshot.configuration)) != len(self._task.joints):
             raise PlantFault(f"{len(state)} positions of {len(self._task.joints)} joints")
-        was = percept = self._reported(snapshot)
+        was = percept = self.names.percept(snapshot) if self._source is None else self._reported(snapshot, self._source)
         if percept.look is not None:
             was, percept = without_look(percept), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
             told, facts = self.acting.told(percept, self._moments)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
-    def _reported(self, snapshot: Snapshot) -> Percept:
+    def _reported(self, snapshot: Snapshot, source: Source) -> Percept:
         """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
-        truth = self.names.percept(snapshot)
-        if self._source is None:
-            return truth
-        fork = self._plan.fork
+        truth, fork = self.names.percept(snapshot), self._plan.fork
         truthful = fork is not None and fork.replaces(len(self._moments))
-        self._said = snapshot if truthful else self._source.said(snapshot, self._said)
+        self._said = snapshot if truthful else source.said(snapshot, self._said)
         return truth if self._said is snapshot else replace(self.names.percept(self._said), look=truth.look)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:

@@ -13,11 +13,12 @@ its counter of place, step, trial and repetition. :meth:`Stream.at` draws them w
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.foundation.seeds import generator
@@ -25,9 +26,23 @@ from lockprobe.foundation.seeds import generator
 _Words = NDArray[np.uint64]
 
 
+class _Unseeded(ISeedSequence):
+    """The seed of generators that are put at an address before they are used: none is drawn from the system."""
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> NDArray[Any]:
+        return np.zeros(n_words, dtype)
+
+
+_UNSEEDED = _Unseeded()
+
+
+def _generator() -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(_UNSEEDED))  # type: ignore[arg-type] # NumPy's stubs leave it out
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Luck:
-    """The luck of one trial.
+    """The luck of one trial. Its streams share one generator, which each call of :meth:`Stream.at` moves.
 
     Attributes:
         seed: Of the study, any integer.
@@ -42,11 +57,12 @@ class Luck:
     repetition: int
     trial: int
     time: int = 1
+    _generator: np.random.Generator = field(default_factory=_generator, init=False, repr=False, compare=False)
 
     def stream(self, name: str, ahead: int = 0) -> Stream:
         """A stream by its name; of the trial ``ahead`` trials later."""
         key = _key(self.seed, self.box, name if self.time == 1 else f"{name}/luck-{self.time}")
-        return Stream(key, self.trial + ahead, self.repetition)
+        return Stream(self._generator, key, self.trial + ahead, self.repetition)
 
     def at(self, name: str, step: int = 0) -> np.random.Generator:
         """A stream at one step, from 1; what is drawn once a trial is at step 0."""
@@ -60,26 +76,26 @@ class Luck:
 class Stream:
     """One stream of a trial's luck."""
 
-    __slots__ = ("_counter", "_generator", "_key", "_state")
+    __slots__ = ("_address", "_bits", "_generator", "_repetition", "_state", "_trial")
 
-    def __init__(self, key: _Words, trial: int, repetition: int) -> None:
-        self._key = key
-        self._counter = np.array([0, 0, trial, repetition], np.uint64)
-        self._generator: np.random.Generator | None = None
+    def __init__(self, moved: np.random.Generator, key: tuple[int, int], trial: int, repetition: int) -> None:
+        self._generator, self._bits = moved, moved.bit_generator
+        self._trial, self._repetition = trial, repetition
+        self._address: dict[str, tuple[int, ...]] = {"key": key}
+        self._state = {"bit_generator": "Philox", "state": self._address, **_NOTHING_DRAWN}
 
     def at(self, step: int) -> np.random.Generator:
         """The stream at one step: whatever was drawn before, it begins at its own address.
 
-        There is one generator a stream, which the next call moves.
+        It is the generator of the trial, which the next call for any of its streams moves.
         """
-        self._counter[1] = step
-        if self._generator is None:
-            self._generator = np.random.Generator(np.random.Philox(key=self._key, counter=self._counter))
-            self._state: Any = self._generator.bit_generator.state
-        else:
-            self._state["state"]["counter"] = self._counter
-            self._generator.bit_generator.state = self._state
+        self._address["counter"] = (0, step, self._trial, self._repetition)
+        self._bits.state = self._state
         return self._generator
+
+
+_NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}
+"""The rest of the state of NumPy's Philox where a block of four numbers begins."""
 
 
 def at_step(rng: np.random.Generator, step: int) -> np.random.Generator:
@@ -91,9 +107,10 @@ def at_step(rng: np.random.Generator, step: int) -> np.random.Generator:
 
 
 @lru_cache(maxsize=4096)
-def _key(seed: int, box: str, stream: str) -> _Words:
-    """The key of a stream, shape (2,)."""
-    return np.frombuffer(hashlib.sha256(f"{seed}/{box}/{stream}".encode()).digest()[:16], np.uint64)
+def _key(seed: int, box: str, stream: str) -> tuple[int, int]:
+    """The key of a stream: two words of 64 bits."""
+    hashed = hashlib.sha256(f"{seed}/{box}/{stream}".encode()).digest()
+    return int.from_bytes(hashed[:8], "little"), int.from_bytes(hashed[8:16], "little")
 
 
 def numbers(

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
-from functools import partial
-from typing import Any, Generic, NamedTuple, Self, TypeVar
+from typing import Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -19,15 +18,21 @@ from lockprobe.trial.plan import Fork
 from lockprobe.trial.protocols import Actuator, Channel, Intervention, InterventionTraits, Memory, Prompt
 from lockprobe.trial.record import Fact, Moment, Percept, Task, Turn, facts_of
 
-_One = TypeVar("_One")
 _V = TypeVar("_V")
 
 
-class Placed(NamedTuple, Generic[_One]):
-    """An intervention, and its number in the condition, from 0."""
+class Placed(NamedTuple, Generic[_V]):
+    """An intervention at one place, as a function of a value, the past, the task and its luck at the step.
+
+    Attributes:
+        number: Its number in the condition, from 0.
+        one: The intervention.
+        act: What it makes of the value.
+    """
 
     number: int
-    one: _One
+    one: Intervention
+    act: Callable[[_V, tuple[Moment, ...], Task, np.random.Generator], _V]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,12 +54,12 @@ class Places:
     """
 
     streams: tuple[tuple[str, int], ...]
-    channels: tuple[Placed[Channel], ...]
-    showing: tuple[Placed[Channel], ...]
-    after: tuple[Placed[Channel], ...]
-    prompts: tuple[Placed[Prompt], ...]
-    memories: tuple[Placed[Memory], ...]
-    actuators: tuple[Placed[Actuator], ...]
+    channels: tuple[Placed[Percept], ...]
+    showing: tuple[Placed[Percept], ...]
+    after: tuple[Placed[Percept], ...]
+    prompts: tuple[Placed[Briefing], ...]
+    memories: tuple[Placed[tuple[Turn, ...]], ...]
+    actuators: tuple[Placed[str], ...]
     shown: Callable[[Percept], object]
     specs: Mapping[int, str]
     channel_facts: tuple[Mapping[str, Fact], ...]
@@ -65,7 +70,7 @@ class Places:
         """The places of interventions, in the order in which they act."""
         every = list(enumerate(interventions))
         traits = [InterventionTraits.of(one) for one in interventions]
-        told = [Placed(number, one) for number, one in every if isinstance(one, Channel)]
+        told = [Placed(number, one, one.perceive) for number, one in every if isinstance(one, Channel)]
         last = max((at for at, placed in enumerate(told) if traits[placed.number].shows), default=len(told))
         showing = tuple(told[last : last + 1])
         return cls(
@@ -73,14 +78,20 @@ class Places:
             channels=tuple(told[:last]),
             showing=showing,
             after=tuple(told[last + 1 :]),
-            prompts=tuple(Placed(number, one) for number, one in every if isinstance(one, Prompt)),
-            memories=tuple(Placed(number, one) for number, one in every if isinstance(one, Memory)),
-            actuators=tuple(Placed(number, one) for number, one in every if isinstance(one, Actuator)),
+            prompts=tuple(Placed(number, one, one.brief) for number, one in every if isinstance(one, Prompt)),
+            memories=tuple(Placed(number, one, _recalling(one)) for number, one in every if isinstance(one, Memory)),
+            actuators=tuple(Placed(number, one, one.act) for number, one in every if isinstance(one, Actuator)),
             shown=next((shown for placed in showing if (shown := traits[placed.number].shown)), _whole),
             specs=_specs(interventions),
             channel_facts=tuple(_said(placed.one, "channel") for placed in told),
             other_facts=tuple(_said(one, "intervention") for one in interventions if not isinstance(one, Channel)),
         )
+
+
+def _recalling(
+    memory: Memory,
+) -> Callable[[tuple[Turn, ...], tuple[Moment, ...], Task, np.random.Generator], tuple[Turn, ...]]:
+    return lambda turns, past, task, rng: memory.recall(turns, task, rng)
 
 
 def _streams(interventions: Sequence[Intervention]) -> tuple[tuple[str, int], ...]:
@@ -141,27 +152,27 @@ class Acting:
         Raises:
             ChannelFault: If no record can hold it.
         """
-        facts, places, step = None, self._places, len(past) + 1
-        perceive = partial(self._perceived, past)
+        facts, places, step = None, self._places, len(past)
         if places.channels:
-            percept = self._passed(places.channels, percept, perceive, step, places.shown)
+            channels = self._not_replaced(places.channels, step)
+            percept = self._passed(channels, percept, past, step, step + 1, places.shown)
         for placed in places.showing:
-            facts, percept = without_look(percept), perceive(placed, percept)
+            facts = percept if percept.look is None else without_look(percept)
+            percept = placed.act(percept, past, self._task, self._luck[placed.number].at(step))
         if places.after:
-            worded, percept = percept, self._passed(places.after, percept, perceive, step)
+            worded = percept
+            percept = self._passed(self._not_replaced(places.after, step), percept, past, step, step + 1)
             if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
                 facts = None  # something after the words changed what is told: that holds the facts now
         _check_report(percept, self._task.joints)
-        return without_look(percept), facts
+        return percept if percept.look is None else without_look(percept), facts
 
-    def _perceived(self, past: tuple[Moment, ...], placed: Placed[Channel], percept: Percept) -> Percept:
-        made = placed.one.perceive(percept, past, self._task, self._luck[placed.number].at(len(past)))
+    def _not_replaced(self, channels: tuple[Placed[Percept], ...], step: int) -> Sequence[Placed[Percept]]:
+        """Those that act on the report of a step: an arm of a fork acts in place of those that act on its facts."""
         fork = self._fork
-        if fork is None or not fork.replaces(len(past)) or any(placed.one is one for one in fork.acting):
-            return made
-        # the arm of the fork acts in place of this channel; what makes words and pictures goes on acting
-        traits = InterventionTraits.of(placed.one)
-        return made if traits.shows or traits.after_words else percept
+        if fork is None or not fork.replaces(step):
+            return channels
+        return [placed for placed in channels if any(placed.one is one for one in fork.acting) or _on_words(placed.one)]
 
     def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
         """The exchanges that the agent still has.
@@ -169,22 +180,14 @@ class Acting:
         Raises:
             ChannelFault: If a memory returns none.
         """
-
-        def recall(placed: Placed[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
-            return placed.one.recall(turns, self._task, self._drawn(placed, len(past) - 1))
-
-        left = self._passed(self._places.memories, turns, recall, len(past))
+        left = self._passed(self._places.memories, turns, past, len(past) - 1, len(past))
         if not isinstance(left, tuple):
             raise ChannelFault(f"recall returned {type(left).__name__}, and no tuple of turns")
         return left
 
     def asked(self, briefing: Briefing, past: tuple[Moment, ...]) -> Briefing:
         """The requests and remarks of a step."""
-
-        def brief(placed: Placed[Prompt], briefing: Briefing) -> Briefing:
-            return placed.one.brief(briefing, past, self._task, self._drawn(placed, len(past) - 1))
-
-        asked = self._passed(self._places.prompts, briefing, brief, len(past))
+        asked = self._passed(self._places.prompts, briefing, past, len(past) - 1, len(past))
         asked.remark.encode()  # what no record can hold breaks here
         return asked
 
@@ -194,17 +197,10 @@ class Acting:
         Raises:
             ChannelFault: If there is no such joint.
         """
-
-        def act(placed: Placed[Actuator], joint: str) -> str:
-            return placed.one.act(joint, past, self._task, self._drawn(placed, len(past)))
-
-        joint = self._passed(self._places.actuators, chosen, act, len(past))
+        joint = self._passed(self._places.actuators, chosen, past, len(past), len(past))
         if joint not in self._task.joints:
             raise ChannelFault(f"{joint!r} is not a joint")
         return joint
-
-    def _drawn(self, placed: Placed[Any], step: int) -> np.random.Generator:
-        return self._luck[placed.number].at(step)
 
     def changes(self, steps: int) -> tuple[dict[str, int], int]:
         """Of so many steps, those that each intervention with a spec changed, and those that all together did."""
@@ -216,48 +212,64 @@ class Acting:
 
     def _passed(
         self,
-        acting: Sequence[Placed[_One]],
+        acting: Sequence[Placed[_V]],
         given: _V,
-        apply: Callable[[Placed[_One], _V], _V],
-        step: int,
+        past: tuple[Moment, ...],
+        drawn: int,
+        noted: int,
         shown: Callable[[_V], object] | None = None,
     ) -> _V:
-        """A value after interventions; those of them that changed what the agent gets at this step are noted.
+        """A value after interventions; those of them that changed what the agent gets are noted.
 
-        ``shown`` is the part of the value that the agent gets; all of it without one.
+        Args:
+            acting: In the order in which they act.
+            given: The value.
+            past: The moments so far.
+            drawn: The step of their luck.
+            noted: The step at which their changes count.
+            shown: The part of the value that the agent gets; all of it without one.
         """
-        value, changers = given, list[tuple[Placed[_One], _V]]()
+        value = given
+        changers: list[tuple[Placed[_V], _V]] = []
         for placed in acting:
-            before, value = value, apply(placed, value)
+            before, value = value, placed.act(value, past, self._task, self._luck[placed.number].at(drawn))
             if value is not before and _whole(value) != _whole(before):
                 changers.append((placed, before))
         if changers:
             shown = shown or _whole
             end = shown(value)
             if shown(given) != end:
-                self._together.add(step)
-            for at, (placed, before) in enumerate(changers):
-                if _shown_without(before, changers[at + 1 :], apply, shown) != end:
-                    self._changed[step].add(placed.number)
+                self._together.add(noted)
+            for at, (placed, before) in enumerate(changers, 1):
+                later = [other for other, _ in changers[at:]]
+                if self._shown_without(before, later, past, drawn, shown) != end:
+                    self._changed[noted].add(placed.number)
         return value
 
+    def _shown_without(
+        self,
+        value: _V,
+        later: Sequence[Placed[_V]],
+        past: tuple[Moment, ...],
+        drawn: int,
+        shown: Callable[[_V], object],
+    ) -> object:
+        """What the agent would have got without an intervention: ``later`` ones act again, on the value before it.
 
-def _shown_without(
-    value: _V,
-    later: Sequence[tuple[Placed[_One], _V]],
-    apply: Callable[[Placed[_One], _V], _V],
-    shown: Callable[[_V], object],
-) -> object:
-    """What the agent would have got without an intervention: ``later`` ones act again, on the value before it.
+        One that breaks needs what was changed before it.
+        """
+        try:
+            for placed in later:
+                value = placed.act(value, past, self._task, self._luck[placed.number].at(drawn))
+            return shown(value)
+        except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
+            return object()
 
-    One that breaks needs what was changed before it.
-    """
-    try:
-        for placed, _ in later:
-            value = apply(placed, value)
-        return shown(value)
-    except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
-        return object()
+
+def _on_words(channel: Intervention) -> bool:
+    """Whether a channel makes words or pictures, or changes these."""
+    traits = InterventionTraits.of(channel)
+    return traits.shows or traits.after_words
 
 
 def _check_report(percept: Percept, joints: tuple[str, ...]) -> None:
@@ -277,4 +289,4 @@ def _whole(value: object) -> object:
 
 def without_look(percept: Percept) -> Percept:
     """The percept without a way to take a picture."""
-    return percept if percept.look is None else replace(percept, look=None)
+    return replace(percept, look=None)

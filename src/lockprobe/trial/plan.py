@@ -133,8 +133,8 @@ def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArr
     Returns:
         For each joint in panel order the number of its label; for each list position a joint in panel order.
     """
-    dealt, listed = np.split(numbers, 2, axis=-1)
-    return np.argsort(dealt), np.argsort(listed)
+    joints = numbers.shape[-1] // 2
+    return np.argsort(numbers[..., :joints]), np.argsort(numbers[..., joints:])
 
 
 def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:

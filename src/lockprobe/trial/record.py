@@ -12,6 +12,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.foundation.errors import FINAL, Boundary
+from lockprobe.foundation.quickly_made import quickly_made
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.doses import flip_rate
@@ -90,6 +91,7 @@ class Look(Protocol):
         """
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
     """The truth at one moment, as a plant reports it.
@@ -111,6 +113,7 @@ class Snapshot:
     render: Callable[[tuple[bool, ...]], Frame] | None = field(default=None, compare=False, repr=False)
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Percept:
     """One observation, in the agent's terms. Channels change it; the truth is kept separately.
@@ -142,6 +145,7 @@ class Percept:
     look: Look | None = field(default=None, compare=False, repr=False)
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
     """The agent's answer.
@@ -169,6 +173,7 @@ class Decision:
     tidied: tuple[str, ...] = ()
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
     """One finished exchange: a report and the agent's decision after it.
@@ -184,6 +189,7 @@ class Turn:
     remark: str = ""
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
     """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
@@ -215,6 +221,7 @@ class Moment:
         return self.reported.positions if told is None and self.told.pictures else told
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """Everything that an agent may use to decide.
@@ -232,6 +239,7 @@ class Situation:
     briefing: Briefing = field(default_factory=Briefing)
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
     """One step, truth and report.

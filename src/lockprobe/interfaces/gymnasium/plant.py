@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import BadValue, PlantFault
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import plant_of
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant
@@ -18,7 +18,7 @@ from lockprobe.trial.record import Fact, Snapshot
 
 def make_plant(plan: Plan, names: Names) -> Plant:
     """A fresh plant for a trial, with the trial's stream, as in studies."""
-    return resolve_plant(plan.plant).make(plan.box, names.labels, plan.luck.physics())
+    return plant_of(plan, names.labels)
 
 
 _ABANDONED: list[Plant] = []

@@ -115,6 +115,10 @@ class TrialRow(NamedTuple):
         return Timing(key=self.key, seconds=self.seconds, steps=self.steps, cpu=self.cpu)
 
 
+_QUICKLY = 3
+"""The level of compression: a tenth larger than by default, in two thirds of the time."""
+
+
 def row_of(trial: Trial, timing: Timing, identity: str) -> TrialRow:
     """A trial as it is stored. ``identity`` says what was played (:meth:`Study.record_identity`)."""
     record = trial_to_json(trial)
@@ -133,7 +137,7 @@ def row_of(trial: Trial, timing: Timing, identity: str) -> TrialRow:
         timing.cpu,
         identity,
         likeness(trial, record),
-        zlib.compress(record),
+        zlib.compress(record, _QUICKLY),
     )
 
 

@@ -13,7 +13,7 @@ from typing import TypeVar, cast
 
 from lockprobe.foundation.cpu import cpu_model
 from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.records.trial_rows import Timing
@@ -70,8 +70,7 @@ class _LazyPlant:
         return {} if self._plant is None else self._plant.facts
 
     def observe(self) -> Snapshot:
-        plan = self._plan
-        self._plant = resolve_plant(plan.plant).make(plan.box, self._names.labels, plan.luck.physics())
+        self._plant = plant_of(self._plan, self._names.labels)
         return self._plant.observe()
 
     def attempt(self, joint: int) -> Snapshot:
