@@ -1,6 +1,7 @@
 """What every policy has in common: a memory that is a value, and one draw from its probabilities."""
 
 import asyncio
+from bisect import bisect_right
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.policy import Told, draw, opened_after, tell, view_of
+from lockprobe.agents.policy import Told, draw, opened_after, running_sums, tell, view_of
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 POLICIES = (
@@ -77,6 +78,7 @@ def test_what_is_open_is_as_told_else_as_the_outcomes_imply():
 def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, number):
     probabilities = [weight / sum(weights) for weight in weights]
     joint = draw(probabilities, number)
+    assert joint == bisect_right(running_sums(probabilities), number)  # as the kernel draws
     assert probabilities[joint] > 0
     assert sum(probabilities[:joint]) <= number + 1e-9
     assert number <= sum(probabilities[: joint + 1]) + 1e-9

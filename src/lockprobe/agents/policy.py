@@ -203,8 +203,7 @@ class Policy(Generic[Memory]):
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
         known = self._recalled(situation)
-        view, memory = known.view, known.memory
-        chances = self.probabilities(view, memory)
+        chances = self.probabilities(known.view, known.memory)
         return Decision(
             joint=situation.task.joints[draw(chances, rng.random())],
             claimed=_outcome(situation.percept, known.told) if self.looks else None,
@@ -223,7 +222,7 @@ class Policy(Generic[Memory]):
     def _recalled(self, situation: Situation) -> _Recall[Memory]:
         """The same, with the last report. If the last recall was one step earlier, only the newest report is added."""
         task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
-        if self.looks:
+        if percept.pictures and self.looks:
             refuse_pictures(percept, type(self).__name__)
         known = self._last_recall
         if known is not None and past and known.asked == (task, past[:-1], past[-1].percept, past[-1].remark):
@@ -235,7 +234,7 @@ class Policy(Generic[Memory]):
                 before = past[:done]
                 memory = self._heard(view, memory, task, before, tell(task, turn.percept, before, turn.remark))
         told = tell(task, percept, past, remark)
-        memory = self._heard(view, memory, task, past, told)
+        memory = self.remember(view, memory, told) if told else self._heard(view, memory, task, past, told)
         last = _Recall((task, past, percept, remark), view, memory, told)
         object.__setattr__(self, "_last_recall", last)  # many policies are frozen dataclasses
         return last

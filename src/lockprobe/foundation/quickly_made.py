@@ -14,14 +14,14 @@ def quickly_made(made: _C) -> _C:
     Python's own looks up how to set a field, and then the field by its name, for each field of each object. Here both
     are looked up once for the class.
     """
-    known: dict[str, Any] = {"_made": lambda factory, given: factory() if given is MISSING else given, "_none": MISSING}
+    known: dict[str, Any] = {"_none": MISSING}
     said, body = [], []
     for part in fields(made):
         name, value = part.name, part.name
         known[f"_set_{name}"] = getattr(made, name).__set__
         if part.default_factory is not MISSING:
             known[f"_new_{name}"] = part.default_factory
-            default, value = "=_none", f"_made(_new_{name}, {name})"
+            default, value = "=_none", f"_new_{name}() if {name} is _none else {name}"
         elif part.default is not MISSING:
             known[f"_default_{name}"] = part.default
             default = f"=_default_{name}"

@@ -60,7 +60,8 @@ class TextChannel:
         outcome = None if self.tell == "state" else percept.outcome
         positions = None if self.tell == "outcome" else percept.positions
         states_only = self.tell == "state"
-        text = self._written(_Facts(percept.joint, outcome, positions, states_only), task, first=not past)
+        rows = rows_of(task) if self.places and not past else []
+        text = _WRITERS[self.form](_Facts(percept.joint, outcome, positions, states_only), task, rows)
         if percept.corrects is not None:
             first = self.perceive(percept.corrects, past, task, rng).text
             text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
@@ -80,12 +81,8 @@ class TextChannel:
 
     def written(self, told: Percept, task: Task, *, first: bool) -> str:
         """The text of the facts that a percept tells; the ``first`` report of a trial may also say where joints lie."""
-        facts = _Facts(told.joint, told.outcome, told.positions, told.states_only)
-        return self._written(facts, task, first=first)
-
-    def _written(self, facts: _Facts, task: Task, *, first: bool) -> str:
         rows = rows_of(task) if self.places and first else []
-        return _WRITERS[self.form](facts, task, rows)
+        return _WRITERS[self.form](_Facts(told.joint, told.outcome, told.positions, told.states_only), task, rows)
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
@@ -130,13 +127,14 @@ class _Facts(NamedTuple):
 
 
 def _words(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
+    joint, outcome, positions, states_only = facts
     sentences = []
-    if facts.joint is not None and facts.outcome is not None:
-        sentences.append(f"{facts.joint} {in_words(facts.outcome)}.")
-    elif facts.states_only and (joint := facts.attempted) is not None:
+    if joint is not None and outcome is not None:
+        sentences.append(f"{joint} {in_words(outcome)}.")
+    elif states_only and joint is not None and positions is not None:
         sentences.append(f"You attempted {joint}.")
-    if facts.positions is not None:
-        there = [label for label, position in zip(task.joints, facts.positions, strict=True) if position]
+    if positions is not None:
+        there = [label for label, position in zip(task.joints, positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
     return " ".join([*sentences, *places_said(task, rows)] if rows else sentences)
 

@@ -342,49 +342,41 @@ class _Loop:
         if self._keep is not None:
             for picture in percept.pictures:
                 self._keep(picture)
-        return {picture.kind: picture.name for picture in percept.pictures} if percept.pictures else {}
+        return {picture.kind: picture.name for picture in percept.pictures}
 
     def _written(
         self, decision: Decision, joint: int, moment: Moment, sensed: Mapping[str, Fact], remark: str, *, moved: bool
     ) -> Step:
         """The record of one step."""
         told, shown = moment.told, moment.shown
-        told_moved = self._told_moved(told, shown, really=moved)
+        if told.outcome is not None:
+            told_moved = told.outcome == "moved"
+        elif told.pictures and shown is None:  # a picture that was not made from a report shows the truth
+            told_moved = moved
+        elif told.joint is None or shown is None or self._shown is None:
+            told_moved = None
+        else:  # positions are compared with the last ones told or pictured
+            place = self._task.joints.index(told.joint)
+            told_moved = shown[place] != self._shown[place]
         if shown is not None:
             self._shown = shown
             if told.positions is None and shown == moment.was.positions:
                 shown = None  # a true picture says nothing that the truth does not
+        box = self._plan.box.joints
         return Step(
             step=len(self.steps) + 1,
             state=self._state,
-            joint=self._plan.box.joints[joint].name,
+            joint=box[joint].name,
             moved=moved,
             told_moved=told_moved,
             told_state=None if shown is None else self.names.told_state(shown),
             told=told.text,
             decision=decision,
             sensed=sensed,
-            pictures=self._kept(told),
-            chosen=None
-            if moment.chosen == moment.attempted
-            else self._plan.box.joints[self.names.labels.index(decision.joint)].name,
+            pictures=self._kept(told) if told.pictures else {},
+            chosen=None if moment.chosen == moment.attempted else box[self.names.labels.index(decision.joint)].name,
             remark=remark,
         )
-
-    def _told_moved(self, told: Percept, shown: tuple[bool, ...] | None, *, really: bool) -> bool | None:
-        """The reported outcome of an attempt, from outcome or positions; None if nothing is reported.
-
-        Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
-        truth.
-        """
-        if told.outcome is not None:
-            return told.outcome == "moved"
-        if told.pictures and shown is None:
-            return really
-        if told.joint is None or shown is None or self._shown is None:
-            return None
-        place = self._task.joints.index(told.joint)
-        return shown[place] != self._shown[place]
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""

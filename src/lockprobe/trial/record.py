@@ -56,6 +56,7 @@ def _written(value: object) -> str:
     return str(value).encode(errors="replace").decode()
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
     """The task: an agent's knowledge before it begins.
@@ -300,6 +301,7 @@ class TrialError:
     again: bool = False
 
 
+@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
     """One finished trial.

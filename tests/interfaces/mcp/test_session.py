@@ -328,7 +328,7 @@ class _Stuck(SymbolicPlant):
 
 def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: _Stuck(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
 
     async def play():
         async with opened(tmp_path) as session:
@@ -351,7 +351,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
 
 def test_pictures_are_shown_and_kept(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("studies.running.trial_setup", "interfaces.mcp.session"):
+    for room in ("plants.catalogue", "interfaces.mcp.session"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
     shown = planned(p=[0.0], plant="fast-twin", modality=["rgb", "rgbd"])
 

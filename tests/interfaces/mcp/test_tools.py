@@ -104,7 +104,7 @@ def test_the_tools_are_listed_and_nothing_structured_is_said(tmp_path):
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
 def test_pictures_are_image_content(tmp_path, monkeypatch, modality, pictures):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("studies.running.trial_setup", "interfaces.mcp.session"):
+    for room in ("plants.catalogue", "interfaces.mcp.session"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
 
     async def call(client):

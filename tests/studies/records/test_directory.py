@@ -17,8 +17,9 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import written
+from lockprobe.studies.running import runner
 from lockprobe.studies.running.observer import Observer
-from lockprobe.studies.running.runner import run, run_study
+from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.trial.condition import Condition
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
@@ -50,6 +51,27 @@ def test_a_start_that_fails_leaves_the_study_that_is_there_as_it_was(tmp_path, p
     assert contents(tmp_path) == before
 
 
+class Reads(Observer):
+    """Reads what is on disk whenever it is told of a trial."""
+
+    def __init__(self, directory):
+        self.directory, self.told, self.missing = directory, [], []
+
+    def trial(self, trial, timing):
+        self.told.append(trial.key)
+        self.missing += [] if trial in load(self.directory) else [trial.key]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_trial_is_on_disk_before_anybody_is_told_of_it(tmp_path, monkeypatch, workers):
+    monkeypatch.setattr(runner, "_ALONE", 0.0)
+    with Journal.open(tmp_path / "d", STUDY) as journal:
+        reads = Reads(tmp_path / "d")
+        run(STUDY, journal, observer=reads, limits=Limits(workers=workers))
+    assert reads.missing == []
+    assert sorted(reads.told) == sorted(trial.key for trial in load(tmp_path / "d"))
+
+
 class BreaksLater(Observer):
     """Makes what follows the first trial a user's mistake."""
 
@@ -60,7 +82,7 @@ class BreaksLater(Observer):
 def test_what_was_played_before_an_error_stays(tmp_path):
     with pytest.raises(UserMistake, match="later"), Journal.open(tmp_path / "d", STUDY) as journal:
         run(STUDY, journal, observer=BreaksLater())
-    assert len(load(tmp_path / "d")) == 1
+    assert load(tmp_path / "d")
     assert read_study(tmp_path / "d") == STUDY
 
 

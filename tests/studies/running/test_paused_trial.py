@@ -113,7 +113,7 @@ def plant(monkeypatch):
         pass
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
     return Plant
 
 
@@ -155,7 +155,7 @@ def test_letting_go_of_it_lets_go_of_its_plant(plant):
 
 def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
     plan = replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0])
 
     async def looked() -> None:

@@ -223,7 +223,7 @@ def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeyp
     def full(*_):
         raise BadFile("study.db", "no space left")
 
-    monkeypatch.setattr(Journal, "append", full)
+    monkeypatch.setattr(Journal, "append_all", full)
     with pytest.raises(BadFile, match="no space left"):
         played(tmp_path / "s", agent=["random", "round-robin"], trials=2, p=[0], repetitions=1)
 

@@ -13,6 +13,7 @@ from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, PlantFault
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.plants import catalogue
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.study_options import StudyOptions
@@ -76,7 +77,7 @@ def plants(monkeypatch):
 
         return PlantSource(spec=spec, picture_size=(640, 480), make=make)
 
-    monkeypatch.setattr(play, "resolve_plant", resolve)
+    monkeypatch.setattr(catalogue, "resolve_plant", resolve)
     return made
 
 
@@ -120,7 +121,9 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     def make(box, labels, rng):
         raise fault
 
-    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make))
+    monkeypatch.setattr(
+        catalogue, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make)
+    )
     trial = run_trial(plant="fast-twin")
     assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
     assert "jammed" in trial.error.message
@@ -207,7 +210,7 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
             return await asyncio.gather(*timed)
 
     loop = None
-    monkeypatch.setattr(play, "resolve_plant", slow)
+    monkeypatch.setattr(catalogue, "resolve_plant", slow)
     assert [trial.solved for trial, _ in asyncio.run(played())] == [True] * 3
     assert len(closed) == 3
     assert len(threads) == 1

@@ -9,7 +9,7 @@ Records are only added, except that a participant's withdrawal deletes theirs (:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -80,28 +80,35 @@ class Journal:
         return trial is None or trial.owed_again
 
     def append(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
-        """Write a finished trial.
+        """Write a finished trial; see :meth:`append_all`."""
+        self.append_all([(trial, timing, row)])
+
+    def append_all(self, finished: Iterable[tuple[Trial, Timing, TrialRow | None]]) -> None:
+        """Write finished trials, all of them or none.
 
         Args:
-            trial: The trial.
-            timing: How long it took.
-            row: The same as it is stored, if another process has made that.
+            finished: Each trial, how long it took, and the same as it is stored, if another process has made that.
 
         Raises:
-            BadFile: If it cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
+            BadFile: If they cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
+        kept = [self._kept(*one) for one in finished]
+        self.used = True
+        with self.store.transaction() as writing:
+            writing.executemany("update trial set current = 0 where current and key = ?", [(t.key,) for t, _ in kept])
+            writing.executemany(INSERT, [row for _, row in kept])
+        for trial, _ in kept:
+            self.trials[trial.key] = OnRecord.of(trial)
+            if not trial.owed_again:
+                self.calls.forget(trial.key)
+
+    def _kept(self, trial: Trial, timing: Timing, row: TrialRow | None) -> tuple[Trial, TrialRow]:
+        """A finished trial and its row; one that is played anew counts its replays."""
         if (there := self.trials.get(trial.key)) is not None and there.ending == "error":
             before, _ = self.read(trial.key)
             again = before.error is not None and before.error.again
             trial, row = replace(trial, replays=max(trial.replays, before.replays + again)), None
-        stored = row or row_of(trial, timing, self.identities[trial.condition])
-        self.used = True
-        with self.store.transaction() as writing:
-            writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
-            writing.execute(INSERT, stored)
-        self.trials[trial.key] = OnRecord.of(trial)
-        if not trial.owed_again:
-            self.calls.forget(trial.key)
+        return trial, row or row_of(trial, timing, self.identities[trial.condition])
 
     def read(self, key: str) -> tuple[Trial, Timing]:
         """A trial on record, and how long it took.

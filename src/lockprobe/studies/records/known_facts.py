@@ -38,9 +38,8 @@ class KnownFacts:
 
     def differences(self, trial: Trial) -> dict[tuple[str, str], tuple[Fact, Fact]]:
         """Whose fact is another one in a trial, and its name -> the known value, and that of the trial."""
-        return {
-            (who, name): pair for who, facts in _said(trial) for name, pair in self.differences_of(who, facts).items()
-        }
+        said = [(who, facts) for who, facts in _said(trial) if facts]
+        return {(who, name): pair for who, facts in said for name, pair in self.differences_of(who, facts).items()}
 
     def differences_of(self, agent: str, facts: Mapping[str, Fact]) -> dict[str, tuple[Fact, Fact]]:
         """The facts of an agent, or of a plant, that are known with another value, with both."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 
@@ -10,6 +11,9 @@ from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
+
+_UNHEARD = 0.05
+"""Seconds after which a run of one trial after the other hears Ctrl-C, when the next trial ends."""
 
 
 async def play_in_lanes(
@@ -44,9 +48,10 @@ async def play_in_lanes(
         """Whether another trial can be opened."""
         return bool(queue) and not spent and not leave()
 
+    heard = time.monotonic()
     while lanes == 1 and not at_the_end and admits():
         await trial(queue.popleft())
-        await asyncio.sleep(0)  # Ctrl-C is heard here
+        heard = await _hear(heard)
     opened: set[asyncio.Task[None]] = set()
     try:
         while True:
@@ -62,3 +67,11 @@ async def play_in_lanes(
         await asyncio.gather(*opened, return_exceptions=True)
     if spent:
         raise spent[-1]
+
+
+async def _hear(heard: float) -> float:
+    """Let Ctrl-C be heard, if it was long ago that it could be; when it could be last."""
+    if time.monotonic() - heard < _UNHEARD:
+        return heard
+    await asyncio.sleep(0)
+    return time.monotonic()

@@ -68,6 +68,9 @@ _ALONE = 2.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to
 start."""
 
+_TOGETHER = 0.05
+"""Seconds for which a strategy's finished trials may wait for others to be written with; a kill leaves them owed."""
+
 _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
 
@@ -209,13 +212,16 @@ def _play(
                 with closed_in_one_line("agent", source.spec):
                     await agent.aclose()
 
-    if pool is None or (quick and isinstance(pool, Processes)):
-        threaded = source.engine == "network" and not study.attended and not _light(study)
-        with own_thread() if threaded else nullcontext(in_this_thread) as place:
-            asyncio.run(here(place))
-    if pool is not None and queue:
-        identities = journal.identities
-        play_elsewhere(queue, pool, observer.step, finish, identities=identities, album=album, live=not quick)
+    try:
+        if pool is None or (quick and isinstance(pool, Processes)):
+            threaded = source.engine == "network" and not study.attended and not _light(study)
+            with own_thread() if threaded else nullcontext(in_this_thread) as place:
+                asyncio.run(here(place))
+        if pool is not None and queue:
+            identities = journal.identities
+            play_elsewhere(queue, pool, observer.step, finish, identities=identities, album=album, live=not quick)
+    finally:
+        finish.write()
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -273,7 +279,10 @@ class _Stoppable(Observer):
 
 
 class _TrialWriter:
-    """Writes finished trials to the journal, and gives up an agent that yields only errors."""
+    """Writes finished trials to the journal, and gives up an agent that yields only errors.
+
+    Strategies finish many trials in a moment, which are then written and told of together.
+    """
 
     def __init__(
         self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: KnownFacts
@@ -285,20 +294,32 @@ class _TrialWriter:
         self._observer = observer
         self._broken_in_a_row = 0
         self._known = known
+        self._finished: list[tuple[Trial, Timing, TrialRow | None]] = []
+        self._written = time.monotonic()
 
     def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
         if different := self._known.differences(trial):
             said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
             raise SettingsChanged(self._journal.directory, said)
         self._known.note(trial)
-        self._journal.append(trial, timing, row)
-        self._observer.trial(trial, timing)
+        self._finished.append((trial, timing, row))
+        if not self._program or time.monotonic() - self._written > _TOGETHER:
+            self.write()
         broken = trial.owed_again or (self._program and trial.error is not None)  # a model's final errors are findings
         self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
         if trial.error is not None and self._broken_in_a_row == self._give_up_after:
             why = f"{trial.error.boundary}: {trial.error.message}"
             again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
             raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why}){again}")
+
+    def write(self) -> None:
+        """Write what is finished, and then tell of it."""
+        finished, self._finished = self._finished, []
+        if finished:
+            self._journal.append_all(finished)
+            for trial, timing, _ in finished:
+                self._observer.trial(trial, timing)
+        self._written = time.monotonic()
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
         """Refuse a changed agent (model, prompt, runtime) before it is called and paid.
