@@ -249,7 +249,7 @@ def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(
                 await task
 
     monkeypatch.setattr(
-        play, "resolve_plant", lambda spec: PlantSource(spec=spec, make=lambda box, labels, rng: Slow(box))
+        catalogue, "resolve_plant", lambda spec: PlantSource(spec=spec, make=lambda box, labels, rng: Slow(box))
     )
     asyncio.run(ended())
     assert course == ["attempted", "closed"]
