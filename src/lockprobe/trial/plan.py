@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -70,6 +70,7 @@ class Plan:
         fork: The fork of a recorded trial; None for an ordinary trial.
         time: Which continuation of a fork it is, from 1; each has luck of its own.
         called: The name that the experimenter gave the agent; empty without one.
+        key: The readable name of its record.
     """
 
     study: str
@@ -87,6 +88,10 @@ class Plan:
     fork: Fork | None = None
     time: int = 1
     called: str = ""
+    key: str = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key", str(self.name if self.fork is None else self.fork.name))
 
     @property
     def group(self) -> str:
@@ -102,11 +107,6 @@ class Plan:
     def label(self) -> str:
         """The label of its condition; of a fork that of its parent, to which the arm adds."""
         return self.condition.label if self.fork is None else self.fork.condition
-
-    @property
-    def key(self) -> str:
-        """The readable name of its record."""
-        return str(self.name if self.fork is None else self.fork.name)
 
     @property
     def modality(self) -> str:

@@ -14,7 +14,7 @@ from lockprobe.studies.costs.estimate import SMALLEST_CACHED, estimates
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.trial_rows import OnRecord
+from lockprobe.studies.records.trial_rows import Timing, row_of
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.model_call import Usage
 
@@ -44,6 +44,11 @@ def planned(*agents, **settings):
     return study(
         StudyOptions(agent=list(agents or [SPEC]), **({"p": [0, 0.4], "trials": 5, "repetitions": 1} | settings))
     )
+
+
+def known(trial):
+    """What the store knows of a trial."""
+    return row_of(trial, Timing(key=trial.key, seconds=1.0, steps=len(trial.steps)), "").known(trial.group)
 
 
 def counted(text):
@@ -90,7 +95,7 @@ def test_an_estimate_comes_true(tmp_path, monkeypatch):
 
     half = [trial for trial in trials if trial.trial <= 2]
     kept = [call for call in read_calls(tmp_path / "study") if call.key in {trial.key for trial in half}]
-    after = estimates(plan, {trial.key: OnRecord.of(trial) for trial in half}, kept)[0]
+    after = estimates(plan, {trial.key: known(trial) for trial in half}, kept)[0]
     assert (after.trials, after.rests_on) == (6, len(kept))
     rest = spent.usage.input_tokens - sum(call.usage.input_tokens for call in kept)
     assert close(after.full.input_tokens / after.full.calls, rest / (spent.usage.calls - len(kept)), 1.4)
@@ -110,7 +115,7 @@ def test_an_agent_that_has_not_played_is_taken_to_be_blind():
 def test_one_that_has_played_is_taken_to_go_on_like_that():
     plan = planned()
     trials = [make_trial(SOLUTION, agent=SPEC, trial=n) for n in (1, 2, 3)]
-    done = {trial.key: OnRecord.of(trial) for trial in trials}
+    done = {trial.key: known(trial) for trial in trials}
     replies = [
         call_of(trial, step, turn=turn, usage=USED)
         for trial in trials
@@ -146,7 +151,7 @@ def replied(trial, steps):
 
 def test_how_far_trials_come_is_told_by_those_that_were_broken_off_too():
     plan = planned(trials=5, p=[0])
-    done = {trial.key: OnRecord.of(trial) for trial in (lasting(1, 5), lasting(2, 9))}
+    done = {trial.key: known(trial) for trial in (lasting(1, 5), lasting(2, 9))}
     calls = [*replied(3, 4), *replied(4, 6)]
     found = estimates(plan, done, calls)[0]
     # step 5 ends one of the three that are known to have been in it and of which it is known how it went
@@ -158,9 +163,9 @@ def test_nothing_is_said_of_agents_that_ask_nobody_or_owe_nothing():
     assert estimates(planned("random", "human-inspired"), {}) == []
     plan = planned(trials=1, p=[0])
     done = make_trial(SOLUTION, agent=SPEC)
-    assert estimates(plan, {done.key: OnRecord.of(done)}) == []
+    assert estimates(plan, {done.key: known(done)}) == []
     broken = make_trial([0], agent=SPEC, broken="model")
-    assert estimates(plan, {broken.key: OnRecord.of(broken)})[0].trials == 1
+    assert estimates(plan, {broken.key: known(broken)})[0].trials == 1
 
 
 def test_money_follows_cache_and_what_is_known():

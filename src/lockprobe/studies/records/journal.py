@@ -19,7 +19,7 @@ from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import StudyDirectory, claim
 from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import SCHEMA, STORE, written
-from lockprobe.studies.records.trial_rows import INSERT, OnRecord, Timing, TrialRow, row_of, trial_in
+from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader
@@ -95,12 +95,12 @@ class Journal:
         kept = [self._kept(*one) for one in finished]
         self.used = True
         with self.store.transaction() as writing:
-            writing.executemany("update trial set current = 0 where current and key = ?", [(t.key,) for t, _ in kept])
+            writing.executemany("update trial set current = 0 where current and key = ?", [(r.key,) for _, r in kept])
             writing.executemany(INSERT, [row for _, row in kept])
-        for trial, _ in kept:
-            self.trials[trial.key] = OnRecord.of(trial)
-            if not trial.owed_again:
-                self.calls.forget(trial.key)
+        for trial, row in kept:
+            self.trials[row.key] = row.known(trial.group)
+            if not row.owed:
+                self.calls.forget(row.key)
 
     def _kept(self, trial: Trial, timing: Timing, row: TrialRow | None) -> tuple[Trial, TrialRow]:
         """A finished trial and its row; one that is played anew counts its replays."""

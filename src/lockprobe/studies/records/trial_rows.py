@@ -63,22 +63,6 @@ class OnRecord(NamedTuple):
     owed_again: bool
     length: int
 
-    @classmethod
-    def of(cls, trial: Trial) -> OnRecord:
-        """What is known of a trial."""
-        return cls(
-            trial.key,
-            trial.spec,
-            trial.group,
-            trial.player,
-            trial.condition,
-            trial.repetition,
-            trial.trial,
-            trial.ending,
-            trial.owed_again,
-            len(trial.steps),
-        )
-
     @property
     def agent(self) -> str:
         """The spec of who played it; of a person ``participant:ID``."""
@@ -113,6 +97,11 @@ class TrialRow(NamedTuple):
     def timing(self) -> Timing:
         """How long it took."""
         return Timing(key=self.key, seconds=self.seconds, steps=self.steps, cpu=self.cpu)
+
+    def known(self, group: str) -> OnRecord:
+        """What is known of it from now on; ``group`` is what keys call its agent."""
+        place = self.condition, self.repetition, self.trial
+        return OnRecord(self.key, self.agent, group, self.player, *place, self.ending, self.owed, self.steps)
 
 
 _QUICKLY = 3
