@@ -10,6 +10,7 @@ import random
 import re
 import shutil
 import signal
+import subprocess
 import time
 from collections import Counter
 from functools import partial
@@ -96,6 +97,32 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
     print(
         f"{kills} kills, {len(calls)} calls, {lost} on their way at a kill, {seen['left']} of them left before the reply"
     )
+
+
+def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_path):
+    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=200 + 200 * KILLS, repetitions=1))
+    asked = ["run", "flips", "--agent=random", "--agent=human-inspired", "--p=0.3", "--no-report", "--json"]
+    asked += [f"--trials={planned.trials}", "--repetitions=1", f"--out={tmp_path / 'killed'}"]
+    luck, told = random.Random(3), set()
+    for kill in range(KILLS):
+        process = forked.start([*asked, f"--workers={1 + kill % 2}"], stdout=subprocess.PIPE)
+        line = ""
+        while '"event": "trial"' not in line:
+            line = process.stdout.readline()
+        time.sleep(luck.uniform(0, 0.1))
+        process.kill()
+        events = [
+            json.loads(one) for one in (line + process.stdout.read()).splitlines(keepends=True) if one[-1] == "\n"
+        ]
+        process.stdout.close()
+        assert process.wait() == -signal.SIGKILL
+        told |= {event["key"] for event in events if event["event"] == "trial"}
+        found = [trial.key for trial in load(tmp_path / "killed")]
+        assert told <= set(found)
+        assert len(set(found)) == len(found) < planned.size
+    assert len({trial.key for trial in run_study(planned, tmp_path / "killed")}) == planned.size
+    assert left_out(tmp_path / "killed").replaced == 0
+    print(f"{KILLS} kills, {len(told)} trials told of")
 
 
 # Plays a study and dies by SIGKILL at the given commit of such a statement, before or after it is done.
