@@ -24,6 +24,12 @@ def sql(directory: Path, statement: str, *values: object) -> list[Any]:
     return [row[0] if len(row) == 1 else row for row in rows]
 
 
+def timings(directory: Path) -> list[Timing]:
+    """How long the trials that count took."""
+    found = sql(directory, "select key, seconds, steps, cpu from trial where current order by id")
+    return [Timing(key=key, seconds=seconds, steps=steps, cpu=cpu) for key, seconds, steps, cpu in found]
+
+
 def records(directory: Path) -> list[dict[str, Any]]:
     """All records as objects, those that were replaced too, in the order in which they were written."""
     return [json.loads(zlib.decompress(one)) for one in sql(directory, "select record from trial order by id")]

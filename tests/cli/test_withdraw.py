@@ -2,13 +2,13 @@
 
 import pytest
 from seated import diary_of, people_study, short, take_part
+from stored import timings
 
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue, DirectoryBusy
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 
 STUDY = people_study(p=(0.0,), plant="fast-twin?width=64&height=64", modalities=("rgb",), max_steps=2)
 
@@ -32,6 +32,6 @@ def test_no_byte_of_a_participant_stays(tmp_path):
         assert not any(word.encode() in path.read_bytes() for word in (leaves.identity, token, "pid77"))
     assert {path.name for path in (tmp_path / "pictures").iterdir()} == kept
     assert [trial.agent for trial in load(tmp_path)] == [f"participant:{stays.identity}"]
-    assert [timing.key for timing in read_timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
+    assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
     withdraw(tmp_path, stays.identity)
     assert (load(tmp_path), list((tmp_path / "pictures").iterdir()), withdrawn(tmp_path)) == ([], [], 2)

@@ -19,7 +19,7 @@ from seated import (
     under,
     without_page,
 )
-from stored import acts, records, rewrite_acts
+from stored import acts, records, rewrite_acts, timings
 
 from lockprobe.people.diary import Did, read_diaries
 from lockprobe.people.experiment import Experiment
@@ -28,7 +28,6 @@ from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 
 CHOICE = Attempt(joint="A", rt=1.0)
 
@@ -109,7 +108,7 @@ def test_times_are_those_of_the_person_and_not_of_playing_it_again(tmp_path):
     (shown,) = take_part(tmp_path, people_study(), short(), clock=clock)
     steps = [line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did) and line.box == 2]
     before = next(line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did) and line.scene == "over")
-    second = read_timings(tmp_path)[1]
+    second = timings(tmp_path)[1]
     assert second.seconds == pytest.approx(steps[-2].at - before.at)  # the last line is the scene after the box
     assert second.steps == len(steps) - 1
 

@@ -12,7 +12,7 @@ from sqlite3 import connect
 import pytest
 from builders import make_trial
 from seated import Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part
-from stored import sql
+from stored import sql, timings
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
@@ -24,7 +24,7 @@ from lockprobe.people.withdrawal import withdraw, withdrawn
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE
-from lockprobe.studies.records.trial_rows import Timing, read_timings
+from lockprobe.studies.records.trial_rows import Timing
 
 STUDY = people_study()
 
@@ -85,7 +85,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
     asyncio.run(withdraws())
     assert load(tmp_path)[: len(kept)] == kept
     assert len(load(tmp_path)) == len(kept) + 2
-    assert [timing.key for timing in read_timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
+    assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
     assert left_of(tmp_path, {left.identity.encode(), b"platformname"}) == set()
 
 

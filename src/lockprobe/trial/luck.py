@@ -18,7 +18,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.foundation.seeds import generator
@@ -26,18 +25,8 @@ from lockprobe.foundation.seeds import generator
 _Words = NDArray[np.uint64]
 
 
-class _Unseeded(ISeedSequence):
-    """The seed of generators that are put at an address before they are used: none is drawn from the system."""
-
-    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> NDArray[Any]:
-        return np.zeros(n_words, dtype)
-
-
-_UNSEEDED = _Unseeded()
-
-
 def _generator() -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(_UNSEEDED))  # type: ignore[arg-type] # NumPy's stubs leave it out
+    return np.random.Generator(np.random.Philox(key=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,6 +19,7 @@ from lockprobe.trial.protocols import Actuator, Channel, Intervention, Intervent
 from lockprobe.trial.record import Fact, Moment, Percept, Task, Turn, facts_of
 
 _V = TypeVar("_V")
+_Turns = tuple[Turn, ...]
 
 
 class Placed(NamedTuple, Generic[_V]):
@@ -58,7 +59,7 @@ class Places:
     showing: tuple[Placed[Percept], ...]
     after: tuple[Placed[Percept], ...]
     prompts: tuple[Placed[Briefing], ...]
-    memories: tuple[Placed[tuple[Turn, ...]], ...]
+    memories: tuple[Placed[_Turns], ...]
     actuators: tuple[Placed[str], ...]
     shown: Callable[[Percept], object]
     specs: Mapping[int, str]
@@ -79,7 +80,7 @@ class Places:
             showing=showing,
             after=tuple(told[last + 1 :]),
             prompts=tuple(Placed(number, one, one.brief) for number, one in every if isinstance(one, Prompt)),
-            memories=tuple(Placed(number, one, _recalling(one)) for number, one in every if isinstance(one, Memory)),
+            memories=tuple(Placed(number, one, _recall(one)) for number, one in every if isinstance(one, Memory)),
             actuators=tuple(Placed(number, one, one.act) for number, one in every if isinstance(one, Actuator)),
             shown=next((shown for placed in showing if (shown := traits[placed.number].shown)), _whole),
             specs=_specs(interventions),
@@ -88,9 +89,7 @@ class Places:
         )
 
 
-def _recalling(
-    memory: Memory,
-) -> Callable[[tuple[Turn, ...], tuple[Moment, ...], Task, np.random.Generator], tuple[Turn, ...]]:
+def _recall(memory: Memory) -> Callable[[_Turns, object, Task, np.random.Generator], _Turns]:
     return lambda turns, past, task, rng: memory.recall(turns, task, rng)
 
 
@@ -221,13 +220,8 @@ class Acting:
     ) -> _V:
         """A value after interventions; those of them that changed what the agent gets are noted.
 
-        Args:
-            acting: In the order in which they act.
-            given: The value.
-            past: The moments so far.
-            drawn: The step of their luck.
-            noted: The step at which their changes count.
-            shown: The part of the value that the agent gets; all of it without one.
+        ``drawn`` is the step of their luck, ``noted`` that at which their changes count. ``shown`` is the part of the
+        value that the agent gets; all of it without one.
         """
         value = given
         changers: list[tuple[Placed[_V], _V]] = []

@@ -6,13 +6,12 @@ from importlib.util import find_spec
 
 import pytest
 from loopback_cluster import loopback_cluster
-from stored import records
+from stored import records, timings
 
 from lockprobe.foundation.workers import Cluster
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_json
@@ -49,6 +48,6 @@ def test_a_study_on_three_nodes_is_the_study_of_one_process(tmp_path):
         assert list(cluster.map(abs, [-2, 1])) == [2, 1]
     assert lines(tmp_path / "there") == lines(tmp_path / "here")
     assert len(records(tmp_path / "there")) == planned.size
-    assert {timing.cpu for timing in read_timings(tmp_path / "there")} == {
-        timing.cpu for timing in read_timings(tmp_path / "here")
+    assert {timing.cpu for timing in timings(tmp_path / "there")} == {
+        timing.cpu for timing in timings(tmp_path / "here")
     }

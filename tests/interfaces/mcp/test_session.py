@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from seen import PhotographedPlant
-from stored import contents, records, sql
+from stored import contents, records, sql, timings
 from tool_player import AGENT, SPEC, Player, calls, plain_records
 
 from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
@@ -18,7 +18,6 @@ from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 2, "repetitions": 2, "max_steps": 12}
@@ -57,7 +56,7 @@ def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
     assert [one.pop("position") for one in facts] == list(range(1, 9))
     assert all(one == facts[0] for one in facts)
     assert facts[0]["client"] == "test"
-    assert [timing.steps for timing in read_timings(tmp_path)] == [len(trial.steps) for trial in load(tmp_path)]
+    assert [timing.steps for timing in timings(tmp_path)] == [len(trial.steps) for trial in load(tmp_path)]
 
 
 def test_a_study_stops_when_it_is_decided(tmp_path):

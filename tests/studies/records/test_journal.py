@@ -10,7 +10,7 @@ from pathlib import Path
 import forked
 import pytest
 from builders import call_of, make_trial, small_study
-from stored import sql
+from stored import sql, timings
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.interventions.conditions import flips
@@ -20,7 +20,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing, read_timings, replaced_records
+from lockprobe.studies.records.trial_rows import Timing, replaced_records
 from lockprobe.studies.running.runner import run
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
@@ -193,7 +193,7 @@ def test_who_withdraws_is_gone_and_what_others_played_of_the_same_trial_counts(t
         journal.erase()
         assert {one.agent for one in journal.trials.values()} <= {ANN, BOB, "random"} - {gone}
         assert journal.owes(trial(ANN, 3).key) == (gone == ANN)
-    assert [timing.seconds for timing in read_timings(tmp_path)] == seconds
+    assert [timing.seconds for timing in timings(tmp_path)] == seconds
     assert gone not in {one.agent for one in (*load(tmp_path), *replaced_records(tmp_path))}
     assert gone.encode() not in b"".join(map(zlib.decompress, sql(tmp_path, "select record from trial")))
     with Journal.open(tmp_path, INVITING) as journal:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import call_of, make_trial, play_study, small_study, write_study
-from stored import call_log, contents, records, rewrite, sql
+from stored import call_log, contents, records, rewrite, sql, timings
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
@@ -14,7 +14,6 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.pictures.picture import Picture
 
@@ -40,7 +39,7 @@ def test_two_agents_that_were_played_apart_are_one_study(tmp_path):
     assert (gathered.taken, gathered.there, gathered.agents) == (8, 0, ("human-inspired",))
     assert read_study(here) == ALL
     assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in play_study(ALL)}
-    assert {timing.key for timing in read_timings(here)} == {trial.key for trial in load(here)}
+    assert {timing.key for timing in timings(here)} == {trial.key for trial in load(here)}
 
 
 def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):

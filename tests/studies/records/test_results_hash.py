@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from stored import timings
 
 from lockprobe import run_study, study
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash
-from lockprobe.studies.records.trial_rows import read_timings
 
 FREE = ["random", "cognitive:careful", "human-inspired"]
 
@@ -25,8 +25,8 @@ def test_the_same_study_twice_has_the_same_hashes(tmp_path):
     assert first == second
     assert (len(first.settings), len(first.results)) == (32, 32)
     assert (first.finished, first.planned) == (12, 12)
-    timings = [read_timings(tmp_path / name) for name in ("one", "other")]
-    assert timings[0] != timings[1]
+    took = [timings(tmp_path / name) for name in ("one", "other")]
+    assert took[0] != took[1]
 
 
 def test_the_order_of_records_does_not_matter_and_every_record_does(tmp_path):

@@ -23,7 +23,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.salvage import save_sound_rows
 from lockprobe.studies.records.store import read
-from lockprobe.studies.records.trial_rows import Timing, contradictions, read_timings, replaced_records
+from lockprobe.studies.records.trial_rows import Timing, contradictions, replaced_records
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.trial_json import trial_to_json
 
@@ -131,7 +131,7 @@ def test_a_file_that_somebody_made_without_a_value_is_one_line(whole, tmp_path):
         _forge(directory, table, true.replace(" not null", ""))
         sql(directory, f"update {table} set {column} = null where rowid = 3")
         _forge(directory, table, true)
-        for use in (everything, read_timings, _indexed, _opened):
+        for use in (everything, _indexed, _opened):
             with suppress(BadFile):
                 use(directory)
         if column in ("key", "seconds"):

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
+from stored import timings
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import Missing
@@ -12,7 +13,6 @@ from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import read_timings
 from lockprobe.studies.running import runner
 from lockprobe.studies.running.elsewhere import can_travel
 from lockprobe.studies.running.observer import Observer
@@ -72,7 +72,7 @@ def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(
     for place, told_there in seen.items():
         assert lines(tmp_path / place) == lines(tmp_path / "here")
         assert pictures(tmp_path / place) == pictures(tmp_path / "here") != {}
-        assert all(timing.cpu for timing in read_timings(tmp_path / place))
+        assert all(timing.cpu for timing in timings(tmp_path / place))
         assert sorted(told_there.steps, key=repr) == sorted(told, key=repr)  # each once
 
 

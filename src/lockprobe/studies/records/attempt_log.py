@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import check_row, checksum, read
@@ -19,37 +19,21 @@ from lockprobe.trial.record import Outcome
 
 
 class _Entry(BaseModel):
+    """That a client began or resumed a trial, one attempt with the report that followed, or that the box broke.
+
+    Where it broke, the trial is played again from its first step.
+    """
+
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-
-class _Begun(_Entry):
-    """A client began or resumed the trial."""
-
-    kind: Literal["begun"] = "begun"
-
-
-class _Did(_Entry):
-    """One attempt, and the report that followed."""
-
-    kind: Literal["attempt"] = "attempt"
-    joint: str
+    kind: Literal["begun", "attempt", "broke"]
+    joint: str = ""
     claimed: Outcome | None = None
     told: str = ""
     hypothesis: str = ""
 
 
-class _Broke(_Entry):
-    """The box broke: the trial is played again from its first step."""
-
-    kind: Literal["broke"] = "broke"
-
-
-_adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
-    Annotated[_Begun | _Did | _Broke, Field(discriminator="kind")]
-)
-
-
-def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Begun | _Did | _Broke:
+def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Entry:
     """A row of the attempts as an entry.
 
     Raises:
@@ -57,7 +41,7 @@ def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) 
     """
     check_row(store, f"attempt {number}, {key}", crc, key, entry)
     try:
-        return _adapter.validate_json(entry)
+        return _Entry.model_validate_json(entry)
     except ValidationError as error:
         raise Damaged(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
 
@@ -105,15 +89,15 @@ class AttemptLog:
         Raises:
             BadFile: If it cannot be written, here and below.
         """
-        self._write(key, _Begun())
+        self._write(key, _Entry(kind="begun"))
 
     def attempt(self, key: str, step: RecordedAttempt) -> None:
         """Write one attempt."""
-        self._write(key, _Did(**step._asdict()))
+        self._write(key, _Entry(kind="attempt", **step._asdict()))
 
     def broke(self, key: str) -> None:
         """Write that the box broke."""
-        self._write(key, _Broke())
+        self._write(key, _Entry(kind="broke"))
 
     def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
         """Write the attempts of a trial that was finished elsewhere, in place of those that it has here."""
@@ -125,16 +109,16 @@ class AttemptLog:
         for attempt in attempts:
             self.attempt(key, attempt)
 
-    def _write(self, key: str, entry: _Begun | _Did | _Broke) -> None:
+    def _write(self, key: str, entry: _Entry) -> None:
         with self._store.transaction(sync=True) as writing:
-            said = _adapter.dump_json(entry, exclude_defaults=False).decode()
+            said = entry.model_dump_json(exclude_defaults=True)
             writing.execute("insert into attempt (key, entry, crc) values (?, ?, ?)", (key, said, checksum(key, said)))
         self._follow(key, entry)
 
-    def _follow(self, key: str, entry: _Begun | _Did | _Broke) -> None:
-        if isinstance(entry, _Begun):
+    def _follow(self, key: str, entry: _Entry) -> None:
+        if entry.kind == "begun":
             self._begun[key] = self._begun.get(key, 0) + 1
-        elif isinstance(entry, _Did):
+        elif entry.kind == "attempt":
             step = RecordedAttempt(entry.joint, entry.claimed, entry.told, entry.hypothesis)
             self._attempts.setdefault(key, []).append(step)
         else:

@@ -34,17 +34,6 @@ class Timing:
     cpu: str = ""
 
 
-def read_timings(directory: Path | str) -> list[Timing]:
-    """The durations of the trials, those that were played again without their earlier ones.
-
-    Raises:
-        BadFile: If there is no store, or it is damaged.
-    """
-    with read(directory) as store:
-        found = store.rows("select key, seconds, steps, cpu from trial where current order by id")
-        return [Timing(key=key, seconds=seconds, steps=steps, cpu=cpu) for key, seconds, steps, cpu in found]
-
-
 class OnRecord(NamedTuple):
     """What is known of a stored trial without reading its record; all but its length as a trial has it.
 

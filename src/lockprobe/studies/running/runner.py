@@ -24,7 +24,7 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 
-from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import (
     FINAL,
@@ -288,7 +288,7 @@ class _TrialWriter:
         self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: KnownFacts
     ) -> None:
         self._spec = source.spec
-        self._program = source.engine == "inline"
+        self._program, self._free = source.engine == "inline", is_strategy(source.spec)
         self._give_up_after = max(GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
         self._journal = journal
         self._observer = observer
@@ -303,7 +303,7 @@ class _TrialWriter:
             raise SettingsChanged(self._journal.directory, said)
         self._known.note(trial)
         self._finished.append((trial, timing, row))
-        if not self._program or time.monotonic() - self._written > _TOGETHER:
+        if not self._free or time.monotonic() - self._written > _TOGETHER:
             self.write()
         broken = trial.owed_again or (self._program and trial.error is not None)  # a model's final errors are findings
         self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
