@@ -64,8 +64,9 @@ class Channel(Protocol):
     """An intervention on what is *told*: it changes the report or picture of what happened, never the box.
 
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
-    calls. ``rng`` begins anew at every step (:mod:`lockprobe.trial.luck`), so that conditions share their luck. It
-    changes outcome and positions, from which words are made; more is declared in :class:`InterventionTraits`.
+    calls. ``rng`` begins anew at every step (:mod:`lockprobe.trial.luck`), so that conditions share their luck, and is
+    its own until it returns. It changes outcome and positions, from which words are made; more is declared in
+    :class:`InterventionTraits`.
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
