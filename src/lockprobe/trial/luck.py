@@ -1,4 +1,4 @@
-"""Luck by address: every random number of a trial has a place of its own, and no generator goes from one to the next.
+"""Luck by address: every random number of a trial has a place of its own, at which its generator is put for each draw.
 
 The address is seed, box, repetition, trial, stream, step and place. Neither the condition nor the agent is in it: trial
 7 of repetition 2 has the same labels, the same luck in every channel and the same draws of its agent whatever it is
