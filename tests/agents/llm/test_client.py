@@ -11,7 +11,7 @@ import warnings
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
-from provider_server import Manner, completion, failure, here
+from provider_server import Manner, completion, here
 
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
@@ -118,22 +118,6 @@ def test_a_server_that_is_down_is_reported_in_one_line(monkeypatch, host):
     assert "refused" in str(fault) or "Connect call failed" in str(fault)
 
 
-def test_a_refusal_is_said_in_the_providers_words_without_the_request(monkeypatch):
-    with here(lambda request: failure(400, "no such\n setting")) as server:
-        reached(monkeypatch, server.url)
-        fault = asked()
-        assert server.arrived.total() == 1
-    assert str(fault) == "the provider answered 400: no such setting"
-
-
-def test_a_body_without_a_reply_is_no_reply(monkeypatch):
-    with here(lambda request: (200, {"object": "chat.completion"})) as server:
-        reached(monkeypatch, server.url)
-        fault = asked(retries=1)
-        assert server.arrived.total() == 2
-    assert str(fault).startswith("the provider answered with an error: no reply in its answer")
-
-
 def test_no_more_requests_are_on_their_way_than_there_are_connections(monkeypatch):
     with here(reply, Manner(median=0.02)) as server:
         reached(monkeypatch, server.url)
@@ -152,25 +136,6 @@ def test_nothing_of_a_call_stays_in_memory_for_a_log(monkeypatch):
     assert len(transcript().events) == before
 
 
-def fault_of(monkeypatch, content, status=200, **access):
-    """What is said of a provider that always answers so, and how often it was asked."""
-    with here(lambda request: (status, content)) as server:
-        reached(monkeypatch, server.url)
-        fault = asked(**({"retries": 1} | access))
-        assert isinstance(fault, ModelFault), fault
-        return fault, server.arrived.total()
-
-
-OVERFLOW = "This model's maximum context length is 10 tokens. However, your messages resulted in 20 tokens."
-
-
-def test_a_conversation_that_is_too_long_is_a_fault_and_no_reply(monkeypatch):
-    said = {"error": {"message": OVERFLOW, "type": "invalid_request_error", "code": "context_length_exceeded"}}
-    fault, times = fault_of(monkeypatch, said, 400)
-    assert str(fault) == f"the conversation is longer than the model can read: {OVERFLOW}"
-    assert (times, fault.retries, fault.unanswered, fault.usage) == (1, 0, 0, {})
-
-
 def test_a_reply_that_ends_where_the_context_does_is_none_either_and_what_it_cost_is_kept():
     from inspect_ai.model import ModelOutput, ModelUsage
 
@@ -183,24 +148,6 @@ def test_a_reply_that_ends_where_the_context_does_is_none_either_and_what_it_cos
     assert (fault.value.usage["input_tokens"], fault.value.usage["output_tokens"]) == (90, 10)
     for stop in ("stop", "max_tokens", "content_filter"):
         refuse_overflow(ModelOutput.from_content("m", "a reply", stop_reason=stop))
-
-
-@pytest.mark.parametrize(
-    ("content", "said", "times"),
-    [
-        ({"error": {"message": "no credit left", "code": 402}}, "the provider answered 402: no credit left", 1),
-        ({"error": {"message": "busy", "code": "503"}, "choices": None}, "the provider answered 503: busy", 2),
-        ({"error": "still loading"}, "the provider answered with an error: still loading", 2),
-        ({"error": {"message": "odd", "code": "model_gone"}}, "the provider answered with an error: odd", 2),
-        ({"object": "error", "message": "boom", "code": 500}, "the provider answered 500: boom", 2),
-        ({"detail": "not for you"}, "the provider answered with an error: not for you", 2),
-    ],
-)
-def test_an_error_that_comes_as_a_success_is_said_in_the_providers_words(monkeypatch, content, said, times):
-    fault, asked_for = fault_of(monkeypatch, content)
-    assert str(fault) == said + (" (tried 2 times)" if times == 2 else "")
-    assert asked_for == times
-    assert fault.unanswered == 0
 
 
 def test_nothing_of_an_odd_body_is_printed(monkeypatch, capfd):

@@ -332,13 +332,6 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     assert llm._fingerprint(*same) == llm._fingerprint(*ways[0])
 
 
-@pytest.mark.parametrize(("stop", "turns"), [("length", 2), ("stop", 5)])
-def test_replies_that_are_cut_off_are_said_to_be_and_the_second_ends_the_trial(tmp_path, monkeypatch, stop, turns):
-    trials, _ = played(tmp_path, monkeypatch, lambda request: completion('{"joi', stop=stop), trials=1, p=[0])
-    cut = " (the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)" if stop == "length" else ""
-    assert trials[0].error.message == f"no usable reply in {turns} turns: a JSON object that does not end{cut}"
-
-
 def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, monkeypatch):
     def answer(request):
         long = len(request["messages"]) > 3
@@ -497,32 +490,6 @@ def test_a_refusal_in_the_middle_of_a_trial_keeps_its_steps_and_the_replies_befo
     assert trial.error.replies == ("no", "I cannot go on.")
     assert trial.error.usage.calls == 2
     assert len(server.requests) == 4
-
-
-@pytest.mark.parametrize(
-    ("content", "stop", "reasoned", "requests", "why"),
-    [
-        ("", "length", 900, 1, "an empty reply (the reply was cut off after 900 tokens, 900 of them of reasoning: a larger"),
-        ("<think>Hm", "length", 0, 1, "reasoning without a reply after it (the reply was cut off after 900 tokens: a larger"),
-        ('{"jo', "length", 0, 2, "a JSON object that does not end (the reply was cut off after 900 tokens: a larger max_tokens"),
-        ("", "stop", 900, 5, "an empty reply (after 900 tokens, 900 of them of reasoning)"),
-        ("", "tool_calls", 0, 5, "an empty reply (it called a tool, and there is none)"),
-    ],
-)  # fmt: skip
-def test_an_empty_or_cut_off_reply_names_its_cause(tmp_path, monkeypatch, content, stop, reasoned, requests, why):
-    def answer(request):
-        status, body = completion(content, stop=stop)
-        counts = {"prompt_tokens": 11, "completion_tokens": 900, "total_tokens": 911}
-        message = body["choices"][0]["message"]
-        if stop == "tool_calls":
-            called = {"id": "c", "type": "function", "function": {"name": "reply", "arguments": "{}"}}
-            message |= {"content": None, "tool_calls": [called]}
-        return status, body | {"usage": counts | {"completion_tokens_details": {"reasoning_tokens": reasoned}}}
-
-    (trial,), server = played(tmp_path, monkeypatch, answer, f"{SPEC}?max_tokens=900", trials=1, p=[0])
-    assert (trial.error.boundary, len(server.requests)) == ("reply", requests)
-    turns = f"{requests} turn{'s' * (requests > 1)}"
-    assert trial.error.message.startswith(f"no usable reply in {turns}: {why}")
 
 
 @pytest.mark.parametrize(

@@ -185,18 +185,6 @@ def test_an_error_in_place_of_a_reply_is_said_in_the_providers_words(monkeypatch
     assert passing == [None, 408, 409, 425, 429, 500, 503, 529]
 
 
-@pytest.mark.parametrize(
-    ("status", "requests"), [(408, 3), (409, 3), (425, 3), (500, 3), (501, 3), (529, 3), (400, 1), (404, 1), (429, 1)]
-)
-def test_a_status_that_says_to_try_again_is_asked_again_whatever_the_provider_s_library_thinks(
-    monkeypatch, status, requests
-):
-    """That of a rate limit is left to the library: it is also the one of a quota that is spent."""
-    said, _, made = asked(monkeypatch, [Refusal(status, "too early")], judged=Judged(retry=False), retries=2)
-    assert made == requests
-    assert said.startswith(f"the provider answered {status}: too early")
-
-
 def test_whoever_keeps_the_money_is_asked_before_it_may_cost_once_more_and_can_end_it():
     told, fates = [], [Refusal(500, "no"), ValueError("torn"), Refusal(500, "no"), TimeoutError(), "yes"]
 

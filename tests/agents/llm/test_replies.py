@@ -1,0 +1,315 @@
+"""What a server answers, and what becomes of it: how the step ends, how often it is asked, and what is charged.
+
+One row for each shape of an answer that a server was seen to give. Every row plays one step of a trial, with one repair
+and one retry, so that a fault of the server is asked for twice, an unusable reply of the model too, and a refusal once.
+"""
+
+import asyncio
+import json
+import os
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from provider_server import Manner, completion, failure, here
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.model_access import Access
+from lockprobe.agents.prompt import example
+from lockprobe.foundation.errors import TrialFault
+
+GOOD = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
+SPEC = "llm:openai-api/fake/model?repairs=1"
+UPSTREAM = {"code": 502, "message": "Upstream error"}
+FLAGGED = {"code": 403, "message": "Flagged.", "metadata": {"reasons": ["x"]}}
+UNCOUNTED = {"prompt_tokens": 0, "completion_tokens": 0, "total_tokens": 0}
+
+
+class Book:
+    """The calls of one trial as a study keeps them."""
+
+    def __init__(self):
+        self.asked, self.calls = [], []
+
+    def recall(self, step, turn, request):
+        return None
+
+    async def reserve(self, call):
+        self.asked.append(call)
+
+    def write(self, call):
+        self.calls.append(call)
+
+
+class Came(NamedTuple):
+    """What came of a step: where it ended (``played``, or the boundary of its fault), the error, what it cost."""
+
+    ended: str
+    said: str
+    times: int
+    tokens: int
+    lost: int
+    decision: object
+    calls: list
+
+
+@pytest.fixture(scope="module")
+def server():
+    """One server for all rows; its answer is what each row sets."""
+    with here(manner=Manner(keeps=False)) as running:
+        yield running
+
+
+@pytest.fixture(autouse=True)
+def own_environment(monkeypatch, server):
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    for provider in ("FAKE", "OPENAI", "OPENROUTER"):
+        monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
+        monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
+
+
+@pytest.fixture
+def step(server):
+    """Plays one step against a server that gives these answers, the last one again and again."""
+
+    def play(*answers, spec=SPEC, **access):
+        course = list(answers)
+        server._answers = lambda request: course.pop(0) if len(course) > 1 else course[0]
+        server.arrived.clear()
+
+        async def decide():
+            agent = resolve(spec, Access(**({"pause": 0, "retries": 1} | access))).make()
+            try:
+                return await agent.with_calls("key", book).decide(example(), np.random.default_rng(1))
+            finally:
+                await agent.aclose()
+
+        book = Book()
+        try:
+            decision, ended, said = asyncio.run(decide()), "played", ""
+        except TrialFault as fault:
+            decision, ended, said = None, fault.boundary, str(fault)
+        tokens, lost = (
+            sum(of(call) for call in book.calls) for of in (lambda c: c.usage.output_tokens, lambda c: c.unanswered)
+        )
+        assert len({call.turn for call in book.calls}) == len(book.calls)
+        assert "private" not in repr((said, book.calls))
+        return Came(ended, said, server.arrived.total(), tokens, lost, decision, book.calls)
+
+    return play
+
+
+def body(content=GOOD, finish="stop", message=None, choice=None, **more):
+    """An answer with one choice; ``message``, ``choice`` and others add to or replace what it holds."""
+    status, usual = completion("", stop=finish)
+    (only,) = usual["choices"]
+    only = only | {"message": only["message"] | {"content": content} | (message or {})} | (choice or {})
+    return status, usual | {"choices": [only]} | more
+
+
+def counted(written, reasoned=None):
+    usage = {"prompt_tokens": 11, "completion_tokens": written, "total_tokens": 11 + written}
+    return usage if reasoned is None else usage | {"completion_tokens_details": {"reasoning_tokens": reasoned}}
+
+
+def status(code, error):
+    return code, {"error": error}
+
+
+FAULTS = {
+    # status 200, and an error in place of the reply, beside it or inside the choice
+    "an error in the choice": (body("", "error", choice={"error": UPSTREAM}), "answered 502: Upstream error", 2, 10, 0),
+    "the same with text": (body('{"jo', "error", choice={"error": UPSTREAM}), "answered 502: Upstream error", 2, 10, 0),
+    "an error in words": (body(choice={"error": "overloaded"}), "overloaded", 2, 10, 0),
+    "an error beside the choice": (body("", "error", error=UPSTREAM), "answered 502: Upstream error", 2, 10, 0),
+    "an error beside a reply": (body(error={"message": "odd"}), "odd", 2, 10, 0),
+    "an error without a message": (body(choice={"message": None, "error": UPSTREAM}), "answered 502: Upstream", 2, 10, 0),
+    "an error and no choice": (body(choices=[], error=UPSTREAM), "answered 502: Upstream error", 2, 10, 0),
+    "an error as the reason": (body("", "error"), "an error: finish_reason error", 2, 10, 0),
+    "the same uncounted": (body("", "error", usage=None), "finish_reason error", 2, 0, 0),
+    "the same counted as nothing": (body("", "error", usage=UNCOUNTED), "finish_reason error", 2, 0, 0),
+    "half a reply, uncounted": (body('{"jo', "error", usage=None), "finish_reason error", 2, 0, 2),
+    "a reason of another kind": (body("", "insufficient_system_resource"), "finish_reason insufficient_system", 2, 10, 0),
+    "the router's reason": (body("", choice={"native_finish_reason": "network_error"}), "native_finish_reason network_", 2, 10, 0),
+    "no reason for nothing": (body("", None), "an empty reply without a reason for its end", 2, 10, 0),
+    "Gemini's other": (body("", "OTHER"), "finish_reason OTHER", 2, 10, 0),
+    "nothing written": (body("", usage=counted(0)), "an empty reply of 0 tokens, stop", 2, 0, 0),
+    "errors in a list": ((200, {"success": False, "errors": [{"code": 7000, "message": "No route"}]}), "an error: No route", 2, 0, 0),
+    "null": (body(None), "a reply without content (null), stop", 2, 10, 0),
+    "no content": (body([]), "a reply without content (null), stop", 2, 10, 0),
+    "no message": (body(choice={"message": None}), "a reply without content (null), stop", 2, 10, 0),
+    "no choice": (body(choices=[]), "no reply in its answer", 2, 10, 0),
+    "null choices": (body(choices=None), "no reply in its answer", 2, 10, 0),
+    "nothing at all": ((200, {"object": "chat.completion"}), "an error: no reply in its answer", 2, 0, 2),
+    "no credit": ((200, {"error": {"message": "no credit left", "code": 402}}), "answered 402: no credit left", 1, 0, 0),
+    "a code in words": ((200, {"error": {"message": "busy", "code": "503"}, "choices": None}), "answered 503: busy", 2, 0, 0),
+    "an error as text": ((200, {"error": "still loading"}), "an error: still loading", 2, 0, 0),
+    "a code of its own": ((200, {"error": {"message": "odd", "code": "model_gone"}}), "an error: odd", 2, 0, 0),
+    "an object that is an error": ((200, {"object": "error", "message": "boom", "code": 500}), "answered 500: boom", 2, 0, 0),
+    "a detail": ((200, {"detail": "not for you"}), "an error: not for you", 2, 0, 0),
+    "no key": (body("", "error", choice={"error": {"code": 401, "message": "no key"}}), "answered 401: no key", 1, 5, 0),
+    "no model": (body("", "error", choice={"error": {"code": "404", "message": "no model"}}), "answered 404: no model", 1, 5, 0),
+    # what cannot be read
+    "a torn body": ((200, b'{"choices": ['), "a reply that cannot be read", 2, 0, 2),
+    "a body of words": ((200, b"service unavailable"), "a reply that cannot be read", 2, 0, 2),
+    # statuses
+    **{
+        f"status {code}": (failure(code, "no\n luck"), f"the provider answered {code}: no luck", times, 0, 0)
+        for code, times in {400: 1, 401: 1, 402: 1, 404: 1, 408: 2, 409: 2, 422: 1, 425: 2, 429: 2, 500: 2, 501: 2, 503: 2, 529: 2}.items()
+    },
+    "a gateway's patience": (failure(504, "gateway timeout"), "answered 504: gateway timeout", 2, 0, 2),
+    "another gateway's": (failure(524, "a timeout occurred"), "answered 524: a timeout occurred", 2, 0, 2),
+    # a status about the account or the request is no refusal of the conversation
+    "a key that is flagged": (status(401, {"code": "invalid_api_key", "message": "Flagged."}), "answered 401: Flagged.", 1, 0, 0),
+    "a country": (status(403, {"code": "unsupported_country", "message": "Your account was flagged."}), "answered 403: Your account", 1, 0, 0),
+    "a form": (status(400, {"code": "invalid_request_error", "message": "response_format is not supported"}), "answered 400: response_format is not supp", 1, 0, 0),
+    "a policy of data": (status(404, {"code": 404, "message": "No endpoint matches your content policy"}), "answered 404: No endpoint matches", 1, 0, 0),
+    "no eyes": (status(400, {"message": "image_url is only supported by certain models."}), "answered 400: image_url is only", 1, 0, 0),
+    "too long": (
+        status(400, {"message": "This model's maximum context length is 10 tokens.", "code": "context_length_exceeded"}),
+        "the conversation is longer than the model can read: This model's maximum context length is 10 tokens.", 1, 0, 0,
+    ),
+    "a key in the error": (failure(401, "Incorrect API key provided: sk-private-0123456789"), "Incorrect API key provided: [secret]", 1, 0, 0),
+}  # fmt: skip
+"""Faults of the server: what it answers, what is said, how often it is asked, tokens and attempts that are charged."""
+
+
+@pytest.mark.parametrize("row", FAULTS)
+def test_a_fault_of_the_server_breaks_the_trial_which_is_owed_again(step, row):
+    answer, said, times, tokens, lost = FAULTS[row]
+    came = step(answer)
+    assert (came.ended, came.times, came.tokens, came.lost) == ("model", times, tokens, lost)
+    assert said in came.said
+    assert came.said.endswith(" (tried 2 times)") == (times == 2)
+    (call,) = came.calls
+    assert (call.reply, call.error, call.retries) == (None, came.said, times - 1)
+
+
+REFUSALS = {
+    "the field": (body(None, message={"refusal": "I cannot help."}), "I cannot help."),
+    "the field beside nothing": (body("", message={"refusal": "I cannot help."}), "I cannot help."),
+    "a part": (body([{"type": "refusal", "refusal": "I cannot help."}]), "I cannot help."),
+    "a filter": (body("", "content_filter"), "finish_reason content_filter"),
+    "a filter and null": (body(None, "content_filter"), "finish_reason content_filter"),
+    "a filter in mid-sentence": (body('{"jo', "content_filter"), "finish_reason content_filter, after '{\"jo'"),
+    "Claude's": (body("", choice={"native_finish_reason": "refusal"}), "native_finish_reason refusal"),
+    "an error that refuses": (body(choices=[], error={"code": "content_filter", "message": "Filtered."}), "Filtered."),
+    "a moderation": (body(choices=[], error=FLAGGED), "Flagged."),
+    "a router's moderation": (status(403, FLAGGED), "Flagged."),
+    "an inspection": (status(400, {"code": "data_inspection_failed", "message": "Not this."}), "Not this."),
+    "a risk in words": (status(400, {"code": "invalid_request_error", "message": "Content Exists Risk"}), "Content Exists Risk"),
+    "a prompt that is flagged": (body(choices=[], error={"code": "invalid_prompt", "message": "Flagged."}), "Flagged."),
+    "a status that refuses": (status(400, {"code": "content_filter", "message": "Filtered."}), "Filtered."),
+    "Gemini's through OpenAI's interface": (body(None, "content_filter: SAFETY"), "finish_reason content_filter: SAFETY"),
+    **{
+        reason: (body(None, reason), f"finish_reason {reason}")
+        for reason in ("refusal", "SAFETY", "RECITATION", "PROHIBITED_CONTENT", "BLOCKLIST", "SPII", "sensitive", "guardrail_intervened")
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", REFUSALS)
+def test_a_refusal_is_one_reply_in_the_words_of_the_provider_and_ends_the_trial(step, row):
+    answer, said = REFUSALS[row]
+    came = step(answer)
+    assert (came.ended, came.said, came.times, came.lost) == ("refusal", f"refused: {said}", 1, 0)
+    (call,) = came.calls
+    assert (call.reply, call.stop, call.error) == (said, "content_filter", "")
+
+
+CUT = " (the reply was cut off after {}: a larger max_tokens than 900 leaves it more room)"
+UNUSABLE = {
+    "no object": (body("no"), 2, "not one JSON object", 10),
+    "another form": (body('{"move": "A"}'), 2, "last_action: Field required", 10),
+    "no joint": (body('{"last_action": "moved", "hypothesis": ""}'), 2, "joint: Field required", 10),
+    "empty": (body(""), 2, "an empty reply (after 5 tokens)", 10),
+    "empty after thoughts": (body(None, message={"reasoning_content": "Hm"}), 2, "an empty reply (after 5 tokens, some of them of reasoning)", 10),
+    "the same by another name": (body(None, message={"reasoning": "Hm"}), 2, "an empty reply (after 5 tokens, some of them of reasoning)", 10),
+    "thoughts in the text alone": (body("<think>Hm.</think>"), 2, "(after 5 tokens, some of them of reasoning)", 10),
+    "thoughts that are counted": (body("", usage=counted(900, 900)), 2, "an empty reply (after 900 tokens, 900 of them of reasoning)", 1800),
+    "thoughts and null": (body(None, usage=counted(9, 9)), 2, "an empty reply (after 9 tokens, 9 of them of reasoning)", 18),
+    "a tool": (body(None, "tool_calls", message={"tool_calls": [{"id": "c", "type": "function", "function": {"name": "reply", "arguments": "{}"}}]}), 2, "an empty reply (it called a tool, and there is none)", 10),
+    "cut off": (body('{"jo', "length"), 2, "a JSON object that does not end" + CUT.format("5 tokens"), 10),
+    "cut off by another name": (body('{"jo', "MAX_TOKENS"), 2, "a JSON object that does not end" + CUT.format("5 tokens"), 10),
+    "cut off before it began": (body("", "length", usage=counted(900, 900)), 1, "an empty reply" + CUT.format("900 tokens, 900 of them of reasoning"), 900),
+    "cut off in mid-thought": (body("<think>Hm", "length", usage=counted(900)), 1, "reasoning without a reply after it" + CUT.format("900 tokens"), 900),
+    "cut off and null": (body(None, "length"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
+    "cut off and empty": (body("", "max_tokens"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
+}  # fmt: skip
+"""Replies that cannot be used: what is answered, after how many turns the trial ends, and why."""
+
+
+@pytest.mark.parametrize("row", UNUSABLE)
+def test_an_unusable_reply_is_asked_for_again_while_that_can_help_and_ends_the_trial_for_good(step, row):
+    answer, turns, why, tokens = UNUSABLE[row]
+    came = step(answer, spec=f"{SPEC}&max_tokens=900")
+    assert (came.ended, came.times, came.tokens, came.lost) == ("reply", turns, tokens, 0)
+    assert came.said.startswith(f"no usable reply in {turns} turn{'s' * (turns > 1)}: ")
+    assert came.said.endswith(why)
+    assert all(call.reply is not None for call in came.calls)
+
+
+HALVES = [GOOD[:9], GOOD[9:]]
+PLAYED = {
+    "a text": body(),
+    "a part": body([{"type": "text", "text": GOOD}]),
+    "parts without a break": body([{"type": "text", "text": HALVES[0]}, {"type": "output_text", "text": HALVES[1]}]),
+    "parts that are texts": body(HALVES),
+    "a part without a kind": body([{"text": GOOD}]),
+    "one part alone": body({"type": "text", "text": GOOD}),
+    "after thoughts": body([{"type": "thinking", "thinking": [{"type": "text", "text": "Hm"}]}, {"type": "text", "text": GOOD}]),
+    "parts of other kinds": body([{"type": "image", "url": "x"}, {"type": "text", "text": GOOD}]),
+    "the object itself": body(json.loads(GOOD)),
+    "no error": body(error=None),
+    "an empty error": body(error={}),
+    "an error of nothing": body(error={"code": None, "message": ""}),
+    "no error in the choice": body(choice={"error": None}),
+    "a router's stop": body(choice={"native_finish_reason": "STOP"}),
+    "no reason": body(finish=None),
+    "another reason": body(finish="eos_token"),
+    "Gemini's other, and a reply": body(finish="OTHER"),
+    **{f"refusal {refusal!r}": body(message={"refusal": refusal}) for refusal in (None, "", False)},
+    "no usage": body(usage=None),
+    "usage in words": body(usage={"prompt_tokens": "private", "completion_tokens": 1, "total_tokens": 1}),
+    "usage below nothing": body(usage={"prompt_tokens": -5, "completion_tokens": -1, "total_tokens": -6}),
+    "usage beyond all": body(usage={"prompt_tokens": 10**30, "completion_tokens": 10**400, "total_tokens": 1}),
+    "an impossible cache": body(usage=counted(5) | {"prompt_tokens_details": {"cached_tokens": 10**6}}),
+    "thoughts before it": body(f"Hm\n</think>\n{GOOD}"),
+    "a fence": body(f"```json\n{GOOD}\n```"),
+    "a channel": body(f"<|channel|>final<|message|>{GOOD}<|return|>"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", PLAYED)
+def test_content_of_any_form_is_played_and_what_is_no_error_leaves_it_alone(step, row, capfd):
+    came = step(PLAYED[row])
+    assert (came.ended, came.times, came.lost) == ("played", 1, 0), came.said
+    assert (came.decision.joint, came.decision.claimed) == ("A", "moved")
+    assert came.tokens == (0 if "usage" in row or "cache" in row else 5)
+    assert "private" not in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("course", "tokens", "lost", "retries"),
+    [
+        ([body("", "error"), body(None), body()], 15, 0, 2),
+        ([failure(500, "no"), (200, b"{"), failure(504, "no"), body()], 5, 2, 3),
+        ([body('{"jo', "error", usage=None), body("", "error"), body(usage=None)], 5, 2, 2),
+        ([failure(429, "no"), body("no"), body()], 10, 0, 1),
+    ],
+)
+def test_what_failed_attempts_cost_is_in_the_account_of_the_call(step, course, tokens, lost, retries):
+    came = step(*course, retries=5)
+    assert (came.ended, came.tokens, came.lost) == ("played", tokens, lost)
+    assert (came.times, sum(call.retries for call in came.calls)) == (len(course), retries)
+
+
+@pytest.mark.parametrize("spec", ["llm:openai/gpt-4o?repairs=1", "llm:openrouter/a/b?repairs=1"])
+def test_whoever_is_asked_the_same_shapes_mean_the_same(step, spec):
+    kinds = {"model": FAULTS, "refusal": REFUSALS, "reply": UNUSABLE}
+    for ended, table in kinds.items():
+        for row in list(table)[:: len(table) // 5]:
+            assert step(table[row][0], spec=spec).ended == ended, row
+    assert step(PLAYED["after thoughts"], spec=spec).decision.joint == "A"
