@@ -28,7 +28,6 @@ PLAIN = ("chance", "list agents", "export S", "status S")
 """Commands that need no extra."""
 
 NEEDS = {
-    "providers": ("run flips --agent llm:openai/gpt-4o --p 0 --trials 1 --out R",),
     "local": ("run flips --agent llm:local --p 0 --trials 1 --out R",),
     "twin": (
         "box show chain-4 --out b.xml",
@@ -154,8 +153,6 @@ def main():
     lockprobe.cli.build(lockprobe.cli.COMMANDS)
     finder.find_distributions(DistributionFinder.Context())  # read before the forks
     for extra in ("", *EXTRAS):
-        if extra == "providers":
-            continue  # its commands are tried by the tests of the models, and it takes seconds to import
         sys.stdout.flush()
         if child := os.fork():
             os.waitpid(child, 0)

@@ -18,12 +18,8 @@ KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
 MOMENTS = 0.3
 """Within so many seconds from its first call a run is killed: that is several replies on each connection."""
 
-MODEL = """
-import lockprobe.agents.llm.model
-from inspect_ai.model import get_model_info
-get_model_info("fake/model")  # reads the table of all models
-"""
-"""What takes seconds and is the same for every command that asks a model."""
+MODEL = "import lockprobe.agents.llm.model"
+"""What takes long and is the same for every command that asks a model."""
 
 
 def start(*asked):

@@ -4,7 +4,7 @@ import hashlib
 from contextlib import asynccontextmanager
 from types import SimpleNamespace
 
-import httpx
+import httpx2 as httpx
 from visitor import Visitor
 
 from lockprobe.boxes.families import box

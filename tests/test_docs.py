@@ -147,7 +147,7 @@ def test_the_table_of_commands_names_every_option_of_replay():
 
 def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
     first = PAGE["README.md"].partition("## What you get")[0]
-    assert all(said in first for said in ("not published", "git clone", "240 MB", "--extra providers"))
+    assert all(said in first for said in ("not published", "git clone", "240 MB", "a key and nothing else"))
     assert "pip install uv && uv run lockprobe run flips" in first
     assert "uv run --dev pytest -n auto --dist worksteal" in first
 

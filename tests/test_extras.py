@@ -29,7 +29,7 @@ def matrix(tmp_path_factory):
     return dict(json.loads(line) for line in done.stdout.splitlines())
 
 
-@pytest.mark.parametrize("extra", ["", *(name for name in extras.EXTRAS if name != "providers")])
+@pytest.mark.parametrize("extra", ["", *extras.EXTRAS])
 def test_every_command_works_or_says_in_one_line_what_is_missing(matrix, extra):
     found = matrix[extra]
     for command in extras.PLAIN:
@@ -44,8 +44,8 @@ def test_every_command_works_or_says_in_one_line_what_is_missing(matrix, extra):
 def test_what_an_extra_brings_is_read_from_the_projects():
     core = extras.distributions(["lockprobe"])
     assert {"lockprobe", "numpy", "pydantic-core", "matplotlib"} <= core
-    assert not {"tenacity", "inspect-ai", "starlette", "mujoco", "pandas", "statsmodels", "lockprobe-robot"} & core
+    assert not {"openai", "inspect-ai", "starlette", "mujoco", "pandas", "statsmodels", "lockprobe-robot"} & core
     assert {"lockprobe", "lockprobe-robot", "mujoco"} <= extras.distributions(["lockprobe[twin]"])
     assert {"mujoco", "imageio-ffmpeg"} <= extras.distributions(["lockprobe-robot[film]"])
-    assert "tenacity" in extras.distributions(["lockprobe[providers]"])
+    assert "tenacity" in extras.distributions(["lockprobe[inspect]"])
     assert len(extras.EXTRAS) <= 16

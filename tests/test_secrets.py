@@ -203,14 +203,12 @@ def test_whatever_agent_repeats_a_key_it_is_not_recorded(monkeypatch):
 def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
     tmp_path, monkeypatch, capfd, answers, ending
 ):
-    pytest.importorskip("lockprobe.agents.llm.model")
     run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "1", "--repetitions", "1"]
     with contextlib.ExitStack() as stack:
         server = stack.enter_context(here())
         monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         if not answers:
             stack.close()
-        monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
         printed = command(capfd, *run, "--retries", "0", "--out", tmp_path / "study")
     assert [one["ending"] for one in records(tmp_path / "study")] == [ending]
     assert leaks(printed.encode()) == set()
@@ -218,11 +216,9 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
 
 
 def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch, capfd):
-    pytest.importorskip("lockprobe.agents.llm.model")
     from lockprobe.cli.export import export
 
     study = tmp_path / "study"
-    monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
     encoded = base64.b64encode(f"user:{PASSWORD}".encode()).decode()
     echo = (
         f"key {KEY}; Authorization: Bearer {KEY}; Basic {encoded}; {{'x-planted': '{HEADER}'}}; {ORGANISATION}; "
@@ -235,7 +231,6 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
         ways = (["--no-report"], ["--no-report", "--json"], [])
         printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ways]
     assert any(KEY in line for line in server.headers)
-    assert any(ORGANISATION in line for line in server.headers)
     printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
     kinds = typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0])
     out = [("--format", kind, "--out", tmp_path / f"export.{kind}") for kind in kinds]

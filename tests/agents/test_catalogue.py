@@ -125,7 +125,7 @@ def test_strategies_import_no_engine():
     code = (
         "import sys, lockprobe.cli; from lockprobe.agents.catalogue import resolve; resolve('random').make();"
         "resolve('viewer').make();"
-        "print([m for m in ('xllamacpp', 'inspect_ai', 'matplotlib', 'openai', 'PIL', 'mujoco') if m in sys.modules])"
+        "print([m for m in ('xllamacpp', 'httpx2', 'matplotlib', 'PIL', 'mujoco') if m in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
 

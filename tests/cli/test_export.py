@@ -35,7 +35,7 @@ ENDING = {"box": ".svg", "replay": ".gif"}
 
 @pytest.mark.parametrize("arguments", WRITERS, ids=lambda arguments: " ".join(arguments[:4]))
 def test_every_command_that_writes_a_file_refuses_a_pipe(lockprobe, tmp_path, played, arguments):
-    for package in ("pyarrow", "inspect_ai", "mujoco"):
+    for package in ("pyarrow", "mujoco"):
         pytest.importorskip(package)
     ending = next((ENDING[word] for word in arguments if word in ENDING), ".txt")
     pipe = tmp_path / f"pipe{ending}"

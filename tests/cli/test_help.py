@@ -135,7 +135,7 @@ def _imported(*command_lines):
     return {name.removeprefix("lockprobe.") for name in done.stderr.splitlines()[-1].split()}
 
 
-REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "inspect_ai", "mujoco", "starlette", "uvicorn"}
+REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "httpx2", "mujoco", "starlette", "uvicorn"}
 """What takes up to two seconds of processor."""
 
 

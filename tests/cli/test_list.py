@@ -65,7 +65,7 @@ def test_json_has_every_fact():
 def test_what_names_no_model_of_a_provider_is_refused(spec):
     with pytest.raises(
         BadValue,
-        match=f"^language model: got '{spec.removeprefix('llm:')}', expected PROVIDER/MODEL as Inspect AI names it",
+        match=f"^language model: got '{spec.removeprefix('llm:')}', expected PROVIDER/MODEL, for example",
     ):
         show(spec)
 

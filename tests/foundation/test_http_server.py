@@ -5,7 +5,7 @@ import os
 import resource
 import signal
 
-import httpx
+import httpx2 as httpx
 import pytest
 
 from lockprobe.foundation import http_server

@@ -124,7 +124,6 @@ def test_the_spec_of_a_template_names_its_content_and_refuses_another(tmp_path):
 
 @pytest.fixture
 def provider(monkeypatch):
-    pytest.importorskip("lockprobe.agents.llm.model")
     for name in os.environ:
         if name.endswith(("_API_KEY", "_BASE_URL")):
             monkeypatch.delenv(name)

@@ -22,7 +22,6 @@ from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_json import trial_to_json
 
-pytest.importorskip("inspect_ai")
 MODEL = "llm:openai-api/fake/model?repairs=1&temperature=0.5"
 PLANNED = study("flips", agent=[MODEL, "random"], p=[0, 0.4], trials=6, repetitions=1, max_steps=9, name="small")
 

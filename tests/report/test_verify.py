@@ -97,7 +97,6 @@ def people(directory):
 @contextmanager
 def provider(answer=truthful, **manner):
     """The provider of a hosted model."""
-    pytest.importorskip("inspect_ai")
     with pytest.MonkeyPatch.context() as patch, here(answer, Manner(**manner)) as server:
         patch.setenv("FAKE_BASE_URL", server.url)
         patch.setenv("FAKE_API_KEY", "sk-private-0123456789")

@@ -18,7 +18,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
 
-pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"
 TRIALS = int(os.environ.get("LOCKPROBE_CHAOS", "30"))
 

@@ -22,8 +22,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import left_out, load
 from lockprobe.studies.running.runner import Limits, run_study
 
-pytest.importorskip("lockprobe.agents.llm.model")
-
 SPEC = "llm:openai-api/fake/model"
 KEY = "sk-private-0123456789"
 CONNECTIONS = 4

@@ -55,7 +55,6 @@ def runs(directory):
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
-    pytest.importorskip("lockprobe.agents.llm.model")
     planned = study(StudyOptions(agent=[SPEC], **STUDY))
     manner = Manner(median=0.05)
     with elsewhere(manner) as url:
@@ -226,7 +225,6 @@ def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroke
 
 def test_a_copy_of_any_moment_as_a_power_cut_leaves_it_opens_and_is_finished(tmp_path, monkeypatch):
     """The file and its log are copied one after the other, in any order; of some logs the disk has not got the end."""
-    pytest.importorskip("lockprobe.agents.llm.model")
     planned, luck, directory = study(StudyOptions(agent=[SPEC], **STUDY)), random.Random(5), tmp_path / "killed"
     copies = []
     with elsewhere(Manner(median=0.05)) as url:

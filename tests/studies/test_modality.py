@@ -161,9 +161,9 @@ def test_who_reads_reports_takes_in_no_pictures():
         taken_in("rando", shown)
 
 
-def test_records_of_hosted_models_can_be_read_without_their_package(monkeypatch):
+def test_records_of_hosted_models_can_be_read_where_they_cannot_be_asked(monkeypatch):
     def without(spec):
-        raise Missing("hosted models need the package inspect_ai", "pip install it")
+        raise Missing("llm:nowhere/never-seen needs NOWHERE_API_KEY", "export it")
 
     monkeypatch.setattr(modality, "resolve", without)
     assert taken_in("llm:nowhere/never-seen", ("rgb", "symbolic")) == ("rgb", "symbolic")

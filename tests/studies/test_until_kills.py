@@ -38,7 +38,6 @@ PRICE = "{ input = 1, cached = 1, output = 10, date = '2026-01-02', source = 'x'
 
 @pytest.fixture(autouse=True, scope="module")
 def paid(tmp_path_factory):
-    pytest.importorskip("lockprobe.agents.llm.model")
     path = tmp_path_factory.mktemp("prices") / "models.toml"
     path.write_text(f"[[model]]\nmatch = ['openai-api/fake/model']\nmost_output = 100\nprice = {PRICE}\n")
     with pytest.MonkeyPatch.context() as patch:

@@ -2,7 +2,7 @@
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
-model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant``
+model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model that is served), ``participant``
 (people), ``mcp:NAME`` (an agent with tools), ``python:module:Name`` (your class), and what installed packages add by an
 entry point in the group ``lockprobe.agents``. Options follow a question mark: ``human-inspired:proximity?lapse=0.1``.
 Those of a viewer and of its strategy stand side by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
@@ -65,7 +65,7 @@ _OTHERS = {
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
-    "llm:PROVIDER/MODEL": "Any model that Inspect AI supports, for example llm:openai/gpt-4o. "
+    "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",

@@ -36,7 +36,6 @@ def examine() -> Iterator[Finding]:
     yield Finding(what="python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
     yield _runtime()
     yield _embedded()
-    yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
     yield _package("starlette", "starlette", "participants' page", "pip install 'lockprobe[web]'")
     yield _package("mcp", "mcp", "agents with tools", "pip install 'lockprobe[mcp]'")
     yield from _physical()

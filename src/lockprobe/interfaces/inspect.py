@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lockprobe.foundation.errors import FINAL, BadValue, needing
 
-with needing("Inspect tasks", "providers"):
+with needing("Inspect tasks", "inspect"):
     from inspect_ai import Task, task
     from inspect_ai.dataset import MemoryDataset, Sample
     from inspect_ai.model import (

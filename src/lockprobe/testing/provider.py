@@ -6,7 +6,7 @@
         trial = lockprobe.run_trial(agent=provider.agent, condition=[Mine()], max_steps=1)
     assert "my sentence" in words(provider.requests[0]["messages"][0])
 
-It uses only the standard library; asking a model needs Lockprobe's dependency Inspect AI.
+It uses only the standard library.
 """
 
 from __future__ import annotations

@@ -71,10 +71,10 @@ class Call:
         turn: The number of the call for that step, from 1; later ones follow a malformed reply.
         request: Fingerprint of the request; an equal request at the same step and turn gets this reply.
         reply: The raw reply; of a refusal its words; None without a reply.
-        stop: Why the model stopped, as Inspect AI names it: ``stop``, ``max_tokens`` and others; ``content_filter`` if
-            the model or its provider refused.
+        stop: Why the model stopped, ``stop``, ``max_tokens``, ``tool_calls`` or ``unknown``; ``content_filter`` if the
+            model or its provider refused.
         served: The model that answered, as the provider names it.
-        usage: Its usage, with what the provider counted for failed attempts.
+        usage: Its usage, with what the provider counted for failed attempts; before there is an outcome, that alone.
         seconds: Wall time, including retries.
         retries: The number of retries.
         unanswered: Attempts without a usable reply that the provider may have charged for: timed out, dropped, or
@@ -120,6 +120,19 @@ class Call:
     def uncounted(self) -> bool:
         """Whether it has a reply and no count of tokens."""
         return self.reply is not None and not (self.usage.input_tokens or self.usage.output_tokens)
+
+    def lacks(self, asked: Call) -> str:
+        """What an outcome leaves out of the account of attempts that were announced before; empty for nothing."""
+        counted = self.usage if self.claimed is None else self.claimed
+        for what, mine, before in (
+            ("retries", self.retries, asked.retries),
+            ("attempts without an answer", self.unanswered, asked.unanswered),
+            ("tokens in of failed attempts", counted.input_tokens, asked.usage.input_tokens),
+            ("tokens out of failed attempts", counted.output_tokens, asked.usage.output_tokens),
+        ):
+            if mine < before:
+                return f"{before} {what}, not {mine}"
+        return ""
 
     @property
     def unpriced(self) -> int:

@@ -202,7 +202,7 @@ class CallBook(Protocol):
     async def reserve(self, call: Call) -> None:
         """Announce a call, with the maximum cost of one attempt; wait for calls on their way if needed.
 
-        If the call is repeated, ``unanswered`` is the number of earlier attempts that may have been charged for.
+        If the call is repeated, ``retries``, ``unanswered`` and ``usage`` are the account of its earlier attempts.
 
         Raises:
             BudgetReached: If the budget does not cover it.

@@ -13,12 +13,12 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 from provider_server import Manner, completion, here
 
+from lockprobe.agents.llm import client as lines
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import ModelFault
 
-lines = pytest.importorskip("lockprobe.agents.llm.client")
 MODEL = "openai-api/fake/model"
 SCHEMA = {"type": "object", "properties": {"joint": {"type": "string"}}, "required": ["joint"]}
 
@@ -126,30 +126,6 @@ def test_no_more_requests_are_on_their_way_than_there_are_connections(monkeypatc
     assert server.peak == 3
 
 
-def test_nothing_of_a_call_stays_in_memory_for_a_log(monkeypatch):
-    from inspect_ai.log import transcript
-
-    before = len(transcript().events)
-    with here(reply) as server:
-        reached(monkeypatch, server.url)
-        asked(times=3)
-    assert len(transcript().events) == before
-
-
-def test_a_reply_that_ends_where_the_context_does_is_none_either_and_what_it_cost_is_kept():
-    from inspect_ai.model import ModelOutput, ModelUsage
-
-    from lockprobe.agents.llm.answer import refuse_overflow
-
-    output = ModelOutput.from_content("m", "half a rep", stop_reason="model_length")
-    output.usage = ModelUsage(input_tokens=90, output_tokens=10, total_tokens=100)
-    with pytest.raises(ModelFault, match="^the conversation is longer than the model can read$") as fault:
-        refuse_overflow(output)
-    assert (fault.value.usage["input_tokens"], fault.value.usage["output_tokens"]) == (90, 10)
-    for stop in ("stop", "max_tokens", "content_filter"):
-        refuse_overflow(ModelOutput.from_content("m", "a reply", stop_reason=stop))
-
-
 def test_nothing_of_an_odd_body_is_printed(monkeypatch, capfd):
     odd = completion("a reply")[1] | {"usage": {"prompt_tokens": "private", "completion_tokens": 1, "total_tokens": 1}}
     with warnings.catch_warnings(record=True) as caught:
@@ -248,7 +224,7 @@ def test_a_redirect_at_the_same_origin_is_followed(monkeypatch):
 
 @pytest.mark.parametrize("packed", [False, True])
 def test_an_answer_without_end_is_refused(monkeypatch, packed):
-    monkeypatch.setattr("lockprobe.agents.llm.answer_limits.LARGEST_ANSWER", 100_000)
+    monkeypatch.setattr("lockprobe.agents.llm.client.LARGEST_ANSWER", 100_000)
     body = b" " * 200_000
     content = gzip.compress(body) if packed else body
 

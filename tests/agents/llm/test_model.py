@@ -10,6 +10,7 @@ from provider_server import completion, failure, here, truthful, words
 from stored import contents, records, sql
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.llm import model as llm
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
@@ -32,7 +33,6 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 
-llm = pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"
 
 
@@ -161,19 +161,6 @@ def test_a_provider_that_answers_only_rubbish_breaks_trials_which_then_go_on_whe
 def test_a_run_in_which_only_errors_come_stops_and_says_why(tmp_path, monkeypatch):
     with pytest.raises(Missing, match=r"broke 10 trials in a row \(.*out of credit.*nothing finished is lost"):
         played(tmp_path, monkeypatch, lambda request: failure(403, "out of credit"), trials=30)
-
-
-def test_what_cannot_be_asked_is_one_line():
-    with pytest.raises(
-        Missing, match=r"^llm:openai/gpt-4o needs OPENAI_API_KEY: export OPENAI_API_KEY=… and run again$"
-    ):
-        llm.check("openai/gpt-4o")
-    with pytest.raises(Missing, match=r"^llm:anthropic/x needs the package anthropic: pip install anthropic$"):
-        llm.check("anthropic/x")
-    with pytest.raises(
-        BadValue, match=r"^language model: got 'nosuch/x', expected PROVIDER/MODEL as Inspect AI names it"
-    ):
-        llm.check("nosuch/x")
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,7 @@ from lockprobe.agents.llm import network_settings
 from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies
 from lockprobe.foundation.errors import BadValue, Missing
 
-VARIABLES = [
-    "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR", "REQUESTS_CA_BUNDLE",
-    "CURL_CA_BUNDLE", "AWS_CA_BUNDLE",
-]  # fmt: skip
+VARIABLES = ["HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR"]
 
 
 @pytest.fixture(autouse=True)
@@ -91,11 +88,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("kind", [*FILES, "folder", "nul"])
-@pytest.mark.parametrize(
-    ("variable", "provider"),
-    [("SSL_CERT_FILE", "openai"), ("REQUESTS_CA_BUNDLE", "bedrock"), ("AWS_CA_BUNDLE", "bedrock")],
-)
-def test_a_file_without_certificates_is_named_with_its_variable(tmp_path, monkeypatch, kind, variable, provider):
+def test_a_file_without_certificates_is_named_with_its_variable(tmp_path, monkeypatch, kind):
     path = tmp_path / kind
     if kind == "folder":
         path.mkdir()
@@ -103,9 +96,9 @@ def test_a_file_without_certificates_is_named_with_its_variable(tmp_path, monkey
         path = Path(f"{path}\nx")
     elif FILES[kind] is not None:
         path.write_bytes(FILES[kind])
-    monkeypatch.setenv(variable, str(path))
-    with pytest.raises(BadValue, match=f"{variable}: got ") as refused:
-        check_certificates(provider)
+    monkeypatch.setenv("SSL_CERT_FILE", str(path))
+    with pytest.raises(BadValue, match="SSL_CERT_FILE: got ") as refused:
+        check_certificates()
     assert kind in str(refused.value)
     assert "\n" not in str(refused.value)
 
@@ -116,7 +109,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, monkeypatch):
     (tmp_path / "ca.pem").chmod(0)
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))
     with pytest.raises(BadValue, match="SSL_CERT_FILE: got .*Permission denied"):
-        check_certificates("openai")
+        check_certificates()
 
 
 def test_folders_have_to_be_there_and_hold_something(tmp_path, monkeypatch):
@@ -124,21 +117,18 @@ def test_folders_have_to_be_there_and_hold_something(tmp_path, monkeypatch):
     (tmp_path / "full" / "0.pem").write_bytes(b"x")
     (tmp_path / "empty").mkdir()
     monkeypatch.setenv("SSL_CERT_DIR", str(tmp_path / "full"))
-    check_certificates("openai")
+    check_certificates()
     for wrong in ("missing", "empty", "full/0.pem", f"full{os.pathsep}missing"):
         monkeypatch.setenv("SSL_CERT_DIR", os.pathsep.join(str(tmp_path / part) for part in wrong.split(os.pathsep)))
         with pytest.raises(BadValue, match="SSL_CERT_DIR: got "):
-            check_certificates("openai")
+            check_certificates()
 
 
 def test_certificates_that_can_be_read_pass_and_what_nobody_reads_is_not_looked_at(monkeypatch):
     certifi = pytest.importorskip("certifi")
     monkeypatch.setenv("SSL_CERT_FILE", certifi.where())
     monkeypatch.setenv("SSL_CERT_DIR", "/nowhere")
-    monkeypatch.setenv("REQUESTS_CA_BUNDLE", "/nowhere")
-    check_certificates("openai")
-    monkeypatch.setenv("REQUESTS_CA_BUNDLE", certifi.where())
-    check_certificates("bedrock")
+    check_certificates()
 
 
 @pytest.mark.parametrize(
@@ -163,4 +153,4 @@ def test_what_is_no_file_is_no_file_of_certificates(monkeypatch, tmp_path):
     for path in (tmp_path, tmp_path / "pipe"):
         monkeypatch.setenv("SSL_CERT_FILE", str(path))
         with pytest.raises(BadValue, match="it is no file"):
-            check_certificates("openai")
+            check_certificates()

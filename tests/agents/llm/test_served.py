@@ -22,7 +22,6 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 
 pytest.importorskip("xllamacpp")
-pytest.importorskip("inspect_ai")
 pytestmark = pytest.mark.skipif(weights.find(weights.EMBEDDED) is None, reason="the embedded model is not installed")
 
 SERVE = """

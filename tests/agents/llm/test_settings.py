@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from provider_server import here, truthful, words
+from provider_server import here, truthful
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts, facts_of
@@ -38,7 +38,7 @@ def test_nothing_is_sent_to_an_unknown_model_but_the_form_of_the_reply():
     }
 
 
-def test_what_is_set_is_sent_under_the_names_that_inspect_has():
+def test_what_is_set_is_sent_under_the_names_of_chat_completions():
     settings = ModelSettings(temperature=0.0, top_p=0.5, effort="low", max_tokens=77)
     sent = {"temperature": 0.0, "top_p": 0.5, "reasoning_effort": "low", "max_tokens": 77}
     assert settings.parameters(UNKNOWN) == sent
@@ -157,7 +157,6 @@ def played(tmp_path, monkeypatch, spec, answer=truthful):
 
 @pytest.mark.parametrize(("schema", "strict"), [("strict", True), ("loose", False)])
 def test_what_is_set_arrives_and_is_in_the_record(tmp_path, monkeypatch, schema, strict):
-    pytest.importorskip("lockprobe.agents.llm.model")
     spec = f"llm:openai-api/fake/model?temperature=0.25&top_p=0.5&max_tokens=321&effort=low&schema={schema}"
     requests, trial = played(tmp_path, monkeypatch, spec)
     for request in requests:
@@ -169,7 +168,6 @@ def test_what_is_set_arrives_and_is_in_the_record(tmp_path, monkeypatch, schema,
 
 
 def test_without_a_schema_the_form_is_asked_for_in_words_only(tmp_path, monkeypatch):
-    pytest.importorskip("lockprobe.agents.llm.model")
     requests, trial = played(tmp_path, monkeypatch, "llm:openai-api/fake/model?schema=none")
     for request in requests:
         assert "response_format" not in request
@@ -179,47 +177,31 @@ def test_without_a_schema_the_form_is_asked_for_in_words_only(tmp_path, monkeypa
 
 
 def test_the_bound_of_a_known_model_arrives(tmp_path, monkeypatch):
-    pytest.importorskip("lockprobe.agents.llm.model")
     requests, trial = played(tmp_path, monkeypatch, "llm:openai/gpt-4o")
     assert {request.get("max_completion_tokens", request.get("max_tokens")) for request in requests} == {MOST_PLAIN}
     assert trial.facts["max_tokens"] == ModelSettings().most_tokens(facts_of("openai/gpt-4o")) == MOST_PLAIN
 
 
 def responded(request):
-    """A well-formed reply through OpenAI's other interface, the one of models that reason."""
-    told = [
-        {"role": item["role"], "content": " ".join(part["text"] for part in item["content"])}
-        for item in request["input"]
-    ]
-    status, body = truthful({"messages": told})
-    content = {"type": "output_text", "text": words(body["choices"][0]["message"]), "annotations": []}
-    message = {"id": "m", "type": "message", "role": "assistant", "status": "completed", "content": [content]}
+    """A well-formed reply of a model that reasons."""
+    status, body = truthful(request)
     usage = {
-        "input_tokens": 100,
-        "input_tokens_details": {"cached_tokens": 64},
-        "output_tokens": 30,
-        "output_tokens_details": {"reasoning_tokens": 20},
+        "prompt_tokens": 100,
+        "prompt_tokens_details": {"cached_tokens": 64},
+        "completion_tokens": 30,
+        "completion_tokens_details": {"reasoning_tokens": 20},
         "total_tokens": 130,
     }
-    kind = {"id": "r", "object": "response", "created_at": 1, "model": "o1-2024-12-17", "status": "completed"}
-    return status, kind | {
-        "output": [message],
-        "usage": usage,
-        "parallel_tool_calls": False,
-        "tool_choice": "auto",
-        "tools": [],
-    }
+    return status, body | {"usage": usage}
 
 
 def test_a_model_that_reasons_gets_an_effort_and_room_and_no_temperature(tmp_path, monkeypatch):
-    pytest.importorskip("lockprobe.agents.llm.model")
     spec = "llm:openai/o1?effort=low"
     requests, trial = played(tmp_path, monkeypatch, spec, responded)
     for request in requests:
         assert not {"temperature", "top_p"} & {*request}
-        assert request["reasoning"] == {"effort": "low"}
-        assert request["max_output_tokens"] == MOST_REASONED
-        assert request["text"]["format"]["strict"] is True
+        assert (request["reasoning_effort"], request["max_completion_tokens"]) == ("low", MOST_REASONED)
+        assert request["response_format"]["json_schema"]["strict"] is True
     fixed = {"temperature": "fixed by the model", "top_p": "fixed by the model"}
     assert trial.facts.items() >= (fixed | {"effort": "low", "max_tokens": MOST_REASONED}).items()
     for step in trial.steps:

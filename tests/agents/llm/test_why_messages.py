@@ -11,8 +11,6 @@ from lockprobe.statistics.why.arms import ARMS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing.provider import ScriptedProvider, words
 
-pytest.importorskip("lockprobe.agents.llm.model")
-
 NAMING = re.compile(r"\b(truth|true|lies?|false|flips?|distract|condition|arms?|retract)|[?&]\w+=")
 """What would tell a model which arm it is in: a word, or an option of a spec."""
 

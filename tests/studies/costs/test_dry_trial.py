@@ -80,7 +80,6 @@ CONDITIONS = (
 @pytest.mark.parametrize("spec", CONDITIONS)
 def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
     """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
-    pytest.importorskip("inspect_ai")
     with ScriptedProvider(lambda request: replying(request, joints(request)[0], HYPOTHESIS)) as provider:
         trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None

@@ -76,7 +76,6 @@ def close(one, other, factor=WITHIN):
 
 
 def test_an_estimate_comes_true(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
     plan = planned()
     before = estimates(plan, {})[0]
     with here(guessing) as server:

@@ -177,7 +177,6 @@ The panel's joints: C, D, B, A. The target joint: B.
 
 def test_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
     """Labels and states of all joints after every step, no outcome, no hypothesis, and the last action assessed."""
-    pytest.importorskip("inspect_ai")
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
     chosen = iter("CADC")
 

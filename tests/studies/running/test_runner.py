@@ -141,7 +141,6 @@ def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
 
 
 def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
     trials, server = hosted(tmp_path, monkeypatch, truthful, trials=9, connections=3)
     assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
@@ -149,7 +148,6 @@ def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_
 
 
 def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
     asked = []
 
     def answer(request):
@@ -161,7 +159,6 @@ def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monk
 
 
 def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
     with pytest.raises(Missing, match="broke 13 trials in a row .*closed for good"):
         hosted(tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=30, connections=12)
     assert len(load(tmp_path)) >= 13
@@ -229,7 +226,6 @@ def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeyp
 
 
 def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goes_on(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
     reserve, left = Calls.reserve, [9]
 
     async def short(calls, call):
@@ -250,7 +246,6 @@ def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goe
 
 def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypatch):
     """Of four: one here, two that ask a provider, and listed last one that takes a processor."""
-    pytest.importorskip("inspect_ai")
     asked = set()
 
     async def broke(calls, call):
@@ -280,7 +275,6 @@ def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypat
 def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_plays_the_same_there(
     tmp_path, monkeypatch, plant
 ):
-    pytest.importorskip("inspect_ai")
     pytest.importorskip("mujoco")
     seen, observe = set(), play._LazyPlant.observe
 

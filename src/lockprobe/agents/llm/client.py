@@ -1,58 +1,67 @@
-"""The client for language models: one request, one reply, through Inspect AI's model layer.
+"""The client for language models: one request, one reply, by HTTP.
 
-Only this module and :mod:`lockprobe.agents.llm.connect` use the model layer.
+All waiting is here, and counted. A failed attempt is made again after a pause that doubles from
+:attr:`lockprobe.agents.model_access.Access.pause` up to a minute, or as long as the server asks for. A provider may
+charge for attempts to which no reply came, so they are announced before the next one is made.
 """
 
 from __future__ import annotations
 
 import asyncio
-import base64
+import random
 import time
-import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
-from lockprobe.agents.llm.answer import reasoned_in, refuse_overflow, said_in, usage_of
-from lockprobe.agents.llm.connect import config_of, mistake, opened
-from lockprobe.agents.llm.inspect_internals import PrerequisiteError
+import httpx2 as httpx
+
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.retry import Again, Declined, Judgement, with_retries
+from lockprobe.agents.llm.reply import NoReply, Reply, read_reply
+from lockprobe.agents.llm.servers import needed_limit, request_body, server_of
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.foundation.errors import needing
-from lockprobe.foundation.redaction import without_keys
-from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.errors import ModelFault
+from lockprobe.foundation.redaction import without_secrets
 from lockprobe.trial.model_call import Usage
 
-with needing("hosted models", "providers"):
-    import inspect_ai
-    from inspect_ai.model import (
-        ChatMessage,
-        ChatMessageAssistant,
-        ChatMessageUser,
-        Content,
-        ContentImage,
-        ContentText,
-        GenerateConfig,
-        ModelOutput,
-        ResponseSchema,
-        RetryDecision,
-    )
-    from inspect_ai.util import JSONSchema
+LARGEST_ANSWER = 1 << 24
+"""The most bytes of a decompressed answer: 16 MiB. Typical answers have a few thousand."""
 
-RUNTIME = f"inspect-ai {inspect_ai.__version__}"
+LONGEST_PAUSE = 60.0
+"""The longest wait in seconds, unless the server asks for more."""
 
-LONGEST_REPLY = 100_000
-"""The most characters kept of a reply; typical replies have a few hundred."""
+LONGEST_OBEYED = 600.0
+"""The longest wait in seconds at a server's request; a run does not wait for hours."""
 
-LONGEST_NAME = 200
-"""The most characters kept of the name of a model that answered."""
+_NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
+
+_PACKED = {"", "identity", "gzip", "deflate"}
+"""The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
 
 
-_NO_NAME = ""
-"""The name of every message: to draw one for each takes longer than to make the message."""
+class Attempts(NamedTuple):
+    """The attempts of one call that failed, under the names of :class:`lockprobe.trial.model_call.Call`.
+
+    Attributes:
+        retries: How many there were; of a call that failed, all but the last.
+        unanswered: Those that the provider may charge for, and whose tokens it did not count.
+        usage: The tokens that it counted for the others.
+    """
+
+    retries: int = 0
+    unanswered: int = 0
+    usage: Usage = Usage()
+
+    def and_one(self, failed: NoReply) -> Attempts:
+        """With one more."""
+        lost = failed.usage != Usage()
+        return Attempts(self.retries + 1, self.unanswered + (failed.charged and not lost), self.usage + failed.usage)
+
+
+Again = Callable[[Attempts], Awaitable[None]]
+"""Called before a request is made again, if more of its attempts may have been charged for than was said before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,98 +90,149 @@ class ModelReply:
 
 
 class ModelClient:
-    """An open client of one model, named as Inspect AI knows it.
+    """An open client of one model.
 
     Attributes:
+        server: Where the model is served.
         slots: Free slots for concurrent requests; each request holds one.
 
     Raises:
-        UserMistake: As :func:`lockprobe.agents.llm.connect.opened`.
+        UserMistake: As :func:`lockprobe.agents.llm.servers.server_of`.
     """
 
     def __init__(self, name: str, settings: ModelSettings, access: Access) -> None:
-        warnings.filterwarnings("ignore", "Pydantic serializer warnings", UserWarning)  # they quote what came
-        self._name, self._settings, facts = name, settings, facts_of(name)
-        self._form = settings.form(facts)
+        self.server, self._settings, self._facts = server_of(name), settings, facts_of(name)
         self._access = access
-        self._model = opened(name, access, settings.parameters(facts))
-        self._config = config_of(self._model)
+        self._trust = httpx.create_ssl_context() if self.server.url.startswith("https:") else False
+        self._idle: list[httpx.AsyncClient] = []
+        self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
+
+    @property
+    def filled_in(self) -> dict[str, int]:
+        """Parameters sent by default because the provider requires them."""
+        limit = needed_limit(self.server, self._settings, self._facts)
+        return {} if limit is None else {"max_tokens": limit}
 
     async def ask(
         self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
     ) -> ModelReply:
         """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
-        ``again`` is called before a request is made again that may have been charged for.
+        ``again`` is called before a request is made again that may have been charged for; what it raises ends it.
 
         Raises:
             ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
-            Missing: If only now it turns out that something is not there.
         """
-        form = None
-        if self._form != "none":
-            json_schema = JSONSchema.model_validate(schema)
-            form = ResponseSchema(name="reply", json_schema=json_schema, strict=self._form == "strict")
-        conversation = [sent(message, self._settings, _NO_NAME) for message in messages]
-        config = self._config.model_copy(update={"response_schema": form})
-        began = time.perf_counter()
-        came, tries = await with_retries(partial(self._once, conversation, config), self._judge, self._access, again)
-        output, text, stop = came
-        refuse_overflow(output, tries)
-        usage = usage_of(output)
-        bare = tries.lost != Usage() and not (usage.input_tokens or usage.output_tokens)  # the sum would hide it
+        content = request_body(self.server, messages, schema, self._settings, self._facts)
+        began, failed, told = time.perf_counter(), Attempts(), Attempts()
+        while True:
+            if again is not None and failed[1:] != told[1:]:
+                await again(failed)
+                told = failed
+            try:
+                reply = await self._once(content)
+                break
+            except NoReply as error:
+                failed = failed.and_one(error)
+                await asyncio.sleep(self._pause(error, failed))
+        counted = reply.usage.input_tokens or reply.usage.output_tokens
         return ModelReply(
-            text=without_keys(text)[:LONGEST_REPLY],
-            stop=stop,
-            served=printable(without_keys(output.model))[:LONGEST_NAME],
-            usage=usage + tries.lost,
+            text=reply.text,
+            stop=reply.stop,
+            served=reply.served,
+            usage=reply.usage + failed.usage,
             seconds=time.perf_counter() - began,
-            retries=tries.retries,
-            unanswered=tries.unanswered + bare,
-            reasoned=reasoned_in(output),
+            retries=failed.retries,
+            unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
+            reasoned=reply.reasoned,
         )
 
-    @property
-    def filled_in(self) -> dict[str, int]:
-        """Parameters sent by default because Inspect AI knows that the provider requires them."""
-        return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
+    def _pause(self, error: NoReply, failed: Attempts) -> float:
+        """Seconds until the next attempt.
 
-    def _judge(self, error: Exception) -> Judgement:
-        if isinstance(error, Declined):
-            return error
-        decision = self._model.api.should_retry(error)
-        if isinstance(decision, RetryDecision) and decision.retry:
-            return decision
-        return RetryDecision.transient() if self._model.should_retry(error) else RetryDecision.no()
-
-    async def _once(self, conversation: list[ChatMessage], config: GenerateConfig) -> tuple[ModelOutput, str, str]:
-        """One request through the provider's interface, because ``Model.generate`` keeps a log in memory.
-
-        The text of the reply and the reason for its end stand beside the output.
+        Raises:
+            ModelFault: If there is none.
         """
+        asked, tried = error.wait or 0.0, f" (tried {failed.retries} times)" if failed.retries > 1 else ""
+        if asked > LONGEST_OBEYED:
+            tried = f"; it asks to be left alone for {asked:.0f} s"
+        if asked > LONGEST_OBEYED or not error.again or failed.retries > self._access.retries:
+            spent = {} if failed.usage == Usage() else asdict(failed.usage)
+            raise ModelFault(
+                f"{error}{tried}", retries=failed.retries - 1, unanswered=failed.unanswered, usage=spent
+            ) from error
+        if error.wait is not None:
+            return error.wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
+        first = self._access.pause * (2 if error.limited else 1)
+        pause = min(LONGEST_PAUSE, first * 2.0 ** min(failed.retries - 1, 30))
+        return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
+
+    async def _once(self, content: bytes) -> Reply:
+        """One attempt.
+
+        A connection is taken by one request at a time, and each has a client of its own: a pool looks at all its
+        connections whenever a request begins or ends, which with a hundred of them costs more than the request.
+        """
+        if not self._idle:
+            self._idle.append(
+                httpx.AsyncClient(
+                    verify=self._trust, timeout=None, follow_redirects=True, event_hooks={"response": [_check]}
+                )
+            )
+            self._made += self._idle
+        http = self._idle.pop()
         try:
-            came = await self._model.api.generate(conversation, tools=[], tool_choice="none", config=config)
-        except PrerequisiteError as error:
-            raise mistake(self._name, error) from None
-        output, body = (came[0], came[1].response) if isinstance(came, tuple) else (came, None)
-        if isinstance(output, Exception):
-            raise output
-        return output, *said_in(output, body)
+            async with (
+                asyncio.timeout(self._access.timeout),
+                http.stream("POST", self.server.url, content=content, headers=self.server.headers) as answer,
+            ):
+                parts, size = [], 0
+                async for part in answer.aiter_bytes():
+                    parts.append(part)
+                    if (size := size + len(part)) > LARGEST_ANSWER:
+                        what = f"the provider answered with an answer of more than {LARGEST_ANSWER} bytes"
+                        raise NoReply(what, again=False, charged=True)
+                status, headers = answer.status_code, answer.headers
+        except TimeoutError:
+            raise NoReply(f"no reply within {self._access.timeout:g} s", charged=True) from None
+        except (httpx.HTTPError, OSError) as error:
+            said = " ".join(without_secrets(str(_cause(error)) or type(error).__name__).split())
+            charged = not isinstance(error, _NOT_SENT)
+            raise NoReply(f"no connection to the provider: {said}", charged=charged) from error
+        finally:
+            self._idle.append(http)
+        return read_reply(status, headers, b"".join(parts))
 
     async def aclose(self) -> None:
-        """Close the provider's connections."""
-        await self._model.api.aclose()
+        """Close the connections."""
+        for http in self._made:
+            await http.aclose()
 
 
-def sent(message: Message, settings: ModelSettings, name: str | None = None) -> ChatMessage:
-    """A message as it is sent. Its name is for Inspect AI's logs and is not sent; None for one that it draws itself."""
-    if message.role == "assistant":
-        return ChatMessageAssistant(content=message.text, id=name)
-    if not message.pictures:
-        return ChatMessageUser(content=message.text, id=name)
-    content: list[Content] = [ContentText(text=message.text)]
-    for picture in message.pictures:
-        data = base64.b64encode(picture.png).decode("ascii")
-        content.append(ContentImage(image=f"data:image/png;base64,{data}", detail=settings.detail))
-    return ChatMessageUser(content=content, id=name)
+async def _check(response: httpx.Response) -> None:
+    """Refuse an answer that leads elsewhere or is packed as nobody asked, before its body is read.
+
+    Raises:
+        NoReply: If it is one.
+    """
+    if response.has_redirect_location:
+        here, there = response.request.url, response.request.url.join(response.headers["location"])
+        if (here.scheme, here.host, here.port) != (there.scheme, there.host, there.port):
+            said = f"a redirect from {_origin(here)} to {_origin(there)}, which must not get the conversation"
+            raise NoReply(f"the provider answered with {said}", again=False)
+    packed = response.headers.get("content-encoding", "").lower()
+    if not {part.strip() for part in packed.split(",")} <= _PACKED:
+        said = f"an answer compressed with {packed[:40]}, which was not requested"
+        raise NoReply(f"the provider answered with {said}", again=False, charged=True)
+
+
+def _origin(url: httpx.URL) -> str:
+    return f"{url.scheme}://{url.netloc.decode('ascii', 'replace').rpartition('@')[2]}"
+
+
+def _cause(error: BaseException) -> BaseException:
+    """What lies behind an error of a library."""
+    while (behind := error.__cause__ or error.__context__) is not None:
+        error = behind
+    return error

@@ -16,9 +16,9 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, get_args
 
-from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
-from lockprobe.agents.llm.connect import host_of
+from lockprobe.agents.llm.client import Attempts, ModelClient, ModelReply
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
+from lockprobe.agents.llm.servers import host_of, server_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import at_most
 from lockprobe.agents.model_access import Access
@@ -66,11 +66,11 @@ def check(spec: str, access: Access | None = None) -> None:
 
 
 def model_facts(name: str, settings: ModelSettings) -> dict[str, Fact]:
-    """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own."""
+    """Model name, form of requests, prompt and settings, for the record; the host if it is not the provider's own."""
     host = host_of(name)
     return {
         "model": name,
-        "runtime": RUNTIME,
+        "runtime": server_of(name).runtime,
         "prompt": f"chat {chat_fingerprint()}",
         "picture_prompt": f"chat {picture_fingerprint()}",
         **settings.sent(facts_of(name)),
@@ -81,7 +81,7 @@ def model_facts(name: str, settings: ModelSettings) -> dict[str, Fact]:
 class HostedModel:
     """A model behind a provider's interface. A malformed reply is requested again.
 
-    The spec holds the model's name in Inspect AI, and options: ``openai/gpt-4o?images=4``.
+    The spec holds the model's provider and name, and options: ``openai/gpt-4o?images=4``.
 
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
@@ -151,8 +151,8 @@ class _InOneTrial:
             result: dict[str, Any] = {"error": BROKEN_OFF}
             began = time.perf_counter()
 
-            async def again(unanswered: int) -> None:
-                await self._book.reserve(replace(asked, unanswered=unanswered))
+            async def again(failed: Attempts) -> None:
+                await self._book.reserve(replace(asked, **failed._asdict()))
 
             try:
                 answer = await self._line.ask(messages, schema, again)

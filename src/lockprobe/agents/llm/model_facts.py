@@ -35,7 +35,7 @@ Sampling = Literal["free", "no effort", "effort none", "fixed"]
 """When temperature and top-p can be set: always, unless an effort is asked for, with effort ``none`` only, or never."""
 
 Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-"""The reasoning effort of a model, as Inspect AI names it."""
+"""The reasoning effort of a model, from the least to the most."""
 
 _Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False, strict=True)]
 _Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
@@ -112,7 +112,7 @@ class Entry(NamedTuple):
     """One entry of a file of facts, for all models whose names match.
 
     Attributes:
-        match: Patterns of names in Inspect AI; ``*`` matches anything.
+        match: Patterns of names; ``*`` matches anything.
         says: The given fields of :class:`ModelFacts`.
     """
 
@@ -138,7 +138,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def facts_of(name: str) -> ModelFacts:
-    """The known facts about a model, named as in Inspect AI and without options: ``openai/gpt-4o``.
+    """The known facts about a model, named without options: ``openai/gpt-4o``.
 
     Raises:
         BadFile: If the user's file of facts cannot be used.

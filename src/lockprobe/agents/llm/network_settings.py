@@ -1,6 +1,6 @@
-"""Checks the variables of the environment that the HTTP libraries of providers read: proxies and certificates.
+"""Checks the variables of the environment that the HTTP library reads: proxies and certificates.
 
-These libraries fail at the first request, in words that name neither the variable nor the file. Here a mistake is one
+It fails at the first request, in words that name neither the variable nor the file. Here a mistake is one
 line, before anything is played.
 """
 
@@ -19,11 +19,6 @@ _PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
 _NO_PROXY = "NO_PROXY"
 
 _SOCKS = ("socks5", "socks5h")
-
-_BY_REQUESTS = ("azureai", "bedrock", "google", "hf", "sagemaker", "vertex")
-"""Providers whose packages make requests with libraries that read these further variables."""
-
-_BUNDLES = ("REQUESTS_CA_BUNDLE", "CURL_CA_BUNDLE", "AWS_CA_BUNDLE")
 
 
 def check_proxies() -> None:
@@ -46,8 +41,8 @@ def check_proxies() -> None:
                 raise BadValue(variable, host, "hosts with commas between them, such as localhost,.example.org")
 
 
-def check_certificates(provider: str) -> None:
-    """Check the variables with certificates that the libraries of a provider read.
+def check_certificates() -> None:
+    """Check the variables with certificates.
 
     Raises:
         BadValue: If one names no readable certificates; the message names the variable and the file.
@@ -58,8 +53,6 @@ def check_certificates(provider: str) -> None:
     elif folders:
         for folder in folders.split(os.pathsep):
             _check_folder("SSL_CERT_DIR", folder)
-    for variable, path in _set(_BUNDLES if provider in _BY_REQUESTS else ()):
-        (_check_folder if Path(path).is_dir() else _check_file)(variable, path)
 
 
 def check_key(variable: str) -> None:

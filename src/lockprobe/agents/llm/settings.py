@@ -29,6 +29,7 @@ class ModelSettings:
         max_tokens: The most tokens of a reply, including reasoning. None for the value of :meth:`most_tokens`.
         schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
             it need not enforce (``loose``), or in words only (``none``). None for the strictest that the model accepts.
+        upstream: The provider behind OpenRouter that has to serve it, and no other.
         images: The number of newest observations that keep their pictures in the conversation; 0 for all.
         detail: The provider's level of detail for pictures, if it has one.
         repairs: How often a malformed reply is requested again before the trial ends as ``error``.
@@ -42,6 +43,7 @@ class ModelSettings:
     effort: Effort | None = None
     max_tokens: int | None = None
     schema: Schema | None = None
+    upstream: str | None = None
     images: int = 0
     detail: Literal["auto", "low", "high"] = "high"
     repairs: int = 4
@@ -73,12 +75,13 @@ class ModelSettings:
         return self.schema or facts.schema or "strict"
 
     def parameters(self, facts: ModelFacts) -> dict[str, object]:
-        """The parameters sent with the conversation, named as in Inspect AI's ``GenerateConfig``."""
+        """The parameters sent with the conversation, in the order and with the names of chat completions."""
         given: dict[str, object] = {
+            "max_tokens": self.most_tokens(facts),
             "temperature": self.temperature,
             "top_p": self.top_p,
             "reasoning_effort": self.effort,
-            "max_tokens": self.most_tokens(facts),
+            "upstream": self.upstream,
         }
         return {name: value for name, value in given.items() if value is not None}
 
@@ -95,7 +98,7 @@ class ModelSettings:
             "repairs": self.repairs,
         }
         for field in fields(self):
-            if field.name in ("images", "detail") and (value := getattr(self, field.name)) != field.default:
+            if field.name in ("upstream", "images", "detail") and (value := getattr(self, field.name)) != field.default:
                 found[field.name] = value
         if facts.largest_image is not None:
             found["largest_image"] = facts.largest_image
@@ -108,6 +111,8 @@ class ModelSettings:
             BadValue: If it would refuse one of these settings.
         """
         self._check_sampling(name, facts)
+        if self.upstream is not None and not name.startswith("llm:openrouter/"):
+            raise Conflict("upstream", name, "only OpenRouter chooses between providers")
         if self.effort is not None and facts.efforts is not None and self.effort not in facts.efforts:
             taken = f"one of {', '.join(facts.efforts)}" if facts.efforts else "no effort"
             raise BadValue("effort", self.effort, f"{taken} with {name}")
@@ -141,7 +146,7 @@ def read_settings(spec: str) -> tuple[str, ModelSettings]:
     asked = Spec.parse(spec.removeprefix("llm:"))
     name = asked.full_name
     if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
-        raise BadValue("language model", name, "PROVIDER/MODEL as Inspect AI names it, for example openai/gpt-4o")
+        raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
     settings = with_options(ModelSettings, f"llm:{name}", asked.options)
     settings.check(f"llm:{name}", facts_of(name))
     return name, settings

@@ -91,8 +91,7 @@ def _not_as_asked(log: LoggedCalls) -> Iterator[str]:
             continue
         if _place(asked) != _place(call):
             yield f"{call.key}: the call of step {call.step} is not the one that was sent"
-        if call.unanswered < asked.unanswered:
-            lost = f"{asked.unanswered} attempts without an answer, not {call.unanswered}"
+        if lost := call.lacks(asked):
             yield f"{call.key}: step {call.step} had {lost}"
         if (call.unpriced or call.most is not None) and call.most != asked.most:
             yield f"{call.key}: step {call.step} could cost {asked.most}, not {call.most}"

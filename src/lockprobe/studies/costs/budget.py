@@ -39,8 +39,8 @@ class Budget:
     def reserve(self, call: Call) -> bool:
         """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
 
-        When a call is repeated, its earlier attempts count as spent at that cost each. A waiting call holds no
-        reservation, so there is no deadlock.
+        When a call is repeated, its earlier attempts count as spent: as counted, or at that cost each. A waiting call
+        holds no reservation, so there is no deadlock.
 
         Raises:
             BudgetReached: If it does not fit even if calls in flight cost nothing.
@@ -49,7 +49,7 @@ class Budget:
             return True
         most = most_dollars(call.most or Usage(), price)
         self._reserved.pop(call.key, None)
-        self._lost[call.key] = call.unanswered * most
+        self._lost[call.key] = call.unanswered * most + price.of(call.usage)
         spent = self.spent + sum(self._lost.values())  # with attempts in flight that may have been charged for
         if spent + most > self.allowed:
             raise BudgetReached(spent, self.allowed, most)

@@ -213,7 +213,7 @@ class Calls:
         """
         number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
         if call.broken_off:
-            call = replace(call, unanswered=asked.unanswered)
+            call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
         if call.unpriced:
             call = replace(call, most=asked.most)
         self._settle(number, call)

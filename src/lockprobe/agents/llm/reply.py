@@ -1,0 +1,382 @@
+"""What a server answers: a reply of the model, a refusal, or a fault of the server.
+
+A refusal is a finding about the model: its trial ends, and nobody asks again. A fault says nothing about the model: the
+request is made again after a pause, and the trial is owed. Servers send faults with any status: in place of the reply,
+beside it, inside the choice, or as the reason for its end. ``tests/agents/llm/test_replies.py`` has a row for every
+shape of an answer that was seen.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from email.utils import mktime_tz, parsedate_tz
+from typing import Any, NamedTuple
+
+from lockprobe.agents.prompt import REFUSED
+from lockprobe.foundation.redaction import without_keys, without_secrets
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.model_call import Usage
+
+LONGEST_REPLY = 100_000
+"""The most characters kept of a reply; typical replies have a few hundred."""
+
+LONGEST_NAME = 200
+"""The most characters kept of the name of a model that answered."""
+
+_LONGEST_SAID = 400
+"""The most characters kept of a provider's message."""
+
+_MOST_COUNTED = 2**40
+
+_REFUSAL = re.compile(
+    r"content.?filter|refus|safety|recitation|prohibited|block|spii|sensitive|guardrail|moderat|policy|toxic|flagged"
+    r"|model.?armor|invalid.?prompt",
+    re.IGNORECASE,
+)
+_FAULT = re.compile(
+    r"error|fail|network|abort|cancel|time.?out|timed|unavailable|overload|interrupt|insufficient|malformed|disconnect",
+    re.IGNORECASE,
+)
+"""How servers name the reasons for an end that is neither the model's nor the limit's."""
+
+_NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified", "none", "null")
+
+_REFUSING = (400, 403, 422, 451)
+_REFUSED_FOR = re.compile(
+    r"content.?(?:filter|policy|risk)|safety|moderation|flagged|invalid.?prompt|data.?inspection|prohibited",
+    re.IGNORECASE,
+)
+_REFUSED_IN_WORDS = re.compile(r"content exists risk|inappropriate content|requires moderation", re.IGNORECASE)
+"""The statuses of a refusal, and how its code or type names it; few services say it in words alone."""
+
+_TOO_LONG = re.compile(
+    r"context.?length.?exceeded|maximum context length|exceed\w* (?:the )?(?:available )?context|exceed_context_size"
+    r"|prompt is too long|input token count .* exceeds|model_context_window_exceeded|input is too long",
+    re.IGNORECASE,
+)
+
+_GAVE_UP_WAITING = (504, 524)
+"""Statuses of a gateway without an answer from the server behind it, which may have continued its work."""
+
+_STOPS = {
+    **dict.fromkeys(("stop", "end_turn", "stop_sequence", "eos", "complete"), "stop"),
+    **dict.fromkeys(("length", "max_tokens", "max_output_tokens"), "max_tokens"),
+    **dict.fromkeys(("tool_calls", "function_call", "tool_use"), "tool_calls"),
+}
+"""How servers name the reason for the end of a reply, in small letters, and how a call does."""
+
+_REASONING = ("reasoning", "reasoning_content", "reasoning_details")
+
+
+class Reply(NamedTuple):
+    """A reply of the model; of a refusal its words.
+
+    Attributes:
+        text: The text.
+        stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
+        served: Who answered: the model, whose it is behind a router, and the version of the server, as they say it.
+        usage: What it cost.
+        reasoned: Whether reasoning came with it, apart from the text.
+    """
+
+    text: str
+    stop: str
+    served: str
+    usage: Usage
+    reasoned: bool
+
+
+class NoReply(Exception):
+    """An attempt to which no reply came.
+
+    Args:
+        words: What is said of it; secrets are left out.
+        again: Whether the same request may succeed later.
+        charged: Whether it may be charged for, although nobody counted it.
+        usage: What the server counted for it, if it counted anything.
+        limited: Whether there were too many requests.
+        wait: Seconds that the server asks to wait.
+    """
+
+    def __init__(
+        self,
+        words: str,
+        *,
+        again: bool = True,
+        charged: bool = False,
+        usage: Usage | None = None,
+        limited: bool = False,
+        wait: float | None = None,
+    ) -> None:
+        super().__init__(words)
+        self.again, self.charged, self.limited, self.wait = again, charged, limited, wait
+        self.usage = Usage() if usage is None else replace(usage, calls=0)
+
+
+def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Reply:
+    """The reply in an answer.
+
+    Raises:
+        NoReply: If it holds none.
+    """
+    try:
+        came = json.loads(content)
+    except ValueError as error:
+        if status < 400:
+            raise NoReply(f"a reply that cannot be read ({error})", charged=True) from None
+        came = {"error": content.decode("utf-8", "replace")}
+    if not isinstance(came, dict):
+        if status < 400:
+            raise NoReply(f"a reply that cannot be read ({_line(str(came))})", charged=True)
+        came = {"error": str(came)}
+    if status >= 400:
+        return _of_status(status, headers, came)
+    if "stop_reason" in came:
+        came = _of_messages(came)
+    usage, choices = _usage(came), came.get("choices")
+    if not isinstance(choices, list) or not choices:
+        if (said := _error_in(came, "error", "errors", "detail", "message")) is None:
+            raise _fault("no reply in its answer", usage, charged=True)
+        if not said.refused:
+            raise _said_no(said, usage)
+        return _made(came, said.words, REFUSED, usage)
+    choice = _mapping(choices[0])
+    text, stop, reasoned = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
+    return _made(came, text, stop, usage, reasoned=reasoned)
+
+
+def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, *, reasoned: bool = False) -> Reply:
+    model, provider, version = (
+        said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
+    )
+    served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
+    served = printable(without_keys(served))[:LONGEST_NAME]
+    return Reply(without_keys(text)[:LONGEST_REPLY], stop, served, usage or Usage(calls=1), reasoned)
+
+
+def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, bool]:
+    """Text, reason for its end, and whether there was reasoning."""
+    message = _mapping(choice.get("message"))
+    said = _said(message.get("content"))
+    refusal = _text_of(message.get("refusal")) or said.refusal
+    empty = not (said.text or "").strip()
+    if error is not None:
+        if not error.refused:
+            raise _said_no(error, usage, charged=not empty)
+        refusal = refusal or error.words
+    reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
+    after = "" if empty else f", after {said.text!r}"
+    if refusal := refusal or next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), ""):
+        return refusal, REFUSED, False
+    for name, reason in reasons:
+        if _TOO_LONG.search(reason):
+            raise NoReply("the conversation is longer than the model can read", again=False, usage=usage)
+        if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
+            raise _fault(f"{name} {reason}", usage, charged=not empty)
+    stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
+    thought = bool(said.reasoning or any(message.get(name) for name in _REASONING))
+    if empty and (message.get("tool_calls") or message.get("function_call")):
+        return "", "tool_calls", thought
+    if empty and stop != "max_tokens":
+        _check_empty(said, " ".join(reason for _, reason in reasons), usage, thought=thought)
+    text = said.text or ""
+    return text, stop, thought or ("</think>" in text and not text.rpartition("</think>")[2].strip())
+
+
+def _check_empty(said: _Said, reason: str, usage: Usage | None, *, thought: bool) -> None:
+    """Let an empty reply pass only if a model can have given it.
+
+    Raises:
+        NoReply: If it comes without a reason for its end, without a token, or without reasoning and content.
+    """
+    counted = usage or Usage()
+    if not reason:
+        raise _fault("an empty reply without a reason for its end", usage, charged=True)
+    if counted.input_tokens and not counted.output_tokens:
+        raise _fault(f"an empty reply of 0 tokens, {reason}", usage, charged=True)
+    if said.text is None and not (thought or counted.reasoning_tokens):
+        raise _fault(f"a reply without content (null), {reason}", usage, charged=True)
+
+
+class _Error(NamedTuple):
+    """An error in an answer: its words, the status that it names, and whether it refuses the conversation."""
+
+    words: str
+    status: int | None
+    refused: bool
+
+
+def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
+    """The error under the first of these names; None if there is none."""
+    said = next((said for name in names if (said := holder.get(name))), None)
+    if isinstance(said, list):
+        said = said[0]
+    if said is None or (isinstance(said, dict) and not any(said.values())):
+        return None
+    parts = said if isinstance(said, dict) else {"code": holder.get("code")}
+    code = str(parts.get("code"))
+    flagged = bool(_mapping(parts.get("metadata")).get("reasons"))
+    return _Error(
+        words=_line(str(parts.get("message") or said)),
+        status=int(code) if re.fullmatch("[45][0-9][0-9]", code) else None,
+        refused=flagged or bool(_REFUSAL.search(f"{code} {parts.get('type')}")),
+    )
+
+
+def _said_no(error: _Error, usage: Usage | None, *, charged: bool = False) -> NoReply:
+    if error.status is None:
+        return _fault(error.words, usage, charged=charged)
+    words = f"the provider answered {error.status}: {error.words}"
+    passes = _passes(error.status) or error.status == 429
+    return NoReply(words, again=passes, charged=charged, usage=usage, limited=error.status == 429)
+
+
+def _fault(words: str, usage: Usage | None, *, charged: bool) -> NoReply:
+    return NoReply(f"the provider answered with an error: {words}", charged=charged, usage=usage)
+
+
+def _passes(status: int) -> bool:
+    """Whether a status says that the same request may succeed later. That of a rate limit can also be a spent quota."""
+    return status in (408, 409, 425) or status >= 500
+
+
+def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> Reply:
+    """The refusal that came with a status of failure.
+
+    Raises:
+        NoReply: If it refuses anything but the conversation.
+    """
+    error = came.get("error") or came.get("detail") or came
+    if isinstance(error, list) and error:
+        error = error[0]
+    parts = _mapping(error)
+    words = _line(str(parts.get("message") or came.get("message") or error))
+    named = f"{parts.get('code')} {parts.get('type')}"
+    if status in _REFUSING and (
+        _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named) or _REFUSED_IN_WORDS.search(words)
+    ):
+        return _made(came, words, REFUSED, None)
+    if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
+        raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
+    limited = status == 429
+    raise NoReply(
+        f"the provider answered {status}: {words}",
+        again=_passes(status) or (limited and "insufficient_quota" not in named),
+        charged=status in _GAVE_UP_WAITING,
+        limited=limited,
+        wait=_wait(headers.get("retry-after", "")),
+    )
+
+
+def _wait(said: str) -> float | None:
+    """Seconds that a server asks to wait, which it says as a number or as a date."""
+    if re.fullmatch(r"\d{1,9}(\.\d*)?", said):
+        return float(said)
+    when = parsedate_tz(said)
+    return None if when is None else max(0.0, mktime_tz(when) - time.time())
+
+
+def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:
+    """An answer of Anthropic's interface in the form of chat completions."""
+    counts, details, stop = _mapping(came.get("usage")), _mapping(came.get("stop_details")), came.get("stop_reason")
+    names = ("input_tokens", "cache_read_input_tokens", "cache_creation_input_tokens", "output_tokens")
+    fresh, cached, stored, written = (counts.get(name) or 0 for name in names)
+    why = ": ".join(str(details[name]) for name in ("category", "explanation") if details.get(name))
+    usage = None
+    if counts and all(type(number) is int for number in (fresh, cached, stored, written)):
+        usage = {
+            "prompt_tokens": fresh + cached + stored,
+            "completion_tokens": written,
+            "prompt_tokens_details": {"cached_tokens": cached, "cache_write_tokens": stored},
+        }
+    message = {"content": came.get("content"), "refusal": why if stop == "refusal" else ""}
+    reason = {"finish_reason": stop} if stop != "pause_turn" else {"finish_reason": "interrupted"}
+    return {**came, "choices": [{"message": message, **reason}], "usage": usage}
+
+
+class _Said(NamedTuple):
+    """The content of a message by its kinds; ``text`` is None if there is none, which is not the same as no letter."""
+
+    text: str | None
+    refusal: str = ""
+    reasoning: str = ""
+
+
+def _said(content: object) -> _Said:
+    """Content as text, in parts, or as the object that was asked for. Parts are joined: they are chunks, not lines."""
+    if content is None or isinstance(content, str):
+        return _Said(content)
+    if isinstance(content, dict) and content.keys().isdisjoint({"type", "text"}):
+        return _Said(json.dumps(content))
+    if not isinstance(content, list | dict):
+        return _Said(str(content))
+    kinds: dict[str, list[str]] = {"text": [], "refusal": [], "reasoning": []}
+    for kind, text in _parts(content if isinstance(content, list) else [content]):
+        if kind in kinds:
+            kinds[kind].append(text)
+    texts, refusals, thoughts = ("".join(kinds[kind]) for kind in ("text", "refusal", "reasoning"))
+    return _Said(texts if kinds["text"] else None, refusals, thoughts)
+
+
+def _parts(content: list[Any]) -> Iterator[tuple[str, str]]:
+    """The parts of a content, by kind."""
+    for part in content:
+        if isinstance(part, str):
+            yield "text", part
+            continue
+        of = _mapping(part)
+        kind = str(of.get("type") or "text")
+        kind = "reasoning" if kind in ("thinking", "reasoning", "reasoning_text", "redacted_thinking") else kind
+        kind = kind.removeprefix("output_")
+        names = (kind, "text", "thinking", "content", "summary", "data")
+        yield kind, _text_of(next((held for name in names if (held := of.get(name))), ""))
+
+
+def _text_of(value: object) -> str:
+    """A text, or the texts in a list or an object that holds them."""
+    if isinstance(value, list):
+        return "".join(map(_text_of, value))
+    if isinstance(value, Mapping):
+        return _text_of(value.get("text") or value.get("value") or "")
+    return value if isinstance(value, str) else "" if not value else str(value)
+
+
+def _usage(came: Mapping[str, Any]) -> Usage | None:
+    """The cost of an answer by its server's counts; None if one of them is missing or cannot be."""
+    counts = _mapping(came.get("usage"))
+    read, written, total = (counts.get(f"{name}_tokens") for name in ("prompt", "completion", "total"))
+    if not (type(read) is int and type(written) is int):
+        return None
+    if type(total) is int:
+        written = max(written, total - read)  # xAI leaves out those of reasoning
+    of_read, of_written = (_mapping(counts.get(f"{name}_tokens_details")) for name in ("prompt", "completion"))
+    cached, stored = _count(of_read, "cached_tokens"), _count(of_read, "cache_write_tokens")
+    hidden = _count(of_written, "reasoning_tokens")
+    if not all(0 <= count < _MOST_COUNTED for count in (read - cached - stored, read, cached, stored, written, hidden)):
+        return None
+    return Usage(
+        calls=1,
+        input_tokens=read,
+        output_tokens=written,
+        cached_tokens=cached,
+        stored_tokens=stored,
+        reasoning_tokens=hidden,
+    )
+
+
+def _count(counts: Mapping[str, Any], name: str) -> int:
+    number = counts.get(name)
+    return number if type(number) is int else 0
+
+
+def _mapping(value: object) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _line(words: str) -> str:
+    """A provider's words on one line, without secrets, which are looked for before any is cut in two."""
+    return " ".join(without_secrets(words).split())[:_LONGEST_SAID]
