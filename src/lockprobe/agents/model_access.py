@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 
+MENDING = "; to mend it, "
+"""Stands in the error of a call between what was said and what has to be done before the same request can succeed."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:

@@ -101,6 +101,7 @@ def _claim(value: object, claims: Sequence[str], last: str | None) -> str:
 
 def _sentence(value: object) -> str:
     said = value if isinstance(value, str) else "" if value is None else json.dumps(value, ensure_ascii=False)
+    said = said.encode("utf-8", "replace").decode("utf-8")  # half of a character outside the basic plane
     if len(said) > LONGEST_HYPOTHESIS:
         raise ReplyFault(f"hypothesis: {len(said)} characters, at most {LONGEST_HYPOTHESIS}")
     return said

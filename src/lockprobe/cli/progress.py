@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from lockprobe.agents.catalogue import AgentSource
+from lockprobe.agents.model_access import MENDING
 from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
 from lockprobe.cli.result import result_facts, result_lines
 from lockprobe.cli.server_marks import ServerMarks
@@ -306,7 +307,8 @@ class Progress(Observer):
         if in_vain:
             why = "every replay broke again at the same step or later"
             return f"{said}; the same command cannot help until the cause is mended: {why}"
-        return f"{said}; the same command plays {'it' if broken == 1 else 'them'} again"
+        mended = "when that is mended, " if MENDING in tally.first_error else ""
+        return f"{said}; {mended}the same command plays {'it' if broken == 1 else 'them'} again"
 
     def owed_anew(self, trials: int, boundary: str) -> None:
         """Tell how many trials are replayed on request after their agent had ended them for good."""

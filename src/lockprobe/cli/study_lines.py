@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from lockprobe.agents.catalogue import is_strategy, resolve
+from lockprobe.agents.model_access import MENDING
 from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.why.arms import CROSSED
@@ -152,7 +153,8 @@ def invalid_in_words(found: Sequence[Invalid]) -> str:
     ended = "the only trial" if errors == 1 else f"all {errors} trials"
     first = f"{found[0].first.boundary}: {' '.join(found[0].first.message.split())[:200]}"
     again = " and then ".join(f"--again {name}" for name in sorted({name for one in found for name in one.final}))
-    remedy = {errors: "the same command plays them again", 0: f"the same command with {again} plays them anew"}
+    mended = "when that is mended, " if MENDING in found[0].first.message else ""
+    remedy = {errors: f"{mended}the same command plays them again", 0: f"the same command with {again} plays them anew"}
     mixed = f"the same command plays {owed} of them again, with {again} all"
     return (
         f"No valid trial of {found[0].condition}{others}: {ended} ended as an error, the first at {first}; "

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import time
 from dataclasses import dataclass, replace
 
 import pytest
@@ -43,7 +44,7 @@ def no_keys(monkeypatch):
             monkeypatch.delenv(name)
 
 
-def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
+def played(tmp_path, monkeypatch, answer, spec=SPEC, *, connections=4, retries=2, pause=0.01, **settings):
     """Trials of a small study against a server."""
     request = StudyOptions(agent=[spec], **({"p": [0, 0.4], "trials": 3, "repetitions": 1} | settings))
     with here(answer, keep=True) as server:
@@ -52,7 +53,7 @@ def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
             monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
         planned = study(request)
         with Journal.open(tmp_path, planned) as journal:
-            run(planned, journal, limits=Limits(access=Access(connections=4, retries=2, pause=0.01)))
+            run(planned, journal, limits=Limits(access=Access(connections=connections, retries=retries, pause=pause)))
         return load(tmp_path), server
 
 
@@ -532,3 +533,93 @@ def test_an_impossible_count_of_a_fault_is_charged_as_the_most_that_can_be(tmp_p
     (call,) = read_calls(tmp_path)
     assert call.claimed.output_tokens == 3 * 10**9
     assert call.usage.output_tokens == 32_768
+
+
+def cutting(limit):
+    """A server that counts what it reads, and reads no more than so many tokens."""
+
+    def answer(request):
+        read = sum(len(words(message)) for message in request["messages"]) // 4
+        usage = {"prompt_tokens": min(read, limit), "completion_tokens": 20, "total_tokens": min(read, limit) + 20}
+        return 200, truthful(request)[1] | {"usage": usage}
+
+    return answer
+
+
+def test_a_conversation_that_is_cut_in_silence_breaks_the_trial_with_the_remedy(tmp_path, monkeypatch):
+    broken, _ = played(tmp_path, monkeypatch, cutting(250), trials=2, p=[0])
+    for trial in broken:
+        assert (trial.error.boundary, trial.owed_again) == ("model", True)
+        assert trial.error.message.startswith("the server read 250 tokens of a conversation of which it had read ")
+        assert "to mend it, give it a larger context (Ollama: OLLAMA_CONTEXT_LENGTH" in trial.error.message
+        assert len(trial.steps) > 1
+    failed = [call for call in read_calls(tmp_path) if call.error]
+    assert {(call.reply, call.usage.input_tokens, call.usage.output_tokens) for call in failed} == {(None, 250, 20)}
+    again, _ = played(tmp_path, monkeypatch, cutting(10**6), trials=2, p=[0])
+    assert [trial.ending for trial in again] == ["solved"] * 2
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
+
+
+def test_a_server_that_counts_what_is_new_alone_cuts_nothing(tmp_path, monkeypatch):
+    def answer(request):
+        new = len("".join(words(message) for message in request["messages"][-2:])) // 4
+        usage = {"prompt_tokens": new, "completion_tokens": 20, "total_tokens": new + 20}
+        return 200, truthful(request)[1] | {"usage": usage}
+
+    trials, _ = played(tmp_path, monkeypatch, answer, trials=2, p=[0])
+    assert [trial.ending for trial in trials] == ["solved"] * 2
+
+
+OUTAGES = {
+    "empty, and nobody counts": lambda: (200, completion("")[1] | {"usage": None}),
+    "an error as text": lambda: completion("upstream connect error"),
+    "an error object as text": lambda: completion('{"error": {"message": "overloaded", "type": "server_error"}}'),
+    "words of its own": lambda: completion("Something went wrong here."),
+}
+
+
+@pytest.mark.parametrize("shape", OUTAGES)
+def test_a_short_outage_in_any_words_loses_no_trial(tmp_path, monkeypatch, shape):
+    since = []
+
+    def answer(request):
+        if len(request["messages"]) > 3 and len(since) == 0:
+            since.append(time.monotonic())
+        return OUTAGES[shape]() if since and time.monotonic() - since[0] < 0.5 else truthful(request)
+
+    trials, _ = played(tmp_path, monkeypatch, answer, trials=4, pause=0.1, retries=6)
+    assert [trial.ending for trial in trials] == ["solved"] * 8
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
+
+
+def test_where_all_trials_get_the_same_words_that_had_replies_before_it_is_the_server_that_says_so(
+    tmp_path, monkeypatch
+):
+    def answer(request):
+        return completion("Something went wrong here.") if len(request["messages"]) > 3 else truthful(request)
+
+    broken, _ = played(tmp_path, monkeypatch, answer, trials=2)
+    assert {(trial.error.boundary, trial.owed_again) for trial in broken} == {("model", True)}
+    said = "all trials get the same words in the place of replies: 'Something went wrong here.'"
+    assert {trial.error.message for trial in broken} == {said}
+    again, _ = played(tmp_path, monkeypatch, truthful, trials=2)
+    assert [trial.ending for trial in again] == ["solved"] * 4
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
+
+
+def test_an_honest_study_with_counted_failures_is_believed(tmp_path, monkeypatch):
+    def answer(request):
+        asked.append(request)
+        status, body = truthful(request)
+        spoilt = {
+            1: {"choices": [], "error": {"message": "busy", "code": 503}},
+            2: {"choices": [{"message": {"content": ""}, "finish_reason": "stop"}]},
+        }
+        counts = {"prompt_tokens": 9, "completion_tokens": 0, "total_tokens": 9}
+        return status, body | ({"usage": counts} | spoilt[len(asked) % 3] if len(asked) % 3 in spoilt else {})
+
+    asked = []
+    trials, _ = played(tmp_path, monkeypatch, answer, trials=2, p=[0], connections=1)
+    assert [trial.ending for trial in trials] == ["solved"] * 2
+    assert {(call.retries, call.unanswered) for call in read_calls(tmp_path)} == {(2, 0)}
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []

@@ -65,7 +65,7 @@ def own_environment(monkeypatch, server):
     for name in os.environ:
         if name.endswith(("_API_KEY", "_BASE_URL")):
             monkeypatch.delenv(name)
-    for provider in ("FAKE", "OPENAI", "OPENROUTER"):
+    for provider in ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER"):
         monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
         monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
 
@@ -95,6 +95,9 @@ def step(server):
             sum(of(call) for call in book.calls) for of in (lambda c: c.usage.output_tokens, lambda c: c.unanswered)
         )
         assert len({call.turn for call in book.calls}) == len(book.calls)
+        for asked in book.asked:
+            (call,) = (call for call in book.calls if call.turn == asked.turn)
+            assert not call.lacks(asked)
         assert "private" not in repr((said, book.calls))
         return Came(ended, said, server.arrived.total(), tokens, lost, decision, book.calls)
 
@@ -171,6 +174,25 @@ FAULTS = {
         status(400, {"message": "This model's maximum context length is 10 tokens.", "code": "context_length_exceeded"}),
         "the conversation is longer than the model can read: This model's maximum context length is 10 tokens.", 1, 0, 0,
     ),
+    # errors as text, where no trial of a model would end
+    "an empty text that nobody counts": (body("", usage=None), "an empty reply of which nobody counts a token, stop", 2, 0, 2),
+    "a gateway's page": (body("<html><head><title>502 Bad Gateway</title></head></html>"), "an error: <html><head>", 2, 10, 0),
+    "a gateway's words": (body("upstream connect error or disconnect/reset before headers", usage=None), "an error: upstream connect", 2, 0, 2),
+    "a server's words": (body("Internal Server Error"), "an error: Internal Server Error", 2, 10, 0),
+    "a number and words": (body("503 Service Unavailable"), "an error: 503 Service", 2, 10, 0),
+    "a busy model": (body("The model is overloaded. Please try again later."), "an error: The model is overloaded", 2, 10, 0),
+    "an error object as text": (body(json.dumps({"error": {"message": "Overloaded", "code": 529}})), "answered 529: Overloaded", 2, 10, 0),
+    "an error's words as text": (body(json.dumps({"error": "overloaded"})), "an error: overloaded", 2, 10, 0),
+    # what no later attempt mends is said with its remedy, and asked for once
+    "no form": (status(400, {"message": "'response_format' of type json_schema is unavailable"}), "to mend it, ask for the form of the reply in words, with the option schema=none", 1, 0, 0),
+    "no form, with success": (body(choices=[], error={"message": "json_schema is not supported"}), "schema=none", 1, 5, 0),
+    "no grammar": (failure(500, "failed to parse grammar"), "schema=none", 1, 0, 0),
+    "no such option": (status(400, {"message": "Unsupported parameter: 'temperature'"}), "to mend it, leave that option out of the spec", 1, 0, 0),
+    "no such option behind a router": (failure(404, "No endpoints found that support the requested parameters"), "leave that option out", 1, 0, 0),
+    "no quota": (status(429, {"message": "You are out.", "code": "insufficient_quota"}), "raise the quota or top up the account", 1, 0, 0),
+    "no quota in words": (failure(429, "You exceeded your current quota, please check your plan and billing details."), "top up the account", 1, 0, 0),
+    "the quota of a minute": (failure(429, "You exceeded your current quota. Please retry in 0.4s."), "retry in 0.4s", 2, 0, 0),
+    "no more today": (failure(429, "Rate limit reached for requests per day (RPD): Limit 50"), "wait until its daily limit is renewed", 1, 0, 0),
     "a key in the error": (failure(401, "Incorrect API key provided: sk-private-0123456789"), "Incorrect API key provided: [secret]", 1, 0, 0),
 }  # fmt: skip
 """Faults of the server: what it answers, what is said, how often it is asked, tokens and attempts that are charged."""
@@ -234,6 +256,10 @@ UNUSABLE = {
     "cut off": (body('{"jo', "length"), 2, "a JSON object that does not end" + CUT.format("5 tokens"), 10),
     "cut off by another name": (body('{"jo', "MAX_TOKENS"), 2, "a JSON object that does not end" + CUT.format("5 tokens"), 10),
     "cut off before it began": (body("", "length", usage=counted(900, 900)), 1, "an empty reply" + CUT.format("900 tokens, 900 of them of reasoning"), 900),
+    "the object in the thoughts": (body("", message={"reasoning_content": f"So {GOOD}"}), 1, "an empty reply (the object stands in the reasoning and not in the reply: schema=none asks for it in words)", 5),
+    "the same, cut off": (body(None, "length", message={"reasoning": GOOD}), 1, "(the object stands in the reasoning and not in the reply: schema=none asks for it in words)", 5),
+    "white space to the end": (body("\n \t", "length"), 1, "an empty reply (white space up to the limit, which the schema allows: schema=none asks for the form in words)", 5),
+    "white space after its beginning": (body('{"joint": "A",' + "\n" * 200, "length"), 1, "(white space up to the limit, which the schema allows: schema=none asks for the form in words)", 5),
     "cut off in mid-thought": (body("<think>Hm", "length", usage=counted(900)), 1, "reasoning without a reply after it" + CUT.format("900 tokens"), 900),
     "cut off and null": (body(None, "length"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
     "cut off and empty": (body("", "max_tokens"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
@@ -276,6 +302,8 @@ PLAYED = {
     "usage below nothing": body(usage={"prompt_tokens": -5, "completion_tokens": -1, "total_tokens": -6}),
     "usage beyond all": body(usage={"prompt_tokens": 10**30, "completion_tokens": 10**400, "total_tokens": 1}),
     "an impossible cache": body(usage=counted(5) | {"prompt_tokens_details": {"cached_tokens": 10**6}}),
+    "half of a character": body(GOOD.replace('"hypothesis": ""', '"hypothesis": "it\\ud83d opens"')),
+    "a model that speaks of an error": body(GOOD.replace('"hypothesis": ""', '"hypothesis": "an \\"error\\": 503"')),
     "thoughts before it": body(f"Hm\n</think>\n{GOOD}"),
     "a fence": body(f"```json\n{GOOD}\n```"),
     "a channel": body(f"<|channel|>final<|message|>{GOOD}<|return|>"),
@@ -304,6 +332,81 @@ def test_what_failed_attempts_cost_is_in_the_account_of_the_call(step, course, t
     came = step(*course, retries=5)
     assert (came.ended, came.tokens, came.lost) == ("played", tokens, lost)
     assert (came.times, sum(call.retries for call in came.calls)) == (len(course), retries)
+
+
+def test_half_of_a_character_is_replaced_and_noted(step):
+    decision = step(PLAYED["half of a character"]).decision
+    assert (decision.hypothesis, decision.tidied) == ("it? opens", ("spelling",))
+
+
+@pytest.mark.parametrize(
+    ("more", "served"),
+    [
+        ({}, "fake"),
+        ({"system_fingerprint": "fp_1"}, "fake, fp_1"),
+        ({"provider": "DeepInfra", "system_fingerprint": "fp_1"}, "fake by DeepInfra, fp_1"),
+        ({"model": None, "provider": 7, "system_fingerprint": "\x1b[31m"}, "?[31m"),
+    ],
+)
+def test_who_served_a_reply_is_kept_with_its_call(step, more, served):
+    came = step(body(**more))
+    assert (came.decision.served, came.calls[0].served) == (served, served)
+
+
+def said(content, stop="end_turn", usage=(7, 3, 1, 5), **more):
+    """An answer of Anthropic's: tokens read anew, read from the cache, put there, and written."""
+    names = ("input_tokens", "cache_read_input_tokens", "cache_creation_input_tokens", "output_tokens")
+    counts = dict(zip(names, usage, strict=True)) if usage else None
+    parts = [{"type": "text", "text": content}] if isinstance(content, str) else content
+    return 200, {
+        "type": "message",
+        "role": "assistant",
+        "model": "claude",
+        "content": parts,
+        "stop_reason": stop,
+        "usage": counts,
+    } | more
+
+
+def anthropic(code, kind, words):
+    return code, {"type": "error", "error": {"type": kind, "message": words}}
+
+
+THOUGHT = {"type": "thinking", "thinking": "Hm", "signature": "x"}
+CYBER = {"type": "refusal", "category": "cyber", "explanation": "It looks like a break-in."}
+MESSAGES = {
+    "a text": (said(GOOD), "played", "", 1, 5, 0),
+    "after thoughts": (said([THOUGHT, {"type": "text", "text": GOOD}]), "played", "", 1, 5, 0),
+    "in chunks": (said([{"type": "text", "text": half} for half in HALVES]), "played", "", 1, 5, 0),
+    "uncounted": (said(GOOD, usage=None), "played", "", 1, 0, 0),
+    "counted in words": (said(GOOD, usage=(7, "3", 1, 5)), "played", "", 1, 0, 0),
+    "thoughts alone": (said([THOUGHT]), "reply", "an empty reply (after 5 tokens, some of them of reasoning)", 2, 10, 0),
+    "cut off": (said('{"jo', "max_tokens"), "reply", "a JSON object that does not end (the reply was cut off after 5", 2, 10, 0),
+    "a refusal": (said([], "refusal", stop_details=CYBER), "refusal", "refused: cyber: It looks like a break-in.", 1, 5, 0),
+    "a refusal in silence": (said([], "refusal"), "refusal", "refused: finish_reason refusal", 1, 5, 0),
+    "no content": (said([]), "model", "a reply without content (null), end_turn", 2, 10, 0),
+    "a pause": (said("Hm", "pause_turn"), "model", "finish_reason interrupted", 2, 10, 0),
+    "no room": (said('{"jo', "model_context_window_exceeded"), "model", "the conversation is longer than the model can read", 1, 5, 0),
+    "too long": (anthropic(400, "invalid_request_error", "prompt is too long: 9 tokens > 8 maximum"), "model", "longer than the model can read: prompt is too long", 1, 0, 0),
+    "overloaded": (anthropic(529, "overloaded_error", "Overloaded"), "model", "the provider answered 529: Overloaded", 2, 0, 0),
+    "too many": (anthropic(429, "rate_limit_error", "Slower"), "model", "the provider answered 429: Slower", 2, 0, 0),
+    "broken": (anthropic(500, "api_error", "Internal server error"), "model", "answered 500: Internal server error", 2, 0, 0),
+    "a wrong key": (anthropic(401, "authentication_error", "invalid x-api-key"), "model", "answered 401: invalid x-api-key", 1, 0, 0),
+    "no credit": (anthropic(400, "invalid_request_error", "Your credit balance is too low"), "model", "top up the account", 1, 0, 0),
+    "an error with success": (anthropic(200, "overloaded_error", "Overloaded"), "model", "answered with an error: Overloaded", 2, 0, 0),
+}  # fmt: skip
+"""What Anthropic's interface answers, where the step ends, what is said, how often it is asked, tokens, attempts."""
+
+
+@pytest.mark.parametrize("row", MESSAGES)
+def test_the_same_is_understood_of_anthropic(step, row):
+    answer, ended, words, times, tokens, lost = MESSAGES[row]
+    came = step(answer, spec="llm:anthropic/claude-opus-5?repairs=1&max_tokens=900")
+    assert (came.ended, came.times, came.tokens, came.lost) == (ended, times, tokens, lost), came.said
+    assert words in came.said
+    if row == "a text":
+        usage = came.decision.usage
+        assert (usage.input_tokens, usage.cached_tokens, usage.stored_tokens) == (11, 3, 1)
 
 
 @pytest.mark.parametrize("spec", ["llm:openai/gpt-4o?repairs=1", "llm:openrouter/a/b?repairs=1"])

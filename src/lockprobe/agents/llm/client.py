@@ -35,6 +35,9 @@ LONGEST_PAUSE = 60.0
 LONGEST_OBEYED = 600.0
 """The longest wait in seconds at a server's request; a run does not wait for hours."""
 
+IN_REASONING = "in_reasoning"
+"""Why a reply is empty if the object that was asked for stands in the reasoning."""
+
 _NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
 
 _PACKED = {"", "identity", "gzip", "deflate"}
@@ -137,16 +140,27 @@ class ModelClient:
                 failed = failed.and_one(error)
                 await asyncio.sleep(self._pause(error, failed))
         counted = reply.usage.input_tokens or reply.usage.output_tokens
+        names = schema.get("required") if self._settings.form(self._facts) != "none" else None
+        hidden = isinstance(names, list) and all(f'"{name}"' in reply.thoughts for name in names)
         return ModelReply(
             text=reply.text,
-            stop=reply.stop,
+            stop=IN_REASONING if hidden and not reply.text.strip() else reply.stop,
             served=reply.served,
             usage=reply.usage + failed.usage,
             seconds=time.perf_counter() - began,
             retries=failed.retries,
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
-            reasoned=reply.reasoned,
+            reasoned=bool(reply.thoughts),
         )
+
+    async def pause(self, times: int) -> None:
+        """Wait before a conversation is sent again to which so many replies came that could not be used."""
+        if times:
+            await asyncio.sleep(self._back_off(times))
+
+    def _back_off(self, times: int, first: float = 1.0) -> float:
+        pause = min(LONGEST_PAUSE, self._access.pause * first * 2.0 ** min(times - 1, 30))
+        return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
 
     def _pause(self, error: NoReply, failed: Attempts) -> float:
         """Seconds until the next attempt.
@@ -164,9 +178,7 @@ class ModelClient:
             ) from error
         if error.wait is not None:
             return error.wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
-        first = self._access.pause * (2 if error.limited else 1)
-        pause = min(LONGEST_PAUSE, first * 2.0 ** min(failed.retries - 1, 30))
-        return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
+        return self._back_off(failed.retries, 2 if error.limited else 1)
 
     async def _once(self, content: bytes) -> Reply:
         """One attempt.

@@ -1,7 +1,8 @@
 """A language model as an agent: one call for each decision, and one more for each malformed reply.
 
 A refusal ends the trial. So does a reply that the limit cut off for the second time, or before it had begun: the same
-limit would cut off the next one too.
+limit would cut off the next one too. Other replies that cannot be used are asked for again, after a pause like that
+after a fault: some servers write their errors as if the model had said them.
 
 The pictures of a percept are sent as PNG after its text. Earlier pictures stay in the conversation, as in the paper, or
 only the newest do: ``llm:openai/gpt-4o?images=4``.
@@ -14,14 +15,14 @@ import json
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
-from lockprobe.agents.llm.client import Attempts, ModelClient, ModelReply
+from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient, ModelReply
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.llm.servers import host_of, server_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
-from lockprobe.agents.llm.token_bounds import at_most
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most
+from lockprobe.agents.model_access import MENDING, Access
 from lockprobe.agents.prompt import (
     Message,
     chat_fingerprint,
@@ -50,6 +51,15 @@ _CUT_OFF = "max_tokens"
 
 _MOST_CUT_OFF = 2
 """Cut-off replies to one request that end a trial. One that had begun can be shorter when it is asked for again."""
+
+_WHITE_SPACE = 100
+"""Blanks at the end of a reply that was cut off from which on it is said to be nothing else."""
+
+_ALIKE, _ALIKE_TRIALS = 12, 3
+"""Unusable replies in a row with the same words, and trials that got them, after which they are its server's."""
+
+_UNKNOWN = ModelFacts()
+"""Of a model about which only its record says something."""
 
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
@@ -93,7 +103,7 @@ class HostedModel:
     def __init__(self, spec: str, access: Access | None = None) -> None:
         name, self._settings = read_settings(spec)
         self._line = ModelClient(name, self._settings, access or Access())
-        self._known = facts_of(name)
+        self._known, self._alike = facts_of(name), _Alike()
         own = model_facts(name, self._settings)
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
         if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
@@ -101,16 +111,17 @@ class HostedModel:
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The model for one trial: no call is made twice, and every call is recorded."""
-        return _InOneTrial(self.facts, key, book, self._settings, self._line, self._known)
+        return _InOneTrial(self.facts, key, book, self._settings, self._line, self._known, self._alike)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+            await self._line.pause(turn - 1)
             async with self._line.slots:
                 return await self._line.ask(messages, schema)
 
-        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._known))
+        return await decided(situation, self._settings, ask, self._known)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
@@ -130,9 +141,11 @@ class _InOneTrial:
         settings: ModelSettings,
         line: ModelClient,
         known: ModelFacts,
+        alike: _Alike,
     ) -> None:
         self.facts, self._key, self._book = facts, key, book
-        self._settings, self._line, self._known = settings, line, known
+        self._settings, self._line, self._known, self._alike = settings, line, known, alike
+        self._before = _Read()
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         step = len(situation.past) + 1
@@ -140,7 +153,9 @@ class _InOneTrial:
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, self._known)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
+                self._before = _Read.of(messages, known.usage)
                 return _recalled(known, known.reply)
+            await self._line.pause(turn - 1)
             worst = at_most(messages, self._settings, self._known)
             async with self._line.slots:
                 asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
@@ -156,6 +171,7 @@ class _InOneTrial:
 
             try:
                 answer = await self._line.ask(messages, schema, again)
+                self._check(answer, situation, messages, asked.turn)
                 result = {name: getattr(answer, name) for name in _KEPT} | _credible(answer.usage, worst)
                 result["reply"] = answer.text
                 answer = replace(answer, usage=result["usage"])
@@ -172,7 +188,78 @@ class _InOneTrial:
                 self._book.write(replace(asked, most=None, **result))
             return answer
 
-        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._known))
+        return await decided(situation, self._settings, ask, self._known)
+
+    def _check(self, answer: ModelReply, situation: Situation, messages: Sequence[Message], turn: int) -> None:
+        """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
+
+        Raises:
+            ModelFault: If it is one; it keeps the account of the call.
+        """
+        read, why = _Read.of(messages, answer.usage), ""
+        try:
+            parse_reply(answer.text, situation, answer.stop)
+            self._alike.usable()
+        except RefusalFault:
+            pass
+        except ReplyFault:
+            if self._alike.unusable(self._key, answer.text) and turn > self._settings.repairs:
+                why = f"all trials get the same words in the place of replies: {answer.text[:200]!r}"
+        if read.cuts(self._before):
+            why = (
+                f"the server read {read.tokens} tokens of a conversation of which it had read {self._before.tokens} "
+                f"before, so it leaves out what does not fit{MENDING}give it a larger context (Ollama: "
+                "OLLAMA_CONTEXT_LENGTH=16384; llama.cpp: -c 16384; vLLM: --max-model-len 16384)"
+            )
+        if why:
+            spent = asdict(replace(answer.usage, calls=0))
+            raise ModelFault(why, retries=answer.retries, unanswered=answer.unanswered, usage=spent)
+        self._before = read
+
+
+class _Alike:
+    """The unusable replies since the last usable one, as long as they have the same words."""
+
+    def __init__(self) -> None:
+        self._played, self._words, self._times = False, "", 0
+        self._trials: set[str] = set()
+
+    def usable(self) -> None:
+        """Note that a trial got a usable reply."""
+        self._played, self._times = True, 0
+        self._trials.clear()
+
+    def unusable(self, trial: str, words: str) -> bool:
+        """Note what a trial got; whether it is now the server that says so, and no model."""
+        if words != self._words:
+            self._words, self._times = words, 0
+            self._trials.clear()
+        self._times += 1
+        self._trials.add(trial)
+        return self._played and self._times >= _ALIKE and len(self._trials) >= _ALIKE_TRIALS
+
+
+class _Read(NamedTuple):
+    """What a server read of a conversation: its size, the pictures in it, and the tokens that it counted."""
+
+    size: int = 0
+    pictures: int = 0
+    tokens: int = 0
+
+    @classmethod
+    def of(cls, messages: Sequence[Message], usage: Usage) -> _Read:
+        size = sum(len(message.text.encode(errors="surrogatepass")) for message in messages)
+        return cls(size, sum(len(message.pictures) for message in messages), usage.input_tokens)
+
+    def cuts(self, before: _Read) -> bool:
+        """Whether no more was read than of a shorter conversation.
+
+        Counts that never were of the text are no evidence, nor is the count of what was added alone, which is what some
+        servers count that had the rest in a cache.
+        """
+        added = self.size - before.size
+        counted = before.tokens * 8 >= before.size
+        return counted and 0 < added + PER_MESSAGE < self.tokens <= before.tokens and self.pictures >= before.pictures
 
 
 def _credible(usage: Usage, worst: Usage) -> dict[str, Usage]:
@@ -213,11 +300,7 @@ class ReplayedModel:
                 raise ModelFault("there is no such reply")
             return _recalled(known, known.reply)
 
-        return await decided(situation, self._settings, ask, self._settings.most_tokens(_UNKNOWN))
-
-
-_UNKNOWN = ModelFacts()
-"""Of a model about which only its record says something."""
+        return await decided(situation, self._settings, ask)
 
 
 def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact]) -> ModelSettings:
@@ -251,8 +334,8 @@ def _fingerprint(
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-async def decided(situation: Situation, settings: ModelSettings, ask: Ask, most: int | None = None) -> Decision:
-    """Ask until a reply is well formed. ``most`` is the limit of a reply in tokens, if it is known.
+async def decided(situation: Situation, settings: ModelSettings, ask: Ask, known: ModelFacts = _UNKNOWN) -> Decision:
+    """Ask until a reply is well formed. ``known`` is what is known of the model besides its settings.
 
     Raises:
         RefusalFault: If the model or its provider refused.
@@ -273,16 +356,28 @@ async def decided(situation: Situation, settings: ModelSettings, ask: Ask, most:
             raise RefusalFault(str(fault), tuple(replies), asdict(usage)) from None
         except ReplyFault as fault:
             said = without_marks(answer.text)[0].strip()
+            by_form = "" if settings.form(known) == "none" else _by_form(answer)
             if answer.stop == _CUT_OFF:
                 cut_off += 1 if said else _MOST_CUT_OFF
-            if len(replies) > settings.repairs or cut_off >= _MOST_CUT_OFF:
-                why = f"no usable reply in {count(len(replies), 'turn')}: {fault}{_cause(answer, most, empty=not said)}"
+            if by_form or len(replies) > settings.repairs or cut_off >= _MOST_CUT_OFF:
+                cause = by_form or _cause(answer, settings.most_tokens(known), empty=not said)
+                why = f"no usable reply in {count(len(replies), 'turn')}: {fault}{cause}"
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [
                 *messages,
                 Message(role="assistant", text=spoken(answer.text)),
                 Message(role="user", text=repair(fault, situation)),
             ]
+
+
+def _by_form(answer: ModelReply) -> str:
+    """How the schema that is enforced on a reply keeps it from coming; empty if it does not."""
+    if answer.stop == IN_REASONING:
+        return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)"
+    blanks = len(answer.text) - len(answer.text.rstrip())
+    if answer.stop == _CUT_OFF and (blanks >= _WHITE_SPACE or 0 < blanks == len(answer.text)):
+        return " (white space up to the limit, which the schema allows: schema=none asks for the form in words)"
+    return ""
 
 
 def _cause(answer: ModelReply, most: int | None, *, empty: bool) -> str:

@@ -12,10 +12,12 @@ import json
 import re
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from email.utils import mktime_tz, parsedate_tz
 from typing import Any, NamedTuple
 
+from lockprobe.agents.model_access import MENDING
 from lockprobe.agents.prompt import REFUSED
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
@@ -59,6 +61,34 @@ _TOO_LONG = re.compile(
     re.IGNORECASE,
 )
 
+_MENDING = (
+    (
+        r"insufficient_quota|(?!.*retry in \d)(?:exceeded your current quota|billing)|credit balance|no credit|payment",
+        "raise the quota or top up the account",
+    ),
+    (r"per.?day|daily|\b[RT]PD\b", "wait until its daily limit is renewed, or raise it"),
+    (
+        r"response.?format|json.?schema|structured.?output|output_config|guided|grammar",
+        "ask for the form of the reply in words, with the option schema=none",
+    ),
+    (
+        (
+            r"(?=.*(?:unsupported|not supported|unrecogni[sz]ed|unknown|not permitted|no endpoints found that))"
+            r".*(?:param|argument|temperature|top_p|effort|reasoning|thinking|max\w*_tokens)"
+        ),
+        "leave that option out of the spec",
+    ),
+)
+"""What an error that no later attempt mends says, and what does mend it."""
+
+_ERROR_PAGE = re.compile(
+    r"\W*(?:<!doctype html|<html|(?:http )?(?:error:? )?5\d\d\b|internal server error|bad gateway|gateway time-?out"
+    r"|upstream (?:connect )?error|service (?:is )?(?:temporarily |currently )?unavailable|too many requests"
+    r"|(?:the )?(?:server|model|service) is (?:currently |temporarily )?(?:overloaded|busy|unavailable|loading))",
+    re.IGNORECASE,
+)
+"""How texts begin that a gateway writes in the place of a reply."""
+
 _GAVE_UP_WAITING = (504, 524)
 """Statuses of a gateway without an answer from the server behind it, which may have continued its work."""
 
@@ -80,14 +110,14 @@ class Reply(NamedTuple):
         stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
         served: Who answered: the model, whose it is behind a router, and the version of the server, as they say it.
         usage: What it cost.
-        reasoned: Whether reasoning came with it, apart from the text.
+        thoughts: Reasoning that came with it, apart from the text.
     """
 
     text: str
     stop: str
     served: str
     usage: Usage
-    reasoned: bool
+    thoughts: str = ""
 
 
 class NoReply(Exception):
@@ -95,7 +125,7 @@ class NoReply(Exception):
 
     Args:
         words: What is said of it; secrets are left out.
-        again: Whether the same request may succeed later.
+        again: Whether the same request may succeed later; never if the words say that something has to be mended.
         charged: Whether it may be charged for, although nobody counted it.
         usage: What the server counted for it, if it counted anything.
         limited: Whether there were too many requests.
@@ -112,8 +142,9 @@ class NoReply(Exception):
         limited: bool = False,
         wait: float | None = None,
     ) -> None:
-        super().__init__(words)
-        self.again, self.charged, self.limited, self.wait = again, charged, limited, wait
+        remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
+        super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
+        self.again, self.charged, self.limited, self.wait = again and not remedy, charged, limited, wait
         self.usage = Usage() if usage is None else replace(usage, calls=0)
 
 
@@ -145,21 +176,21 @@ def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Reply
             raise _said_no(said, usage)
         return _made(came, said.words, REFUSED, usage)
     choice = _mapping(choices[0])
-    text, stop, reasoned = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
-    return _made(came, text, stop, usage, reasoned=reasoned)
+    text, stop, thoughts = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
+    return _made(came, text, stop, usage, thoughts)
 
 
-def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, *, reasoned: bool = False) -> Reply:
+def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, thoughts: str = "") -> Reply:
     model, provider, version = (
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
     served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
     served = printable(without_keys(served))[:LONGEST_NAME]
-    return Reply(without_keys(text)[:LONGEST_REPLY], stop, served, usage or Usage(calls=1), reasoned)
+    return Reply(without_keys(text)[:LONGEST_REPLY], stop, served, usage or Usage(calls=1), thoughts)
 
 
-def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, bool]:
-    """Text, reason for its end, and whether there was reasoning."""
+def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, str]:
+    """Text, reason for its end, and reasoning."""
     message = _mapping(choice.get("message"))
     said = _said(message.get("content"))
     refusal = _text_of(message.get("refusal")) or said.refusal
@@ -171,33 +202,52 @@ def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None
     reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
     after = "" if empty else f", after {said.text!r}"
     if refusal := refusal or next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), ""):
-        return refusal, REFUSED, False
+        return refusal, REFUSED, ""
     for name, reason in reasons:
         if _TOO_LONG.search(reason):
             raise NoReply("the conversation is longer than the model can read", again=False, usage=usage)
         if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
             raise _fault(f"{name} {reason}", usage, charged=not empty)
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
-    thought = bool(said.reasoning or any(message.get(name) for name in _REASONING))
-    if empty and (message.get("tool_calls") or message.get("function_call")):
-        return "", "tool_calls", thought
-    if empty and stop != "max_tokens":
-        _check_empty(said, " ".join(reason for _, reason in reasons), usage, thought=thought)
     text = said.text or ""
-    return text, stop, thought or ("</think>" in text and not text.rpartition("</think>")[2].strip())
+    thoughts = said.reasoning or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
+    if empty and (message.get("tool_calls") or message.get("function_call")):
+        return "", "tool_calls", thoughts
+    if empty and stop != "max_tokens":
+        _check_empty(said, " ".join(reason for _, reason in reasons), usage, thought=bool(thoughts))
+    if "</think>" in text and not text.rpartition("</think>")[2].strip():
+        thoughts = thoughts or text
+    _check_text(text, usage)
+    return text, stop, thoughts
+
+
+def _check_text(text: str, usage: Usage | None) -> None:
+    """Refuse an error in the form of a reply: the words of a gateway, or an object that holds an error and no move.
+
+    Raises:
+        NoReply: If it is one.
+    """
+    if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
+        raise _fault(_line(text), usage, charged=True)
+    if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
+        with suppress(ValueError):
+            if (error := _error_in(_mapping(json.loads(text)), "error")) is not None:
+                raise _said_no(error, usage, charged=True)
 
 
 def _check_empty(said: _Said, reason: str, usage: Usage | None, *, thought: bool) -> None:
     """Let an empty reply pass only if a model can have given it.
 
     Raises:
-        NoReply: If it comes without a reason for its end, without a token, or without reasoning and content.
+        NoReply: If it has no reason for its end, no token, no count of them, or neither reasoning nor content.
     """
     counted = usage or Usage()
     if not reason:
         raise _fault("an empty reply without a reason for its end", usage, charged=True)
     if counted.input_tokens and not counted.output_tokens:
         raise _fault(f"an empty reply of 0 tokens, {reason}", usage, charged=True)
+    if not (counted.output_tokens or thought or said.text is None):
+        raise _fault(f"an empty reply of which nobody counts a token, {reason}", usage, charged=True)
     if said.text is None and not (thought or counted.reasoning_tokens):
         raise _fault(f"a reply without content (null), {reason}", usage, charged=True)
 
@@ -263,9 +313,11 @@ def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any])
     if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
         raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     limited = status == 429
+    if "insufficient_quota" in named and "quota" not in words:
+        words = f"{words} (insufficient_quota)"
     raise NoReply(
         f"the provider answered {status}: {words}",
-        again=_passes(status) or (limited and "insufficient_quota" not in named),
+        again=_passes(status) or limited,
         charged=status in _GAVE_UP_WAITING,
         limited=limited,
         wait=_wait(headers.get("retry-after", "")),
