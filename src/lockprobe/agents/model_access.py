@@ -21,6 +21,7 @@ class Access:
         retries: How often an unanswered request is repeated before its trial ends as ``error``.
         pause: Seconds before the first retry, doubled for every further one up to a minute. A waiting time given by the
             provider takes precedence.
+        connect: Seconds within which a server has to take a connection.
 
     Raises:
         BadValue: If a number is out of range.
@@ -30,6 +31,7 @@ class Access:
     timeout: float = 120.0
     retries: int = 6
     pause: float = 0.5
+    connect: float = 10.0
 
     def __post_init__(self) -> None:
         check_whole("connections", self.connections, 1, 10_000)

@@ -40,7 +40,7 @@ COMMANDS = {
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, check, solve and generate boxes."),
     "list": ("list_", "app", "List agents, plants, interventions, models or measures."),
-    "doctor": ("doctor", "doctor", "Check what works on this machine."),
+    "doctor": ("doctor", "doctor", "Check what works on this machine, or with a model."),
 }
 """Name of a command -> (module, function or group in it, help)."""
 

@@ -1,7 +1,8 @@
-"""``lockprobe doctor``: reports what works on this machine."""
+"""``lockprobe doctor``: reports what works on this machine, or with a model."""
 
 from __future__ import annotations
 
+import asyncio
 import importlib.metadata
 import importlib.util
 import json as json_
@@ -9,10 +10,14 @@ import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
+
+import typer
 
 from lockprobe.agents import weights
+from lockprobe.agents.catalogue import resolve
 from lockprobe.cli import options
-from lockprobe.foundation.errors import UserMistake, advice
+from lockprobe.foundation.errors import BadValue, UserMistake, advice
 from lockprobe.foundation.plugins import robot_plugin
 
 
@@ -76,10 +81,22 @@ def _package(module: str, package: str, what: str, remedy: str) -> Finding:
     return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
 
 
-def doctor(json: options.AsJson = False) -> None:
-    """Check what works on this machine, and how to repair the rest."""
-    for finding in examine():
+def _asked(model: str) -> Iterator[Finding]:
+    if resolve(model).engine != "network":
+        raise BadValue("model", model, "a model that is served, such as llm:openai/gpt-4o or llm:ollama/llama3.2")
+    from lockprobe.agents.llm.probe import probe
+
+    for shown in asyncio.run(probe(model)):
+        yield Finding(what=shown.what, ok=shown.ok, detail=shown.detail)
+
+
+def doctor(
+    model: Annotated[str, typer.Argument(metavar="[MODEL]", help="A model, as for --agent: llm:openai/gpt-4o.")] = "",
+    json: options.AsJson = False,
+) -> None:
+    """Check what works on this machine, and how to repair the rest; or ask a model once, and say what it shows."""
+    for finding in _asked(model) if model else examine():
         if json:
             print(json_.dumps({"what": finding.what, "ok": finding.ok, "detail": finding.detail}))
         else:
-            print(f"{'ok     ' if finding.ok else 'missing'}  {finding.what}: {finding.detail}")
+            print(f"{'ok     ' if finding.ok else 'wrong  ' if model else 'missing'}  {finding.what}: {finding.detail}")

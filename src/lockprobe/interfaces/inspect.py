@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import numpy as np
     from inspect_ai.model import Content, Model
 
-    from lockprobe.agents.llm.client import ModelReply
+    from lockprobe.agents.llm.reply import ModelReply
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
     from lockprobe.trial.record import Decision, Fact, Situation
@@ -152,7 +152,7 @@ class _ModelOfTheEval:
             raise
 
     async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-        from lockprobe.agents.llm.client import ModelReply
+        from lockprobe.agents.llm.reply import ModelReply
         from lockprobe.trial.model_call import Usage
 
         asked, began = [_sent(message) for message in messages], time.perf_counter()

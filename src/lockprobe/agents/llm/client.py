@@ -11,13 +11,13 @@ import asyncio
 import random
 import time
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, replace
 from typing import NamedTuple
 
 import httpx2 as httpx
 
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.reply import NoReply, Reply, read_reply
+from lockprobe.agents.llm.reply import ModelReply, NoReply, read_reply
 from lockprobe.agents.llm.servers import needed_limit, request_body, server_of
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
@@ -65,31 +65,6 @@ class Attempts(NamedTuple):
 
 Again = Callable[[Attempts], Awaitable[None]]
 """Called before a request is made again, if more of its attempts may have been charged for than was said before."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelReply:
-    """The reply of a model.
-
-    Attributes:
-        text: The reply.
-        stop: Why the model stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
-        served: The model that answered, as the provider names it.
-        usage: What it cost, with what the provider counted for failed attempts.
-        seconds: Wall time, retries included.
-        retries: How often the provider had to be asked again.
-        unanswered: Attempts without a usable reply that the provider may have charged for.
-        reasoned: Whether reasoning came with it, apart from the text.
-    """
-
-    text: str
-    stop: str
-    served: str
-    usage: Usage
-    seconds: float
-    retries: int = 0
-    unanswered: int = 0
-    reasoned: bool = False
 
 
 class ModelClient:
@@ -142,15 +117,13 @@ class ModelClient:
         counted = reply.usage.input_tokens or reply.usage.output_tokens
         names = schema.get("required") if self._settings.form(self._facts) != "none" else None
         hidden = isinstance(names, list) and all(f'"{name}"' in reply.thoughts for name in names)
-        return ModelReply(
-            text=reply.text,
+        return replace(
+            reply,
             stop=IN_REASONING if hidden and not reply.text.strip() else reply.stop,
-            served=reply.served,
             usage=reply.usage + failed.usage,
             seconds=time.perf_counter() - began,
             retries=failed.retries,
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
-            reasoned=bool(reply.thoughts),
         )
 
     async def pause(self, times: int) -> None:
@@ -180,7 +153,7 @@ class ModelClient:
             return error.wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
         return self._back_off(failed.retries, 2 if error.limited else 1)
 
-    async def _once(self, content: bytes) -> Reply:
+    async def _once(self, content: bytes) -> ModelReply:
         """One attempt.
 
         A connection is taken by one request at a time, and each has a client of its own: a pool looks at all its
@@ -189,7 +162,10 @@ class ModelClient:
         if not self._idle:
             self._idle.append(
                 httpx.AsyncClient(
-                    verify=self._trust, timeout=None, follow_redirects=True, event_hooks={"response": [_check]}
+                    verify=self._trust,
+                    timeout=httpx.Timeout(None, connect=self._access.connect),
+                    follow_redirects=True,
+                    event_hooks={"response": [_check]},
                 )
             )
             self._made += self._idle

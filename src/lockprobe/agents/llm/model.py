@@ -17,8 +17,9 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
-from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient, ModelReply
+from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
+from lockprobe.agents.llm.reply import ModelReply
 from lockprobe.agents.llm.servers import host_of, server_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most

@@ -13,7 +13,7 @@ import re
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from email.utils import mktime_tz, parsedate_tz
 from typing import Any, NamedTuple
 
@@ -102,21 +102,30 @@ _STOPS = {
 _REASONING = ("reasoning", "reasoning_content", "reasoning_details")
 
 
-class Reply(NamedTuple):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelReply:
     """A reply of the model; of a refusal its words.
 
     Attributes:
         text: The text.
-        stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
+        stop: Why the model stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
         served: Who answered: the model, whose it is behind a router, and the version of the server, as they say it.
-        usage: What it cost.
-        thoughts: Reasoning that came with it, apart from the text.
+        usage: What it cost, with what the provider counted for failed attempts.
+        seconds: Wall time, retries included.
+        retries: How often the provider had to be asked again.
+        unanswered: Attempts without a usable reply that the provider may have charged for.
+        reasoned: Whether reasoning came with it, apart from the text.
+        thoughts: That reasoning; it is not kept.
     """
 
     text: str
     stop: str
     served: str
     usage: Usage
+    seconds: float = 0.0
+    retries: int = 0
+    unanswered: int = 0
+    reasoned: bool = False
     thoughts: str = ""
 
 
@@ -148,7 +157,7 @@ class NoReply(Exception):
         self.usage = Usage() if usage is None else replace(usage, calls=0)
 
 
-def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Reply:
+def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> ModelReply:
     """The reply in an answer.
 
     Raises:
@@ -180,13 +189,14 @@ def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Reply
     return _made(came, text, stop, usage, thoughts)
 
 
-def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, thoughts: str = "") -> Reply:
+def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, thoughts: str = "") -> ModelReply:
     model, provider, version = (
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
     served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
     served = printable(without_keys(served))[:LONGEST_NAME]
-    return Reply(without_keys(text)[:LONGEST_REPLY], stop, served, usage or Usage(calls=1), thoughts)
+    text, usage = without_keys(text)[:LONGEST_REPLY], usage or Usage(calls=1)
+    return ModelReply(text=text, stop=stop, served=served, usage=usage, reasoned=bool(thoughts), thoughts=thoughts)
 
 
 def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, str]:
@@ -294,7 +304,7 @@ def _passes(status: int) -> bool:
     return status in (408, 409, 425) or status >= 500
 
 
-def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> Reply:
+def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> ModelReply:
     """The refusal that came with a status of failure.
 
     Raises:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
-from lockprobe.agents.llm.model_facts import ModelFacts
+from lockprobe.agents.llm.model_facts import ModelFacts, Schema
 from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies, is_url
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
@@ -149,34 +149,30 @@ def request_body(
     facts: ModelFacts,
 ) -> bytes:
     """A conversation as it is sent, with the form of the reply and what is set of the model."""
-    make = _as_messages if server.messages else _as_completions
-    body = make(server, messages, schema, settings, facts)
+    sent, form = settings.parameters(facts), settings.form(facts)
+    if server.messages:
+        sent.setdefault("max_tokens", needed_limit(server, settings, facts))
+        body = _as_messages(server.model, messages, None if form == "none" else schema, sent)
+    else:
+        said = [{"role": one.role, "content": _content(one, settings.detail)} for one in messages]
+        openai = server.provider == "openai" or _host(server.url).endswith(".azure.com")
+        if openai and "max_tokens" in sent and facts.reasons is not False:  # models that reason refuse the older name
+            sent["max_completion_tokens"] = sent.pop("max_tokens")
+        body = {"messages": said, "model": server.model} | _of_completions(server.provider, schema, sent, form)
     return json.dumps(body, ensure_ascii=False, separators=(",", ":")).encode("utf-8", "replace")
 
 
-def _as_completions(
-    server: Server,
-    messages: Sequence[Message],
-    schema: dict[str, object],
-    settings: ModelSettings,
-    facts: ModelFacts,
-) -> dict[str, Any]:
-    body: dict[str, Any] = {
-        "messages": [{"role": one.role, "content": _content(one, settings)} for one in messages],
-        "model": server.model,
-    }
-    sent = settings.parameters(facts)
-    if server.provider == "openrouter":
-        if upstream := sent.pop("upstream", None):
+def _of_completions(
+    provider: str, schema: dict[str, object], sent: dict[str, object], form: Schema
+) -> dict[str, object]:
+    """What is set, and the form of the reply, as chat completions have it."""
+    body = dict(sent)
+    if provider == "openrouter":
+        if upstream := body.pop("upstream", None):
             body["provider"] = {"only": [upstream], "allow_fallbacks": False}
-        if effort := sent.pop("reasoning_effort", None):
+        if effort := body.pop("reasoning_effort", None):
             body["reasoning"] = {"effort": effort}
-    openai = server.provider == "openai" or _host(server.url).endswith(".azure.com")
-    if openai and "max_tokens" in sent and facts.reasons is not False:  # models that reason refuse the older name
-        sent["max_completion_tokens"] = sent.pop("max_tokens")
-    body |= sent
-    form = settings.form(facts)
-    if form != "none" and server.provider == "deepseek":
+    if form != "none" and provider == "deepseek":
         body["response_format"] = {"type": "json_object"}
     elif form != "none":
         order = ("type", "properties", "additionalProperties", "required")
@@ -186,23 +182,19 @@ def _as_completions(
     return body
 
 
-def _content(message: Message, settings: ModelSettings) -> str | list[dict[str, Any]]:
+def _content(message: Message, detail: str) -> str | list[dict[str, Any]]:
     if not message.pictures:
         return message.text
     parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
     for picture in message.pictures:
         url = f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
-        parts.append({"type": "image_url", "image_url": {"url": url, "detail": settings.detail}})
+        parts.append({"type": "image_url", "image_url": {"url": url, "detail": detail}})
     return parts
 
 
 def _as_messages(
-    server: Server,
-    messages: Sequence[Message],
-    schema: dict[str, object],
-    settings: ModelSettings,
-    facts: ModelFacts,
-) -> dict[str, Any]:
+    model: str, messages: Sequence[Message], schema: dict[str, object] | None, sent: dict[str, object]
+) -> dict[str, object]:
     said = []
     for one in messages:
         parts: list[dict[str, Any]] = [{"type": "text", "text": one.text}]
@@ -210,19 +202,17 @@ def _as_messages(
             data = base64.b64encode(picture.png).decode("ascii")
             parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
         said.append({"role": one.role, "content": parts})
-    sent = settings.parameters(facts)
-    effort = sent.pop("reasoning_effort", None)
-    most = sent.pop("max_tokens", None) or needed_limit(server, settings, facts)
+    effort, most = sent.pop("reasoning_effort", None), sent.pop("max_tokens")
     # what every request of a trial begins with is put into the cache, and read from there in the next step
-    body = {"model": server.model, "max_tokens": most, "messages": said, "cache_control": {"type": "ephemeral"}, **sent}
+    body = {"model": model, "max_tokens": most, "messages": said, "cache_control": {"type": "ephemeral"}, **sent}
     output: dict[str, Any] = {}
     if effort == "none":
-        body["thinking"] = {"type": "between_tools" if "sonnet-5-5" in server.model else "disabled"}
-    elif effort is not None and _BEFORE_EFFORTS.search(server.model):
+        body["thinking"] = {"type": "between_tools" if "sonnet-5-5" in model else "disabled"}
+    elif effort is not None and _BEFORE_EFFORTS.search(model):
         body["thinking"] = {"type": "enabled", "budget_tokens": min(_THINKING[str(effort)], int(str(most)) - 1)}
     elif effort is not None:
         body["thinking"] = {"type": "adaptive"}
         output["effort"] = "low" if effort == "minimal" else effort
-    if settings.form(facts) != "none":
+    if schema is not None:
         output["format"] = {"type": "json_schema", "schema": schema}
     return body | ({"output_config": output} if output else {})
