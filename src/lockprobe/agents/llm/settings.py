@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal, get_args
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
@@ -16,6 +16,9 @@ MOST_PLAIN = 1000
 
 MOST_REASONED = 25_000
 """The default limit for models that reason: the least that OpenAI's guide to reasoning models recommends."""
+
+UNBOUNDED = 32_000
+"""The limit where a provider needs one and nothing is known of the model's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,6 +150,8 @@ def read_settings(spec: str) -> tuple[str, ModelSettings]:
     name = asked.full_name
     if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
         raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
-    settings = with_options(ModelSettings, f"llm:{name}", asked.options)
-    settings.check(f"llm:{name}", facts_of(name))
+    settings, facts = with_options(ModelSettings, f"llm:{name}", asked.options), facts_of(name)
+    settings.check(f"llm:{name}", facts)
+    if parts[0] == "anthropic" and settings.most_tokens(facts) is None:  # which needs one
+        settings = replace(settings, max_tokens=facts.most_output or UNBOUNDED)
     return name, settings

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.agents.llm.model_facts import Price, facts_of
+from lockprobe.agents.llm.model_facts import Price, facts_of, price_of
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.dry_trial import Array, DryTrial
@@ -99,7 +99,7 @@ class _AgentEstimator:
     def __init__(self, study: Study, agent: str, done: Mapping[str, OnRecord]) -> None:
         self._study, self._agent = study, agent
         name, self._settings = read_settings(agent)
-        self._facts = facts_of(name)
+        self._facts, self._price = facts_of(name), price_of(name)
         self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
         self._trials = done
         self._done = {
@@ -163,7 +163,7 @@ class _AgentEstimator:
                 output_tokens=round(sum(float(self._dry[one].most_output @ times) for one, times in full.items())),
             ),
             repeated=repeated,
-            price=self._facts.price,
+            price=self._price,
             until=str(self._study.until or ""),
         )
 

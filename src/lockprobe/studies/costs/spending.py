@@ -13,7 +13,8 @@ from math import floor, log10
 from typing import Any
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.model_facts import Price, facts_of
+from lockprobe.agents.llm import model_facts
+from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call, Usage
@@ -65,7 +66,7 @@ def hosted(study: Study) -> tuple[str, ...]:
 def price_of(agent: str) -> Price | None:
     """The price of an agent's provider; None if it is not known, or there is no provider."""
     spec = Spec.parse(agent)
-    return facts_of(spec.name).price if spec.kind == "llm" else None
+    return model_facts.price_of(spec.name) if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
