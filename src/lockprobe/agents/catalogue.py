@@ -11,7 +11,6 @@ Those of a viewer and of its strategy stand side by side: ``viewer:human-inspire
 from __future__ import annotations
 
 import difflib
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from inspect import iscoroutinefunction, isfunction
@@ -229,11 +228,6 @@ def _client(spec: Spec, access: Access) -> AgentSource:
     return AgentSource(spec=str(spec), engine="client", senses="pictures", make=OutsideAgent)
 
 
-def _hosted(name: str, *given: object) -> Any:
-    """Call a function of the module of hosted models, imported only when needed because that takes seconds."""
-    return getattr(importlib.import_module("lockprobe.agents.llm.model"), name)(*given)
-
-
 def _language_model(spec: Spec, access: Access) -> AgentSource:
     text = str(spec)
     if spec.name == "local" or spec.name.startswith("gguf:"):
@@ -247,13 +241,25 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
             check=lambda: local.check(text),
         )
     if "/" in spec.name.strip("/"):
-        blind = facts_of(read_settings(text)[0]).images is False  # of one that is not known its provider has to say so
+        name, _ = read_settings(text)
+        blind = facts_of(name).images is False  # of one that is not known its provider has to say so
+
+        def make() -> Agent:
+            from lockprobe.agents.llm.model import HostedModel
+
+            return HostedModel(text, access)
+
+        def check() -> None:
+            from lockprobe.agents.llm.servers import server_of
+
+            server_of(name)
+
         return AgentSource(
             spec=text,
             engine="network",
             senses="reports" if blind else "pictures",
-            make=lambda: _hosted("HostedModel", text, access),
-            check=lambda: _hosted("check", text),
+            make=make,
+            check=check,
         )
     raise UnknownName("language model", text, [name for name in _OTHERS if spec_kind(name) == spec.kind])
 

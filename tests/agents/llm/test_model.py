@@ -13,7 +13,7 @@ from stored import contents, records, sql
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm import model as llm
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message, picture_fingerprint
 from lockprobe.boxes.families import box
@@ -282,7 +282,7 @@ def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pi
 )
 def test_an_option_that_cannot_be_is_one_line(options, mistake, message):
     with pytest.raises(mistake) as wrong:
-        llm.check(f"openai-api/fake/model?{options}")
+        read_settings(f"openai-api/fake/model?{options}")
     assert str(wrong.value).startswith(message)
 
 

@@ -8,11 +8,13 @@ charge for attempts to which no reply came, so they are announced before the nex
 from __future__ import annotations
 
 import asyncio
+import json
 import random
 import time
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import asdict, replace
 from typing import NamedTuple
+from urllib.request import getproxies
 
 import httpx2 as httpx
 
@@ -81,7 +83,8 @@ class ModelClient:
     def __init__(self, name: str, settings: ModelSettings, access: Access) -> None:
         self.server, self._settings, self._facts = server_of(name), settings, facts_of(name)
         self._access = access
-        self._trust = httpx.create_ssl_context() if self.server.url.startswith("https:") else False
+        secure = any(url.startswith("https:") for url in (self.server.url, *getproxies().values()))
+        self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
         self._idle: list[httpx.AsyncClient] = []
         self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
@@ -109,16 +112,25 @@ class ModelClient:
                 failed = failed.and_one(error)
                 await asyncio.sleep(self._pause(error, failed))
         counted = reply.usage.input_tokens or reply.usage.output_tokens
-        names = schema.get("required") if self._settings.form(self._facts) != "none" else None
-        hidden = isinstance(names, list) and all(f'"{name}"' in reply.thoughts for name in names)
         return replace(
             reply,
-            stop=IN_REASONING if hidden and not reply.text.strip() else reply.stop,
+            stop=IN_REASONING if self._hides(reply, schema) else reply.stop,
             usage=reply.usage + failed.usage,
             seconds=time.perf_counter() - began,
             retries=failed.retries,
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
         )
+
+    def _hides(self, reply: ModelReply, schema: dict[str, object]) -> bool:
+        """Whether a reply is empty and the object that a schema asks for stands at the end of the reasoning."""
+        names = schema.get("required")
+        if reply.text.strip() or self._settings.form(self._facts) == "none" or not isinstance(names, list):
+            return False
+        try:
+            last = json.loads(reply.thoughts[reply.thoughts.rfind("{") :])
+        except ValueError:
+            return False
+        return isinstance(last, dict) and last.keys() >= set(names)
 
     async def pause(self, times: int) -> None:
         """Wait before a conversation is sent again to which so many replies came that could not be used."""
@@ -199,18 +211,15 @@ async def _check(response: httpx.Response) -> None:
         NoReply: If it is one.
     """
     if response.has_redirect_location:
-        here, there = response.request.url, response.request.url.join(response.headers["location"])
-        if (here.scheme, here.host, here.port) != (there.scheme, there.host, there.port):
-            said = f"a redirect from {_origin(here)} to {_origin(there)}, which must not get the conversation"
+        urls = response.request.url, response.request.url.join(response.headers["location"])
+        here, there = (f"{url.scheme}://{url.netloc.decode('ascii', 'replace').rpartition('@')[2]}" for url in urls)
+        if here != there:
+            said = f"a redirect from {here} to {there}, which must not get the conversation"
             raise NoReply(f"the provider answered with {said}", again=False)
     packed = response.headers.get("content-encoding", "").lower()
     if not {part.strip() for part in packed.split(",")} <= _PACKED:
         said = f"an answer compressed with {packed[:40]}, which was not requested"
         raise NoReply(f"the provider answered with {said}", again=False, charged=True)
-
-
-def _origin(url: httpx.URL) -> str:
-    return f"{url.scheme}://{url.netloc.decode('ascii', 'replace').rpartition('@')[2]}"
 
 
 def _cause(error: BaseException) -> BaseException:

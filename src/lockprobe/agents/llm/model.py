@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.llm.reply import ModelReply
-from lockprobe.agents.llm.servers import host_of, server_of
+from lockprobe.agents.llm.servers import host_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most
 from lockprobe.agents.model_access import MENDING, Access
@@ -64,16 +64,6 @@ _UNKNOWN = ModelFacts()
 
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
-
-
-def check(spec: str) -> None:
-    """Check whether a model can be asked, without asking it.
-
-    Raises:
-        UserMistake: As :func:`lockprobe.agents.llm.servers.server_of` and
-            :func:`lockprobe.agents.llm.settings.read_settings`.
-    """
-    server_of(read_settings(spec)[0])
 
 
 class HostedModel:

@@ -82,7 +82,8 @@ _MENDING = (
 """What an error that no later attempt mends says, and what does mend it."""
 
 _ERROR_PAGE = re.compile(
-    r"\W*(?:<!doctype html|<html|(?:http )?(?:error:? )?5\d\d\b|internal server error|bad gateway|gateway time-?out"
+    r"\W*(?:<!doctype html|<html|(?:http |error:? )*5\d\d:? (?:internal|bad|service|gateway)"
+    r"|internal server error|bad gateway|gateway time-?out"
     r"|upstream (?:connect )?error|service (?:is )?(?:temporarily |currently )?unavailable|too many requests"
     r"|(?:the )?(?:server|model|service) is (?:currently |temporarily )?(?:overloaded|busy|unavailable|loading))",
     re.IGNORECASE,
@@ -165,7 +166,7 @@ def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Model
     """
     try:
         came = json.loads(content)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         if status < 400:
             raise NoReply(f"a reply that cannot be read ({error})", charged=True) from None
         came = {"error": content.decode("utf-8", "replace")}
@@ -263,11 +264,16 @@ def _check_empty(said: _Said, reason: str, usage: Usage | None, *, thought: bool
 
 
 class _Error(NamedTuple):
-    """An error in an answer: its words, the status that it names, and whether it refuses the conversation."""
+    """An error in an answer: its words, its code and type, and whether the conversation was flagged."""
 
     words: str
-    status: int | None
-    refused: bool
+    named: str
+    flagged: bool
+
+    @property
+    def refused(self) -> bool:
+        """Whether it refuses the conversation."""
+        return self.flagged or bool(_REFUSAL.search(self.named))
 
 
 def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
@@ -278,21 +284,18 @@ def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
     if said is None or (isinstance(said, dict) and not any(said.values())):
         return None
     parts = said if isinstance(said, dict) else {"code": holder.get("code")}
-    code = str(parts.get("code"))
-    flagged = bool(_mapping(parts.get("metadata")).get("reasons"))
-    return _Error(
-        words=_line(str(parts.get("message") or said)),
-        status=int(code) if re.fullmatch("[45][0-9][0-9]", code) else None,
-        refused=flagged or bool(_REFUSAL.search(f"{code} {parts.get('type')}")),
-    )
+    words, named = _line(str(parts.get("message") or said)), f"{parts.get('code')} {parts.get('type')}"
+    if "insufficient_quota" in named and "quota" not in words:
+        words = f"{words} (insufficient_quota)"
+    return _Error(words, named, bool(_mapping(parts.get("metadata")).get("reasons")))
 
 
 def _said_no(error: _Error, usage: Usage | None, *, charged: bool = False) -> NoReply:
-    if error.status is None:
+    if (code := re.match("[45][0-9][0-9] ", error.named)) is None:
         return _fault(error.words, usage, charged=charged)
-    words = f"the provider answered {error.status}: {error.words}"
-    passes = _passes(error.status) or error.status == 429
-    return NoReply(words, again=passes, charged=charged, usage=usage, limited=error.status == 429)
+    status, words = int(code[0]), f"the provider answered {code[0].strip()}: {error.words}"
+    passes = _passes(status) or status == 429
+    return NoReply(words, again=passes, charged=charged, usage=usage, limited=status == 429)
 
 
 def _fault(words: str, usage: Usage | None, *, charged: bool) -> NoReply:
@@ -310,21 +313,14 @@ def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any])
     Raises:
         NoReply: If it refuses anything but the conversation.
     """
-    error = came.get("error") or came.get("detail") or came
-    if isinstance(error, list) and error:
-        error = error[0]
-    parts = _mapping(error)
-    words = _line(str(parts.get("message") or came.get("message") or error))
-    named = f"{parts.get('code')} {parts.get('type')}"
-    if status in _REFUSING and (
-        _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named) or _REFUSED_IN_WORDS.search(words)
-    ):
+    words, named, flagged = (
+        _error_in(came, "error", "detail") or _error_in({"error": [came]}, "error") or ("", "", False)
+    )
+    if status in _REFUSING and (flagged or _REFUSED_FOR.search(named) or _REFUSED_IN_WORDS.search(words)):
         return _made(came, words, REFUSED, None)
     if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
         raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     limited = status == 429
-    if "insufficient_quota" in named and "quota" not in words:
-        words = f"{words} (insufficient_quota)"
     raise NoReply(
         f"the provider answered {status}: {words}",
         again=_passes(status) or limited,
@@ -356,8 +352,8 @@ def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:
             "prompt_tokens_details": {"cached_tokens": cached, "cache_write_tokens": stored},
         }
     message = {"content": came.get("content"), "refusal": why if stop == "refusal" else ""}
-    reason = {"finish_reason": stop} if stop != "pause_turn" else {"finish_reason": "interrupted"}
-    return {**came, "choices": [{"message": message, **reason}], "usage": usage}
+    reason = "interrupted" if stop == "pause_turn" else stop
+    return {**came, "choices": [{"message": message, "finish_reason": reason}], "usage": usage}
 
 
 class _Said(NamedTuple):
@@ -391,9 +387,8 @@ def _parts(content: list[Any]) -> Iterator[tuple[str, str]]:
             yield "text", part
             continue
         of = _mapping(part)
-        kind = str(of.get("type") or "text")
+        kind = str(of.get("type") or "text").removeprefix("output_")
         kind = "reasoning" if kind in ("thinking", "reasoning", "reasoning_text", "redacted_thinking") else kind
-        kind = kind.removeprefix("output_")
         names = (kind, "text", "thinking", "content", "summary", "data")
         yield kind, _text_of(next((held for name in names if (held := of.get(name))), ""))
 
@@ -416,18 +411,15 @@ def _usage(came: Mapping[str, Any]) -> Usage | None:
     if type(total) is int:
         written = max(written, total - read)  # xAI leaves out those of reasoning
     of_read, of_written = (_mapping(counts.get(f"{name}_tokens_details")) for name in ("prompt", "completion"))
-    cached, stored = _count(of_read, "cached_tokens"), _count(of_read, "cache_write_tokens")
-    hidden = _count(of_written, "reasoning_tokens")
-    if not all(0 <= count < _MOST_COUNTED for count in (read - cached - stored, read, cached, stored, written, hidden)):
-        return None
-    return Usage(
-        calls=1,
-        input_tokens=read,
-        output_tokens=written,
-        cached_tokens=cached,
-        stored_tokens=stored,
-        reasoning_tokens=hidden,
-    )
+    counted = {
+        "input_tokens": read,
+        "output_tokens": written,
+        "cached_tokens": _count(of_read, "cached_tokens"),
+        "stored_tokens": _count(of_read, "cache_write_tokens"),
+        "reasoning_tokens": _count(of_written, "reasoning_tokens"),
+    }
+    possible = counted["cached_tokens"] + counted["stored_tokens"] <= read
+    return Usage(calls=1, **counted) if possible and all(0 <= n < _MOST_COUNTED for n in counted.values()) else None
 
 
 def _count(counts: Mapping[str, Any], name: str) -> int:
