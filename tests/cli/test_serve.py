@@ -1,5 +1,6 @@
 """``lockprobe serve``, as typed."""
 
+import json
 import signal
 import socket
 import subprocess
@@ -15,7 +16,8 @@ from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_peopl
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
-from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study, write_settings
 
 
 def refused(*arguments):
@@ -32,7 +34,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
         said = [process.stdout.readline().rstrip() for _ in range(7)]
-        assert said[0] == "flips on chain-4 for people: 24 trials, 4 for each person"
+        assert said[0] == "flips on 8 boxes for people: 160 trials, 4 for each person"
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[2]
         assert said[3].endswith(str(tmp_path / "study"))
         assert "names nobody as responsible" in said[4]
@@ -60,7 +62,7 @@ def test_a_file_s_agents_play_beside_people(tmp_path):
     study = tmp_path / "mine.toml"
     study.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.5]\ntrials = 4\n')
     planned, directory = _planned(str(study), {"seed": 9}, None)
-    assert (planned.agents, planned.p, planned.trials, planned.seed) == (("random", "participant"), (0.0, 0.5), 4, 9)
+    assert (planned.agents, planned.p, planned.trials, planned.seed) == (("random", "participant"), (0.0, 0.5), 32, 9)
     assert directory.name == f"flips-{planned.identity}"
     assert _planned("flips", {}, tmp_path)[1] == tmp_path
 
@@ -99,7 +101,7 @@ def test_the_example_has_every_setting_as_it_is_by_default():
     given = tomllib.loads(EXAMPLE.read_text("utf-8"))
     example, default = read_experiment(EXAMPLE), Experiment()
     assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
-    named = set(given) | {"trials_each", "participants"}  # which stand there as remarks
+    named = set(given) | {"trials_each", "participants", "practice_layout"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}
@@ -147,7 +149,7 @@ def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, mon
     assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
     assert _study_and_people("flips", {}, None, {"participants": 40}, None)[1] == directory
     planned, _, _ = _study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
-    assert (len(planned.p), planned.trials, planned.repetitions) == (2, 14, 3)
+    assert (len(planned.p), planned.trials, planned.repetitions) == (2, 16, 3)
 
 
 def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch):
@@ -159,15 +161,34 @@ def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch)
 
     asked = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
     four = ["truth", "flip?p=0.4 + nudge", "tremble?p=0.1", "tremble?p=0.2"]
-    assert planned(**asked) == (four, 12, 1)
-    assert planned(people=2, **asked) == (four, 4, 1)
-    assert planned(**asked, p=[0.0, 0.4]) == (["truth", "flip?p=0.4", *four[1:]], 12, 1)
+    assert planned(**asked) == (four, 16, 1)
+    assert planned(people=2, **asked, box="chain-4") == (four, 4, 1)
+    assert planned(**asked, p=[0.0, 0.4]) == (["truth", "flip?p=0.4", *four[1:]], 16, 1)
     (tmp_path / "mine.toml").write_text(
         'study = "flips"\n[[condition]]\nname = "plain"\nspec = "truth"\n[[condition]]\nname = "nudged"\n'
         'spec = "flip?p=0.4 + nudge"\n'
     )
-    assert planned("mine.toml") == (["plain", "nudged"], 12, 1)
+    assert planned("mine.toml") == (["plain", "nudged"], 16, 1)
     assert planned("why")[0][0] == "truth"
+
+
+def test_a_study_that_an_earlier_release_began_goes_on_as_it_was(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked, own = {"p": [0.0, 0.4]}, {"participants": 40}
+    begun = study("flips", agent="participant", box="chain-4", layout="fixed", trials=40, repetitions=1, **asked)
+    settings = Experiment(practice="chain-3", participants=40).model_dump(exclude={"practice_layout"})
+    file = tmp_path / "people.toml"
+    file.write_text("feedback = false\n")
+    for place, out in (("a", tmp_path / "a"), (f"lockprobe-runs/flips-{begun.identity}", None)):
+        (tmp_path / place / "people").mkdir(parents=True)
+        write_settings(tmp_path / place, begun)
+        (tmp_path / place / "people" / "experiment.json").write_text(json.dumps(settings))
+        for people in (None, file):
+            planned, directory, experiment = _study_and_people("flips", asked, people, own, out)
+            assert (planned, (tmp_path / directory).resolve()) == (begun, (tmp_path / place).resolve())
+            assert (experiment.practice, experiment.practice_layout) == ("chain-3", "fixed")
+    planned, _, experiment = _study_and_people("flips", asked, file, own, tmp_path / "b")
+    assert (len(planned.boxes), planned.layout, experiment.practice_layout) == (8, "shuffled", "shuffled")
 
 
 def test_a_port_in_use_is_said(tmp_path):

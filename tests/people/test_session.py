@@ -281,7 +281,7 @@ def test_the_practice_is_no_trial(tmp_path):
         return await to_first(Box, reception, shown)
 
     shown = sitting(tmp_path, STUDY, practises, experiment=Experiment())
-    assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 3)
+    assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 4)
 
     async def done(reception, shown):
         player = Player(tmp_path / "b", STUDY, "round-robin")

@@ -190,7 +190,7 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
 
 
 def test_people_cannot_be_forked():
-    planned = study("flips", agent="participant", p=[0.4], trials=1, repetitions=1)
+    planned = study("flips", box="chain-4", layout="fixed", agent="participant", p=[0.4], trials=1, repetitions=1)
     person = make_trial([0, 0], agent="participant:anna", p=0.4)
     with pytest.raises(BadValue, match="people cannot be asked"):
         branching(planned, [person], keys=[person.key])

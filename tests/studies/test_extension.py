@@ -84,7 +84,7 @@ def test_another_agent_or_an_import_forgets_no_earlier_plan(small, tmp_path):
 
 
 def test_what_is_compared_at_one_look_is_not_extended(tmp_path):
-    people = study("flips", agent=["participant", "random"], p=[0], repetitions=1, trials=2)
+    people = study("flips", box="chain-4", agent=["participant", "random"], p=[0], repetitions=1, trials=2)
     write_study(tmp_path / "people", people, [])
     run_study(people, tmp_path / "people")
     with pytest.raises(BadValue, match="trials: got 3, expected 2: people are compared at one look"):

@@ -1,15 +1,15 @@
 """A study on several boxes: who plays which, with which luck, and what is refused."""
 
 from collections import Counter
-from dataclasses import replace
+from itertools import permutations
 
 import pytest
 
 from lockprobe import run_study
-from lockprobe.boxes.families import box
+from lockprobe.boxes.families import ALIKE, box
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.foundation.spec import PEOPLE
+from lockprobe.simulation.population import population
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 
@@ -61,7 +61,37 @@ def test_what_has_no_meaning_is_refused(asked, said):
         study("flips", **asked)
 
 
-def test_people_have_one_box_design():
-    planned = study("flips", box="chain-4,fork", **ASKED)
-    with pytest.raises(UserMistake, match="one with people"):
-        replace(planned, agents=(PEOPLE, "random"))
+def test_who_sees_places_learns_nothing_from_them():
+    """People play several boxes of one difficulty, none of them twice; they and pictures have a new panel each trial."""
+    people = study("flips", agent=["participant", "random"], p=[0, 0.4])
+    assert (people.layout, [one.name for one in people.boxes]) == ("shuffled", list(ALIKE))
+    assert study("flips", agent="participant", box="fork").layout == "shuffled"
+    assert study("flips", agent="random", modality=["symbolic?places=yes"]).layout == "shuffled"
+    assert study("flips", agent="viewer", modality=["rgb"], plant="fast-twin").layout == "shuffled"
+    assert study("flips", agent="random").layout == "fixed"
+    assert study("flips", agent="participant", layout="fixed", box="chain-4").layout == "fixed"
+
+
+def test_boxes_of_people_take_as_many_steps_as_each_other_and_lock_otherwise():
+    boxes = [box(name) for name in ALIKE]
+    assert {optimum(one) for one in boxes} == {4}
+    for agent, steps in (("human-inspired", 8.5), ("ideal-observer", 8.3)):
+        found = [population(agent, box=one, trials=4000) for one in boxes]
+        assert {one.success for one in found} == {1.0}
+        assert [float(one.steps.mean()) for one in found] == pytest.approx([steps] * 8, abs=0.15)
+    assert len({_structure(one) for one in boxes}) == 8
+
+
+def _structure(one):
+    """The interlock whatever joints are called: the least of all ways to number those but the target."""
+    names = [name for name in one.names if name != one.target]
+    ways = [{one.target: 0, **dict(zip(order, (1, 2, 3), strict=True))} for order in permutations(names)]
+    return min(
+        str(
+            sorted(
+                (way[j], sorted(sorted((way[o], at) for o, at in part.items()) for part in one.alternatives(j)))
+                for j in way
+            )
+        )
+        for way in ways
+    )

@@ -1,11 +1,12 @@
 """The catalogue of agents by spec. Heavy modules are imported only when an agent needs them.
 
-Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
-``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
-model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model that is served), ``participant``
-(people), ``mcp:NAME`` (an agent with tools), ``python:module:Name`` (your class), and what installed packages add by an
-entry point in the group ``lockprobe.agents``. Options follow a question mark: ``human-inspired:proximity?lapse=0.1``.
-Those of a viewer and of its strategy stand side by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
+Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``right-to-left``, ``human-inspired[:preset]``,
+``ideal-observer``, ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them),
+``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model that is
+served), ``participant`` (people), ``mcp:NAME`` (an agent with tools), ``python:module:Name`` (your class), and what
+installed packages add by an entry point in the group ``lockprobe.agents``. Options follow a question mark:
+``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
+``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from lockprobe.agents.modalities import Senses
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.participant import check_participant
-from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RightToLeft, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
@@ -42,6 +43,7 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
     "random-no-repeat": RandomNoRepeat,
     "round-robin": RoundRobin,
+    "right-to-left": RightToLeft,
 }
 _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"

@@ -39,6 +39,29 @@ class RandomNoRepeat(Policy[int]):
         return evenly([joint for joint in range(view.joints) if joint != memory], view)
 
 
+class RightToLeft(Policy[int]):
+    """The joints from right to left on the panel, again and again, whatever happens: what places alone give away."""
+
+    looks = False
+
+    def begin(self, view: View) -> int:
+        """No step was taken."""
+        return 0
+
+    def remember(self, view: View, memory: int, told: Told) -> int:
+        """How many steps were taken, up to one round."""
+        return (memory + 1) % view.joints
+
+    def remember_silence(self, view: View, memory: int, joint: int) -> int:
+        """The same: it needs no report."""
+        return (memory + 1) % view.joints
+
+    def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
+        """One of them; the last in the list where no places are known."""
+        order = sorted(range(view.joints), key=lambda joint: (view.places[joint] if view.places else (0.0, 0.0), joint))
+        return evenly([order[-1 - memory]], view)
+
+
 class RoundRobin(Policy[int]):
     """The joints in listed order, again and again, whatever happens."""
 

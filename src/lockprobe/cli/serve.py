@@ -8,11 +8,13 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib.util import find_spec
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import with_study_options
@@ -26,6 +28,7 @@ from lockprobe.people.consent import CODE
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
+from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -36,6 +39,11 @@ if TYPE_CHECKING:
 
 EXAMPLE = Path(__file__).with_name("people.toml")
 """An example of people's settings, as a file to edit."""
+
+FORMER: Mapping[str, object] = {"box": DEFAULT_BOX, "layout": "fixed"}
+"""What people saw in earlier releases unless something else was said: one box on its own panel."""
+
+NOTHING: Mapping[str, object] = {}
 
 PLACEHOLDERS = {
     **{name: "{{%" + name + "%}}" for name in ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")},
@@ -127,16 +135,37 @@ def serve(
 def _study_and_people(
     name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
 ) -> tuple[Study, Path, Experiment]:
-    """The study, its directory, and the settings for people. A number of people sets the number of trials."""
-    planned, directory = _planned(name, asked, out)
+    """The study, its directory, and the settings for people; a study of an earlier release goes on as it was begun."""
+    found = _sized(name, asked, file, own, out)
+    if not _is_directory(name) and not _holds(found[1], found[0]):
+        former = _sized(name, asked, file, own, out, FORMER)
+        if _holds(former[1], former[0]):
+            return former
+    return found
+
+
+def _holds(directory: Path, planned: Study) -> bool:
+    return (directory / SETTINGS).exists() and read_study(directory).boxes == planned.boxes
+
+
+def _sized(
+    name: str,
+    asked: Mapping[str, object],
+    file: Path | None,
+    own: Mapping[str, object],
+    out: Path | None,
+    unsaid: Mapping[str, object] = NOTHING,
+) -> tuple[Study, Path, Experiment]:
+    """The same. A number of people sets the number of trials; ``unsaid`` holds where neither options nor a file say."""
+    planned, directory = _planned(name, asked, out, unsaid)
     experiment = _experiment(file, own, directory)
     if isinstance(number := own.get("participants"), int) and not _is_directory(name) and "trials" not in asked:
         repetitions = planned.repetitions if "repetitions" in asked else 1
-        trials = trials_for(number, len(conditions_of(planned)), repetitions, experiment)
-        enough: dict[str, object] = {"trials": trials, "repetitions": repetitions}
+        luck = trials_for(number, len(conditions_of(planned)), repetitions, experiment)
+        enough: dict[str, object] = {"trials": ceil(luck / len(planned.boxes)), "repetitions": repetitions}
         if planned.conditions == flips(planned.p, planned.flip, planned.modalities):
             enough["p"] = list(planned.p)  # conditions stay, though default rates depend on whether trials are set
-        planned, directory = _planned(name, {**asked, **enough}, out)
+        planned, directory = _planned(name, {**asked, **enough}, out, unsaid)
         experiment = _experiment(file, own, directory)
     return planned, directory, experiment
 
@@ -175,18 +204,23 @@ def _announce(where: RunningServer, planned: Study, experiment: Experiment, word
     own, each = where.url.rstrip("/") + "/", boxes_each(planned, experiment)
     size = planned.size // len(planned.agents)
     lines = (
-        f"{planned.name} on {planned.box.name} for people: {size} trials, {each} for each person",
+        f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
         f"Participants  {own}",
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
         f"Kept in       {where.directory}",
-        *(f"Note          {line}" for line in _reminders(words, experiment)),
+        *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
         f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
     )
     print("\n".join(lines), flush=True)
 
 
-def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
+def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator[str]:
     """Tasks left for the experimenter before people come."""
+    if planned.layout == "fixed":
+        yield (
+            "Every box lies on one panel, so people can go by places and labels alone. --layout shuffled deals the "
+            "joints anew in every trial; a study that has begun stays as it is."
+        )
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
         yield (
             "The shipped consent text names nobody as responsible and does not say how long the study takes. "
@@ -198,7 +232,9 @@ def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
         yield "completion_code is set, but nothing for those who do not finish. In people.toml set left_code."
 
 
-def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+def _planned(
+    name: str, asked: Mapping[str, object], out: Path | None, unsaid: Mapping[str, object] = NOTHING
+) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
     if _is_directory(name):
@@ -209,7 +245,8 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
         return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
-    planned = study(request, **{**asked, "agent": agents})
+    rest = {option: value for option, value in unsaid.items() if getattr(request, option) is None}
+    planned = study(request, **{**rest, **asked, "agent": agents})
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
 
@@ -227,8 +264,13 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """The settings for people: as given, or as stored in this directory."""
-    given = (kept_experiment(directory) or Experiment()) if path is None else read_experiment(path)
-    return experiment_with(given, asked)
+    kept = kept_experiment(directory)
+    if path is None:
+        return experiment_with(kept or Experiment(), asked)
+    given = read_experiment(path)
+    as_begun = {name: getattr(kept, name) for name in ("practice", "practice_layout") if kept is not None}
+    unsaid = {name: value for name, value in as_begun.items() if name not in given.model_fields_set}
+    return experiment_with(given, {**unsaid, **asked})
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:

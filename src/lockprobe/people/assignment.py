@@ -4,7 +4,8 @@ While nobody drops out and trials remain, the numbers of participants per condit
 rows of a Williams square: in each block of participants every condition takes each position once and follows every
 other condition equally often. Among rows used equally often, the least played boxes decide. Where people play only
 some conditions, the least played ones come first, which compensates for dropouts. Nobody plays the same repetition and
-trial twice, because labels, layout and flips would repeat. The assignment depends only on the study's seed and on the
+trial twice, because labels, layout and flips would repeat, nor a box again before they have played all: every box takes
+each position and each condition about equally often. The assignment depends only on the study's seed and on the
 trials given out or taken.
 """
 
@@ -14,6 +15,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 from math import ceil
 
 import numpy as np
@@ -33,8 +35,9 @@ Luck = tuple[int, int]
 Rests = Counter[tuple[Cell, ...]]
 """Orders beyond whole rows of the square, and how many participants got each."""
 
-_CLOSED = 1e12
-"""The cost of a trial that is taken."""
+_CLOSED, _AGAIN, _PAIRED = 1e12, 1e9, 1e4
+"""The costs of a trial that is taken, of a box that somebody plays again, and of one more trial of a box and a
+condition, beside which one more of a box and a position costs 1."""
 
 
 def conditions_of(study: Study) -> tuple[Cell, ...]:
@@ -84,6 +87,7 @@ class Given:
         taken: Trials that are finished or assigned.
         taken_of: Their number per condition.
         gone: Their number per repetition and trial.
+        places: How many participants play a trial (its number, which tells its box) at a position, from 0.
     """
 
     orders: Counter[tuple[Cell, ...]] = field(default_factory=Counter)
@@ -91,10 +95,12 @@ class Given:
     taken: set[tuple[Cell, Luck]] = field(default_factory=set)
     taken_of: Counter[Cell] = field(default_factory=Counter)
     gone: Counter[Luck] = field(default_factory=Counter)
+    places: Counter[tuple[int, int]] = field(default_factory=Counter)
 
     def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
         """Count a new participant's trials; ``kept`` are those finished or still planned, all if left out."""
         self.orders[tuple(slot.condition for slot in slots)] += 1
+        self.places.update((position, slot.trial) for position, slot in enumerate(slots))
         kept = slots if kept is None else kept
         self.boxes.update(slot.condition for slot in kept)
         self.take(kept)
@@ -192,7 +198,7 @@ def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
 
 
 def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot, ...]:
-    """A different repetition and trial for each position of an order, from what is free.
+    """A different repetition and trial for each position of an order, from what is free, on different boxes.
 
     Those that are free in most conditions are used first, so that the last ones still fit another participant.
     """
@@ -200,22 +206,36 @@ def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot,
         return ()
     from scipy.optimize import linear_sum_assignment
 
-    gone, conditions = given.gone, len(conditions_of(study))
-    lucks = [
-        (repetition, trial)
-        for repetition in range(1, study.repetitions + 1)
-        for trial in range(1, study.trials + 1)
-        if gone[repetition, trial] < conditions
-    ]
-    ahead = {luck: n for n, luck in enumerate(sorted(lucks, key=lambda luck: (gone[luck], luck)))}
+    gone, size = given.gone, len(conditions_of(study))
+    trials, boxes = range(1, study.trials + 1), len(study.boxes)
+    lucks = [one for one in product(range(1, study.repetitions + 1), trials) if gone[one] < size]
+    box_of = np.array([trial % boxes for _, trial in lucks], dtype=int)
+    taken = np.array([[(one, luck) in given.taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
+    paired = Counter((one, trial % boxes) for one, (_, trial) in given.taken)
+    placed: Counter[tuple[int, int]] = Counter()
+    for (position, trial), number in given.places.items():
+        placed[position, trial % boxes] += number
     price = np.array(
-        [[_CLOSED if (one, luck) in given.taken else float(ahead[luck]) for luck in lucks] for one in order]
-    ).reshape(len(order), len(lucks))
-    places, chosen = (indices.tolist() for indices in linear_sum_assignment(price))
+        [
+            [
+                _AGAIN * again
+                + _PAIRED * paired[one, of]
+                + placed[position, of]
+                + _CLOSED * taken[position, box_of == of].all()
+                for again in range(ceil(len(order) / boxes))
+                for of in range(boxes)
+            ]
+            for position, one in enumerate(order)
+        ]
+    )
+    theirs = linear_sum_assignment(price)[1] % boxes
+    ahead = np.argsort(np.argsort([gone[luck] for luck in lucks], kind="stable"), kind="stable").astype(float)
+    cost = np.where(taken, _CLOSED, ahead + _AGAIN * (box_of != theirs[:, None]))
+    found = zip(*(at.tolist() for at in linear_sum_assignment(cost)), strict=True)
     return tuple(
-        Slot(condition=order[place], repetition=lucks[at][0], trial=lucks[at][1])
-        for place, at in zip(places, chosen, strict=True)
-        if price[place, at] < _CLOSED
+        Slot(condition=order[position], repetition=lucks[at][0], trial=lucks[at][1])
+        for position, at in found
+        if not taken[position, at]
     )
 
 

@@ -95,7 +95,9 @@ class Experiment(SettingsPart):
         feedback: Whether the end of a box says if it was opened. Models are not told.
         design: ``within``: each participant plays every condition; ``between``: each plays one.
         trials_each: Boxes per participant; None is each condition once, or one box in a between design.
-        practice: Name of the practice box; empty for none.
+        practice: Name of the practice box; empty for none. Its rule is none of those of the boxes that people play.
+        practice_layout: ``shuffled``: everybody has a panel of their own in practice, unless that of the study is
+            fixed; ``fixed``: that of the box, as in directories of earlier releases.
         participants: The most participants; None is as many as the study has trials for.
         language: ``en``, another shipped language, or the path of a file with texts.
         recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
@@ -119,7 +121,8 @@ class Experiment(SettingsPart):
     feedback: bool = False
     design: Literal["within", "between"] = "within"
     trials_each: Annotated[int, Field(ge=1, le=1000)] | None = None
-    practice: Annotated[str, Field(max_length=40)] = "chain-3"
+    practice: Annotated[str, Field(max_length=40)] = "common-cause-3"
+    practice_layout: Literal["shuffled", "fixed"] = "shuffled"
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
@@ -190,4 +193,4 @@ def kept_experiment(directory: Path) -> Experiment | None:
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict):
         raise BadFile(path, "not the settings of an experiment")
-    return experiment_from(settings, path)
+    return experiment_from({"practice_layout": "fixed", **settings}, path)

@@ -36,7 +36,6 @@ from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
-from lockprobe.trial.plan import Plan
 
 LOG = "server.log"
 """The log of refused requests, next to the diaries."""
@@ -63,7 +62,6 @@ class OpenStudy:
         experiment: How people take part.
         words: The texts that participants read.
         texts: The scenes made of these texts.
-        practice: The practice box as a trial; None without practice.
         journal: Records finished trials.
         invited: Set when people are invited; a later failure leaves the directory as it is.
         place: Where plants run.
@@ -75,7 +73,6 @@ class OpenStudy:
     experiment: Experiment
     words: Words
     texts: TextScenes
-    practice: Plan | None
     journal: Journal
     invited: asyncio.Event
     place: Executor
@@ -126,7 +123,7 @@ async def open_study(
     _check_language(study, words)
     practice = practice_plan(study, experiment)
     for plant in map(resolve_plant, dict.fromkeys((*study.plants, study.plant))):
-        for box in (study.box, *([practice.box] if practice else [])):
+        for box in (*study.boxes, *([practice.box] if practice else [])):
             plant.check(box)
     with (
         Journal.open(directory, replace(study, agents=known)) as journal,
@@ -140,7 +137,6 @@ async def open_study(
                 experiment=experiment,
                 words=words,
                 texts=TextScenes(words, study, experiment, await examples_of(study, place)),
-                practice=practice,
                 journal=journal,
                 invited=invited,
                 place=place,

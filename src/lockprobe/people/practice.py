@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from lockprobe.boxes.box import Joint, JointKind, Lockbox
+from lockprobe.boxes.box import Joint, JointKind, LayoutKind, Lockbox
 from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.seeds import integer_seed
 from lockprobe.foundation.spec import PEOPLE
@@ -30,15 +30,20 @@ class ExamplePanels(NamedTuple):
     after: BoxPanel
 
 
-def practice_plan(study: Study, experiment: Experiment) -> Plan | None:
-    """The practice box as a trial: the same for everybody, with true reports only; None without practice.
+def practice_plan(study: Study, experiment: Experiment, identity: str = "0") -> Plan | None:
+    """The practice box of a participant as a trial, with true reports only; None without practice.
+
+    Everybody has the same box, on a panel and with labels of their own, so that no order in space can be learnt.
 
     Raises:
         UnknownName: If there is no such box.
     """
     if not experiment.practice:
         return None
-    return _extra_plan(study, "practice", named_box(experiment.practice), _true_modalities(study)[0])
+    own = experiment.practice_layout == "shuffled" and study.layout != "fixed"
+    trial = 1 + int(identity, 16) if own else 1
+    box, modality = named_box(experiment.practice), _true_modalities(study)[0]
+    return _extra_plan(study, "practice", box, modality, "shuffled" if own else "fixed", trial)
 
 
 def example_box(study: Study) -> Lockbox:
@@ -96,7 +101,9 @@ def _true_modalities(study: Study) -> tuple[str, ...]:
     return tuple(dict.fromkeys(map(true_modality, study.modalities_of(PEOPLE))))
 
 
-def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
+def _extra_plan(
+    study: Study, name: str, box: Lockbox, modality: str, layout: LayoutKind = "fixed", trial: int = 1
+) -> Plan:
     """One trial outside the study, shown as the study's trials are, with true reports only.
 
     The random seed depends on ``name``.
@@ -110,6 +117,6 @@ def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         repetitions=1,
         trials=1,
         seed=integer_seed(study.seed, "people", name),
-        layout="fixed",
+        layout=layout,
     )
-    return alone.plan(PEOPLE, alone.conditions[0], 1, 1)
+    return alone.plan(PEOPLE, alone.conditions[0], 1, trial)

@@ -11,6 +11,7 @@ from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
 from lockprobe.people.diary import Broken, Diary, DiaryWriter, Did, Entry, Released, bad_diary
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
+from lockprobe.people.practice import practice_plan
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Answers, Attempt, Next, fits
 from lockprobe.people.right_answers import missed
@@ -237,10 +238,12 @@ class Session:
 
     def _plan(self, box: int) -> tuple[Plan, Mapping[str, Fact]]:
         """The trial of a box, and the settings of the page for its record."""
+        experiment = self._opened.experiment
         if not box:
-            assert self._opened.practice is not None
-            return self._opened.practice, {}
-        slot, experiment = self.journey.joined.slots[box - 1], self._opened.experiment
+            practice = practice_plan(self._opened.study, experiment, self.journey.identity)
+            assert practice is not None
+            return practice, {}
+        slot = self.journey.joined.slots[box - 1]
         plan = slot.plan(self._opened.study, self.journey.identity)
         facts: dict[str, Fact] = {
             "view": view_of_modality(plan.modality),

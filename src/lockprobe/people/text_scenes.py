@@ -41,7 +41,7 @@ class TextScenes:
         self._experiment = experiment
         self._modalities = {one.label: true_modality(one.modality) for one in study.conditions}
         self._asks = study.assessment
-        boxes = [study.box, *([named_box(experiment.practice)] if experiment.practice else [])]
+        boxes = [*study.boxes, *([named_box(experiment.practice)] if experiment.practice else [])]
         self._at_zero = not any(any(one.initial) for one in boxes)
         self._examples = examples or {}
         self._changes = " ".join(getattr(words.changes, kind) for kind in deceptions(study.conditions_of(PEOPLE)))

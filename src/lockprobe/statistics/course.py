@@ -21,7 +21,7 @@ from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, heeded_at
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
-_BASELINES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
+_BASELINES = ("random", "random-no-repeat", "round-robin", "right-to-left", "human-inspired", "ideal-observer")
 """The kinds of agents that are baselines."""
 
 

@@ -39,6 +39,11 @@ def is_pictured(modality: str) -> bool:
     return spec_name(modality) in _DEPTH
 
 
+def shows_places(modality: str) -> bool:
+    """Whether an agent learns where joints lie on the panel: from pictures, or from reports that say it."""
+    return isinstance(channel := shown(modality), CameraChannel) or channel.places
+
+
 def _words(spec: Spec) -> TextChannel:
     """The channel of a modality in words; its option ``source`` is the trial's (:mod:`lockprobe.trial.source`)."""
     known = (*(field.name for field in fields(TextChannel)), "source")

@@ -160,8 +160,8 @@ class Study:
         check_whole("seed", self.seed, 0, LARGEST_SEED)
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
-        check_boxes(self)
         check_people(self)
+        check_boxes(self)
         check_sizes(self)
         check_doses(self.conditions, self.p)
         check_contrasts(self.contrasts, labels)

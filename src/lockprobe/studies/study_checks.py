@@ -37,8 +37,6 @@ def check_boxes(study: Study) -> None:
 def check_people(study: Study) -> None:
     """Refuse what people cannot play."""
     if PEOPLE in study.agents:
-        if len(study.boxes) > 1:
-            raise BadValue("box", f"{len(study.boxes)} boxes", "one with people, whose boxes are counted by person")
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
         if study.until:
             raise BadValue("until", str(study.until), "none with people, who are compared at one look")

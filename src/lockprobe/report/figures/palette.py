@@ -49,6 +49,7 @@ _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {
     "human-inspired": (SUBJECTS[2], "D", _DASHES[2]),
     "ideal-observer": (SUBJECTS[3], "^", "-"),
     "round-robin": (SUBJECTS[4], "v", _DASHES[1]),
+    "right-to-left": ("#8c8c00", "v", _DOUBLE),
     "viewer": (SUBJECTS[5], "P", "-"),
     "random": ("#7a7a7a", "X", "-"),
     "random-no-repeat": ("#3d3d3d", "<", "-"),

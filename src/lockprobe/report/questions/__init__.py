@@ -10,8 +10,8 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes", "readings", "conditions",
-    "crossings", "factors", "loops", "agents_compared",
+    "first_screen", "trials", "people", "places", "stopping", "contrasts", "why", "success", "boxes", "readings",
+    "conditions", "crossings", "factors", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip

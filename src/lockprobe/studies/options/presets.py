@@ -11,8 +11,10 @@ from typing import Any
 
 from pydantic import Field
 
+from lockprobe.boxes.families import ALIKE
 from lockprobe.foundation.errors import Conflict
 from lockprobe.foundation.inputs import read_preset
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.modality import is_pictured, taken_in
 from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
@@ -50,6 +52,13 @@ def is_short(asked: StudyOptions) -> bool:
 def on_several_boxes(asked: StudyOptions) -> bool:
     """Whether a study is on several boxes, and says no more of its size."""
     return bool(len(asked.boxes_named) > 1 or asked.boxes) and not (asked.full or asked.as_paper)
+
+
+def with_boxes_of_people(asked: StudyOptions) -> StudyOptions:
+    """A request on several boxes of one difficulty where people play and it names none: nobody meets one box twice."""
+    if PEOPLE not in (asked.agent or ()) or asked.box is not None or asked.boxes is not None or asked.as_paper:
+        return asked
+    return asked.model_copy(update={"box": ", ".join(ALIKE)}) if plant_of(asked).lays_out else asked
 
 
 def plant_of(asked: StudyOptions) -> PlantSource:

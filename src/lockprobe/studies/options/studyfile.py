@@ -21,16 +21,23 @@ from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.boxes.generate import alike_boxes
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.spec import Spec, spec_name
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality
 from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.studies.modality import is_pictured, refuse_blind
+from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.asked_conditions import AGENT_SWEEP, alone_with_strategies, conditions_of
 from lockprobe.studies.options.misreadings import with_misreadings
-from lockprobe.studies.options.presets import is_short, on_several_boxes, plant_of, preset, with_defaults
+from lockprobe.studies.options.presets import (
+    is_short,
+    on_several_boxes,
+    plant_of,
+    preset,
+    with_boxes_of_people,
+    with_defaults,
+)
 from lockprobe.studies.options.study_options import (
     SHIPPED,
     STUDIES,
@@ -92,7 +99,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         raise BadValue("full", True, f"none with {request.study}, which has trials of its own; --trials says how many")
     if request.parts and request.study != "why":
         raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")
-    said, request, plant = request, with_defaults(request), plant_of(request)
+    said = with_boxes_of_people(request)
+    request, plant = with_defaults(said), plant_of(said)
     agents, names = _agents(request)
     allow(*agents)
     conditions, spared = conditions_of(said, request, plant), tuple[Condition, ...]()
@@ -101,6 +109,9 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         spared = alone_with_strategies(besides.model_copy(update={"p": request.p}))
         models = preset(said.study).models.get(case, request).p or ()
         conditions, spared = (*conditions, *spared), (*spared, *(one for one in conditions if one.p not in models))
+    seen = PEOPLE in agents or any(shows_places(one.modality) for one in conditions)
+    if request.layout is None and seen and plant.lays_out:  # or whoever sees places need not look at anything else
+        request = request.model_copy(update={"layout": "shuffled"})
     planned = _planned(request, plant, agents, conditions, names)
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     allow(*planned.plants)
