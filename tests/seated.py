@@ -145,7 +145,7 @@ def percept_of(panel: BoxPanel) -> Percept:
         width, height = (int.from_bytes(pictures[0].png[at : at + 4], "big") for at in (16, 20))
         handles.append(tuple((x * width - 0.5, y * height - 0.5) for x, y in joint.handle))
     return Percept(
-        joint=panel.last, outcome=panel.outcome, positions=positions or None, text=panel.told, pictures=pictures,
+        joint=panel.last, outcome=panel.outcome, positions=positions or None, text=" ".join(panel.report), pictures=pictures,
         handles=tuple(handles),
     )  # fmt: skip
 

@@ -184,7 +184,7 @@ def shown_percept(panel):
         joint=panel["last"],
         outcome=panel["outcome"],
         positions=None if None in positions else tuple(position == 1 for position in positions),
-        text=panel["told"],
+        text=" ".join(panel["report"]),
     )
 
 

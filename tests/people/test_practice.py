@@ -10,6 +10,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.practice import example_box, examples_of, practice_plan
+from lockprobe.people.texts import read_words
 from lockprobe.plants import catalogue
 from lockprobe.trial.record import STATES
 
@@ -26,7 +27,7 @@ def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():
 
 
 def shown(study):
-    return asyncio.run(examples_of(study))
+    return asyncio.run(examples_of(study, read_words("en").page))
 
 
 @pytest.mark.parametrize("name", ["chain-2", "chain-3", "chain-4", "chain-5", "gray-code"])

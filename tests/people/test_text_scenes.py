@@ -150,7 +150,7 @@ def test_who_declines_withdraws_or_has_no_place_any_more_has_a_way_back():
 @pytest.mark.parametrize("asks", [True, False])
 def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_where_it_is_asked(asks):
     study = people_study(assessment=asks, modalities=("symbolic",))
-    examples = asyncio.run(examples_of(study))
+    examples = asyncio.run(examples_of(study, WORDS.page))
     first, second = (texts_page(number, study, examples) for number in (1, 2))
     assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
     assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
@@ -172,7 +172,7 @@ def test_the_instructions_say_where_joints_are_at_the_start_where_reports_or_pic
     settings, pictures, said, language
 ):
     words, study = read_words(language), people_study(**settings)
-    ((modality, shown),) = asyncio.run(examples_of(study)).items()
+    ((modality, shown),) = asyncio.run(examples_of(study, WORDS.page)).items()
     shown = shown._replace(before=shown.before.model_copy(update={"pictures": pictures}))
     page = texts_page(1, study, {modality: shown}, words)
     known = {name: getattr(words.instructions[0], name)[0] for name in ("if_at_zero", "if_start_seen")}
@@ -188,7 +188,7 @@ def texts_page(number, study, examples, words=WORDS):
 
 def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say():
     study = people_study()
-    (shown,) = asyncio.run(examples_of(study)).values()
+    (shown,) = asyncio.run(examples_of(study, WORDS.page)).values()
     examples = {STATES: shown, "rgb": shown}
     pictures = people_study(modalities=(STATES, "rgb"), plant="fast-twin")
     assert len(texts_page(1, study, examples).examples) == 1
@@ -263,5 +263,5 @@ def paragraphs_of(number, study):
 
 def test_a_degraded_modality_has_the_example_of_the_undegraded_one():
     study = under("rgb", "rgb?blur=8", plant="fast-twin")
-    (drawn,) = asyncio.run(examples_of(people_study())).values()
+    (drawn,) = asyncio.run(examples_of(people_study(), WORDS.page)).values()
     assert len(texts_page(1, study, {"rgb": drawn}).examples) == 1

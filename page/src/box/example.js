@@ -1,10 +1,9 @@
-import { element } from "../element.js";
+import { element, paragraphs } from "../element.js";
 import { filled } from "../words.js";
 import { claimOf } from "./claim.js";
 import { nameOf } from "./joint.js";
 import { panelOf } from "./panel.js";
 import { picturesOf } from "./pictures.js";
-import { reportOf } from "./report.js";
 
 const VIEWS = {
   panel: panelOf,
@@ -26,11 +25,10 @@ export function examplesOf(scene, words) {
   const some = scene.examples.length > 1;
   return scene.examples.map(({ panel, ask }, i) => {
     const box = { panel, practice: true, number: -1 - i };
-    const report = reportOf(box, words);
     const shown = element(
       "div",
-      { class: "box", inert: true },
-      element("div", { class: "report", "data-outcome": panel.outcome }, ...report.map((text) => element("p", {}, text))),
+      { class: "box", inert: true, translate: "no" },
+      element("div", { class: "report", "data-outcome": panel.outcome }, ...paragraphs(panel.report)),
       ask ? claimOf(words, () => {}) : null,
       element("h2", {}, words.choose),
       VIEWS[panel.view](box, words),
@@ -43,7 +41,7 @@ export function examplesOf(scene, words) {
       "figure",
       { class: "example" },
       element("figcaption", {}, captionOf(panel, words, some, scene.number === 1)),
-      element("div", { class: "shown", role: "img", "aria-label": inWords(panel, ask, report, words) }, shown),
+      element("div", { class: "shown", role: "img", "aria-label": inWords(panel, ask, words) }, shown),
     );
   });
 }
@@ -62,9 +60,9 @@ function captionOf(panel, words, some, first) {
 }
 
 /** All that is seen in it. */
-function inWords(panel, ask, report, words) {
+function inWords(panel, ask, words) {
   const question = ask ? [`${words.question} ${words.said_moved} / ${words.said_blocked}`] : [];
   const pictures = panel.pictures.map((_, i) => (i ? words.depth : words.colours));
   const joints = panel.joints.map((joint) => nameOf(joint, words, panel.view));
-  return [...report, ...question, ...pictures, joints.join("; ")].join(" – ");
+  return [...panel.report, ...question, ...pictures, joints.join("; ")].join(" – ");
 }

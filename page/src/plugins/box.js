@@ -3,7 +3,7 @@ import { ParameterType } from "jspsych";
 import { claimOf, showClaimed } from "../box/claim.js";
 import { panelOf } from "../box/panel.js";
 import { picturesOf } from "../box/pictures.js";
-import { historyOf, reportOf, spokenReport } from "../box/report.js";
+import { historyOf } from "../box/history.js";
 import { meant, onKeys } from "../choosing.js";
 import { SceneClock } from "../clock.js";
 import { deviceOf } from "../device.js";
@@ -78,7 +78,7 @@ class Step {
   /** Starts the clock and listens. To be called when the scene is on the page. */
   begin() {
     this.#clock = new SceneClock();
-    document.getElementById("spoken").textContent = spokenReport(this.#scene, this.#words);
+    document.getElementById("spoken").textContent = this.#scene.spoken;
     this.#endKeys = onKeys((key, event) => this.#key(key, event));
     this.#focus();
   }
@@ -94,14 +94,10 @@ class Step {
       button.setAttribute("aria-keyshortcuts", button.dataset.joint);
       button.addEventListener("click", (event) => choose(button.dataset.joint, event));
     }
-    const report = element(
-      "div",
-      { class: "report", "data-outcome": panel.outcome },
-      ...paragraphs(reportOf(this.#scene, words)),
-    );
+    const report = element("div", { class: "report", "data-outcome": panel.outcome }, ...paragraphs(panel.report));
     return element(
       "div",
-      { class: "box", "data-view": panel.view },
+      { class: "box", "data-view": panel.view, translate: "no" }, // or a browser changes letters and reports
       element(
         "div",
         { class: "top" },

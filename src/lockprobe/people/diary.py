@@ -80,6 +80,7 @@ class Did(StrictModel):
         box: The box of a step or of the scene after a box, from 1; 0 is the practice box.
         step: The step, from 1.
         told: The report that the step produced; empty with pictures.
+        shown: What the participant read of the step, in their language; empty where it ended the box.
         item: The number of a page, a check or a round of comprehension questions, from 1; the name of a question.
         right: Whether the answer to an attention check was right, or all answers of a round.
         ended: How the trial ended with this step; None where it goes on.
@@ -94,6 +95,7 @@ class Did(StrictModel):
     box: int | None = None
     step: int | None = None
     told: str = ""
+    shown: str = ""
     item: str = ""
     right: bool | None = None
     ended: Ending | None = None

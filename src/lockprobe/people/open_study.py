@@ -136,7 +136,7 @@ async def open_study(
                 study=study,
                 experiment=experiment,
                 words=words,
-                texts=TextScenes(words, study, experiment, await examples_of(study, place)),
+                texts=TextScenes(words, study, experiment, await examples_of(study, words.page, place)),
                 journal=journal,
                 invited=invited,
                 place=place,

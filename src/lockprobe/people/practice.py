@@ -13,6 +13,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import BoxPanel
+from lockprobe.people.texts import PageWords
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
@@ -63,13 +64,14 @@ def example_box(study: Study) -> Lockbox:
     return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
 
 
-async def examples_of(study: Study, place: Executor = here) -> Mapping[str, ExamplePanels]:
+async def examples_of(study: Study, words: PageWords, place: Executor = here) -> Mapping[str, ExamplePanels]:
     """The example in each modality of people, without its doses; none where the plant breaks.
 
     It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.
 
     Args:
         study: The study.
+        words: The sentences of reports.
         place: Where plants run.
     """
     found: dict[str, ExamplePanels] = {}
@@ -79,10 +81,10 @@ async def examples_of(study: Study, place: Executor = here) -> Mapping[str, Exam
         try:
             if trial.situation is None:
                 continue
-            before = panel_to_show(plan, trial.situation)
+            before = panel_to_show(plan, trial.situation, words)
             await trial.attempt(Names(plan).labels[0])
             if trial.situation is not None:
-                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation))
+                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation, words))
         finally:
             await trial.close()
     return found

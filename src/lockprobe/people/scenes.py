@@ -51,36 +51,13 @@ class BoxJoint(StrictModel):
     handle: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
-class PastStep(StrictModel):
-    """One finished step: the joint chosen and the report, which is empty with pictures.
-
-    Attributes:
-        joint: Label of the joint that the participant chose.
-        about: Label of the joint that the report is about; None if it names none.
-        told: The report in words.
-        verbatim: Whether ``told`` is shown as it is.
-        ones: Labels of the joints reported at position 1; None where positions are not reported.
-        remark: The remark with the report; often empty.
-    """
-
-    step: int
-    joint: str
-    about: str | None
-    told: str
-    verbatim: bool = False
-    outcome: Literal["moved", "blocked"] | None = None
-    ones: tuple[str, ...] | None = None
-    remark: str = ""
-
-
 class BoxPanel(StrictModel):
     """What the agent's channel shows now.
 
     Attributes:
         view: ``panel`` draws the report, ``pictures`` shows camera pictures.
         joints: The joints in listed order.
-        told: The report in words; empty with pictures, and where nothing is reported.
-        verbatim: Whether ``told`` is shown as it is, because the sentences of the page do not say the same.
+        report: What came of the last attempt, in sentences in the participant's language.
         last: Label of the joint that the report is about, by default the one attempted last; None before the first
             attempt.
         outcome: The reported outcome; None with pictures, before the first attempt, and where none is reported.
@@ -89,8 +66,7 @@ class BoxPanel(StrictModel):
 
     view: Literal["panel", "pictures"]
     joints: tuple[BoxJoint, ...]
-    told: str
-    verbatim: bool = False
+    report: tuple[str, ...]
     last: str | None = None
     outcome: Literal["moved", "blocked"] | None = None
     pictures: tuple[str, ...] = ()
@@ -151,7 +127,8 @@ class Box(StrictModel):
         ask: Whether the page asks what the last action did before a joint can be chosen.
         remark: A remark with the report; often empty.
         warning: A warning about reports; often empty.
-        history: All steps of this trial so far, oldest first; empty where the experimenter shows none.
+        spoken: What a screen reader says: also what the panel shows.
+        history: What was told after each step of this trial, oldest first; empty where the experimenter shows none.
         history_open: Whether the history is unfolded when a box begins.
         device: Whether the page sends the pointer device and the window size with each choice.
     """
@@ -166,7 +143,8 @@ class Box(StrictModel):
     panel: BoxPanel
     remark: str = ""
     warning: str = ""
-    history: tuple[PastStep, ...] = ()
+    spoken: str
+    history: tuple[str, ...] = ()
     history_open: bool = True
     device: bool = False
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AsyncExitStack
 
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
+from lockprobe.people.box_view import box_to_show, is_asked, read_of_step, view_of_modality
 from lockprobe.people.diary import Broken, Diary, DiaryWriter, Did, Entry, Released, bad_diary
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
@@ -83,6 +83,7 @@ class Session:
         return box_to_show(
             trial.plan,
             trial.situation,
+            self._opened.words.page,
             experiment=self._opened.experiment,
             number=self.journey.station.box,
             of=len(self.journey.joined.slots),
@@ -194,7 +195,7 @@ class Session:
         now = self._opened.clock()
         async with AsyncExitStack() as undo:
             undo.push_async_callback(self.let_go)  # an act that is not written has not been done
-            told = await trial.attempt(act.joint, act.claimed)
+            told, words = await trial.attempt(act.joint, act.claimed), self._opened.words.page
             self._write(
                 Did(
                     at=now,
@@ -204,6 +205,7 @@ class Session:
                     box=box,
                     step=step,
                     told=told,
+                    shown=read_of_step(trial.plan, trial.situation, words) if trial.situation else "",
                     page=self._opened.page if box and step == 1 else "",
                     ended=None if trial.trial is None else trial.trial.ending,
                 )

@@ -105,8 +105,8 @@ class _Closed(_Part):
     screened: Longer
 
 
-class _OfThePage(_Part):
-    """Buttons and labels."""
+class PageWords(_Part):
+    """Buttons, labels, and the sentences of reports."""
 
     next: Text
     begin: Text
@@ -183,7 +183,7 @@ class Words(_Part):
     debrief: _Debrief
     changes: _Changes
     closed: _Closed
-    page: _OfThePage
+    page: PageWords
 
 
 def filled(text: str, **facts: object) -> str:

@@ -103,7 +103,7 @@ def test_checks_and_answers_stand_with_their_questions(directory):
     (check,), (answer,) = found["checks"].rows, found["answers"].rows
     assert (check["check"], check["question"], check["answer"], check["right"]) == (1, "Blue, please.", "red", 0)
     assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
-    assert PeopleRecords.read(directory).experiment == Experiment.model_validate(asked)
+    assert PeopleRecords.read(directory).experiment == Experiment.model_validate({"practice_layout": "fixed", **asked})
 
 
 def test_trials_are_those_of_the_export_with_who_played_them(directory):

@@ -259,14 +259,19 @@ def _check_told(bodies, trials):
     """What the page got of every step is what was told of it, where that was false too."""
     scenes = [json.loads(body)["scene"] for body in bodies]
     told = [
-        (scene["number"], scene["step"] - 1, scene["panel"]["last"], scene["panel"]["outcome"], scene["panel"]["told"])
+        (scene["number"], scene["step"] - 1, scene["panel"]["last"], scene["panel"]["outcome"], _ones(scene["panel"]))
         for scene in scenes
         if scene["kind"] == "box" and not scene["practice"] and scene["step"] > 1
     ]
     expected, false = [], 0
     for trial in sorted(trials.values(), key=lambda trial: trial.facts["position"]):
         for step in trial.steps[:-1]:
-            expected.append((trial.facts["position"], step.step, step.decision.joint, None, step.told))
+            ones = {label for label, at in zip(trial.labels, step.told_state, strict=True) if at == "1"}
+            expected.append((trial.facts["position"], step.step, step.decision.joint, None, ones))
             false += step.moved != step.told_moved
     assert told == expected
     assert false
+
+
+def _ones(panel):
+    return {joint["label"] for joint in panel["joints"] if joint["position"]}

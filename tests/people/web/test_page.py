@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import lockprobe.people.web
+from lockprobe import people
+from lockprobe.people.texts import PageWords
 
 STATIC = Path(str(resources.files(lockprobe.people.web))) / "static"
 PAGE = Path(__file__).parents[3] / "page"
@@ -76,18 +78,12 @@ def test_nothing_that_is_shown_is_read_as_html():
         ), source
 
 
-def test_every_text_that_the_page_uses_is_in_the_texts_and_every_text_is_used():
-    from lockprobe.people.texts import _OfThePage
-
+def test_every_text_that_is_used_is_in_the_texts_and_every_text_is_used():
+    server = (Path(people.__file__).parent / "box_view.py").read_text("utf-8")
     page = "\n".join(source.read_text() for source in (PAGE / "src").rglob("*.js"))
-    unused = [
-        name
-        for name in _OfThePage.model_fields
-        if not re.search(rf"\.{name}\b", page) and name not in ("moved", "blocked")
-    ]
-    assert unused == []
+    assert [name for name in PageWords.model_fields if not re.search(rf"\.{name}\b", page + server)] == []
     used = set(re.findall(r"words(?:\.page)?\.([a-z_]+)\b", page))
-    known = {*_OfThePage.model_fields, "page", "consent", "debrief", "language", "direction", "title", "js"}
+    known = {*PageWords.model_fields, "page", "consent", "debrief", "language", "direction", "title", "js"}
     assert used - known == set()
 
 

@@ -45,10 +45,10 @@ def joint(label, **more):
 
 
 def a_box(step=1, *, view="panel", joints=None, ask=False, last=None, outcome=None, pictures=()):
-    panel = {"view": view, "joints": joints or [joint(label) for label in "BAC"], "told": "", "last": last,
+    panel = {"view": view, "joints": joints or [joint(label) for label in "BAC"], "report": ["said"], "last": last,
              "outcome": outcome, "pictures": list(pictures)}  # fmt: skip
     return {"kind": "box", "practice": False, "number": 1, "of": 2, "step": step, "budget": 20, "ask": ask,
-            "panel": panel, "history": []}  # fmt: skip
+            "panel": panel, "history": [], "spoken": "said aloud"}  # fmt: skip
 
 
 def a_page(text="text"):

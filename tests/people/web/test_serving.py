@@ -77,12 +77,13 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         assert all(isinstance(line, Did) for line in diary[1:])
         assert [seen.turn for seen in visitor.seen] == list(range(1, len(diary) + 2))
         shown = [seen.scene for seen in visitor.seen if seen.scene["kind"] == "box"]
-        steps = [
-            (trial.opening if step.step == 1 else trial.steps[step.step - 2].told)
-            for _, trial in sorted(played[f"participant:{visitor.identity}"].items())
-            for step in trial.steps
+        told = [line.told for line in diary[1:] if line.scene == "box"]
+        trials_told = [
+            step.told for _, trial in sorted(played[f"participant:{visitor.identity}"].items()) for step in trial.steps
         ]
-        assert [scene["panel"]["told"] for scene in shown] == steps
+        assert told == trials_told
+        read = [line.shown for line in diary[1:] if line.scene == "box" and not line.ended]
+        assert [" ".join(scene["panel"]["report"]) for scene in shown if scene["step"] > 1] == read
 
 
 @pytest.mark.slow

@@ -101,6 +101,10 @@ COLUMN: Mapping[str, Column] = {
     ),
     "view": Column("How the page showed the box: text, panel (drawn) or pictures."),
     "report": Column("The report after the step, word for word. Empty with pictures."),
+    "shown": Column(
+        "What the participant read of the step, in their language: the sentences of the page, and a remark. Empty if "
+        "the step ended the box, and in studies of earlier releases."
+    ),
     "rt_ms": Column(
         f"Response time, from painting the scene to the choice of the joint or answer, by {PAGE}; for a joint without "
         "the time for the claim.",

@@ -162,6 +162,7 @@ _ACT = (
     "label",
     "claim",
     "report",
+    "shown",
     "rt_ms",
     "claim_rt_ms",
     "at",
@@ -191,7 +192,7 @@ def _calls(directory: Path) -> Iterator[dict[str, TidyCell]]:
 
 def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
     more = tidy_columns(records.trials)[len(COLUMNS) :]
-    return ("participant", *COLUMNS, *more, "position", "view", "report", "rt_ms", "claimed_rt_ms", "at")
+    return ("participant", *COLUMNS, *more, "position", "view", "report", "shown", "rt_ms", "claimed_rt_ms", "at")
 
 
 def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
@@ -206,7 +207,7 @@ def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Itera
                 "view": _fact(trial, "view"),
                 "report": step.told,
                 "claimed_rt_ms": _claim_time(after),
-                **({} if did is None else _times(did)),
+                **({} if did is None else {"shown": did.shown, **_times(did)}),
             }
 
 
@@ -316,7 +317,12 @@ def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterat
                 row |= {"claim_rt_ms": _claim_time(line)}
                 width, height = line.act.viewport or ("", "")
                 row |= {"pointer": line.act.pointer or "", "window_width": width, "window_height": height}
-                row |= {"report": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
+                row |= {
+                    "report": line.told,
+                    "shown": line.shown,
+                    "ended": line.ended or "",
+                    "recorded": int(id(line) in recorded),
+                }
             yield row
 
 
