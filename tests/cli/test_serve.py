@@ -12,10 +12,10 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people
+from lockprobe.cli.serve import EXAMPLES, _experiment, _planned, _study_and_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
-from lockprobe.people.texts import read_words
+from lockprobe.people.texts import read_words, words_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study, write_settings
 
@@ -86,7 +86,13 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
     assert done.returncode == 0, done.stderr
     assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["Written", "Written"]
     assert read_words(str(texts)) == read_words("en")
-    assert people.read_bytes() == EXAMPLE.read_bytes()
+    assert people.read_bytes() == EXAMPLES["en"].read_bytes()
+    mine = tmp_path / "mine.toml"
+    mine.write_bytes(words_file("de").read_bytes())
+    for language, name in (("de", "a.toml"), (str(mine), "b.toml")):
+        assert not typed("serve", "--write-people", tmp_path / name, "--texts", language).returncode
+        german = read_experiment(tmp_path / name)
+        assert (german.language, german.checks[0].right) == (language, "Blau")
     assert "is not overwritten" in refused("--write-texts", texts)
     for arguments, said in (
         (("--write-people", people), "is not overwritten"),
@@ -97,15 +103,18 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
             build(["serve"])(["serve", *map(str, arguments)], standalone_mode=False)
 
 
-def test_the_example_has_every_setting_as_it_is_by_default():
-    given = tomllib.loads(EXAMPLE.read_text("utf-8"))
-    example, default = read_experiment(EXAMPLE), Experiment()
+@pytest.mark.parametrize("language", EXAMPLES)
+def test_the_example_has_every_setting_as_it_is_by_default(language):
+    """The German one says the same in German."""
+    given = tomllib.loads(EXAMPLES[language].read_text("utf-8"))
+    example, default = read_experiment(EXAMPLES[language]), Experiment(language=language)
     assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
     named = set(given) | {"trials_each", "participants", "practice_layout"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}
     }
+    assert [one.name for one in example.questions] == ["age", "strategy", "false_reports"]
 
 
 @pytest.mark.parametrize(

@@ -37,8 +37,8 @@ from lockprobe.studies.study import Study
 if TYPE_CHECKING:
     from lockprobe.people.web.serving import RunningServer
 
-EXAMPLE = Path(__file__).with_name("people.toml")
-"""An example of people's settings, as a file to edit."""
+EXAMPLES = {language: Path(__file__).with_name(f"people.{language}.toml") for language in LANGUAGES}
+"""An example of people's settings in each shipped language, as a file to edit."""
 
 FORMER: Mapping[str, object] = {"box": DEFAULT_BOX, "layout": "fixed"}
 """What people saw in earlier releases unless something else was said: one box on its own panel."""
@@ -274,17 +274,20 @@ def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path)
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:
-    """Copy the examples to where an experimenter edits them."""
+    """Write the examples, in a language or with the language of a file of texts, to where an experimenter edits them."""
+    asked = language or Experiment().language
+    spoken = read_words(asked).language
     if texts is not None:
-        asked = language or Experiment().language
-        read_words(asked)
-        _copy(words_file(asked), texts, "--texts")
+        _copy(read_input(words_file(asked)), texts, "--texts")
     if people is not None:
-        _copy(EXAMPLE, people, "--people")
+        of = spoken if spoken in EXAMPLES else Experiment().language
+        example = read_input(EXAMPLES[of]).decode()
+        said = f"language = {jsonlib.dumps(asked, ensure_ascii=False)}"
+        _copy(example.replace(f'language = "{of}"', said).encode(), people, "--people")
 
 
-def _copy(source: Path, target: Path, option: str) -> None:
+def _copy(content: bytes, target: Path, option: str) -> None:
     if os.path.lexists(target):
         raise BadFile(target, "already exists, and is not overwritten")
-    write_file(target, read_input(source))
+    write_file(target, content)
     print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY {option} {target}")

@@ -9,8 +9,11 @@ import typer
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.people.diary import read_diaries
+from lockprobe.people.experiment import Experiment, kept_experiment
+from lockprobe.people.tokens import TOKENS, Tokens
 from lockprobe.people.withdrawal import delete_unnamed_pictures
 from lockprobe.people.withdrawal import withdraw as delete_all
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 
@@ -21,21 +24,19 @@ Participant = Annotated[
 
 
 def withdraw(directory: Directory, participant: Participant) -> None:
-    """Delete all data of a participant: diary, records, times and pictures. The number of withdrawals stays.
+    """Delete all data of a participant: diary, records, times and pictures.
+
+    The number of withdrawals stays, and a keyed digest of a platform's ID, with which nobody can begin again.
 
     No server may be running on the directory. Reports and exports written before have to be written again.
     """
-    study = read_study(directory)
-    with Journal.open(directory, study) as journal:
-        delete_all(journal, _identity(directory, participant))
-        delete_unnamed_pictures(journal)
-    print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")
-
-
-def _identity(directory: Path, participant: str) -> str:
-    """The ID of the participant who has this ID, in the study or on the recruitment platform."""
-    joined = [diary.joined for diary in read_diaries(directory)]
-    found = [one.identity for one in joined if participant in (one.identity, *one.platform.values())]
+    study, joined = read_study(directory), [diary.joined for diary in read_diaries(directory)]
+    found = [one for one in joined if participant in (one.identity, *one.platform.values())]
     if len(found) != 1:
         raise BadValue("participant", participant, f"the ID of one participant ({len(found)} people have this one)")
-    return found[0]
+    names, secret = (kept_experiment(directory) or Experiment()).recruitment, directory / PEOPLE_DIRECTORY / TOKENS
+    person = found[0].platform.get(names[0], "") if names else ""
+    with Journal.open(directory, study) as journal:
+        delete_all(journal, found[0].identity, Tokens(secret).digest(person) if person and secret.exists() else "")
+        delete_unnamed_pictures(journal)
+    print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")

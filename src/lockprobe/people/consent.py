@@ -19,6 +19,8 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.roster import Roster
 from lockprobe.people.scenes import Closed, Consent
 from lockprobe.people.session import Session
+from lockprobe.people.tokens import Tokens
+from lockprobe.people.withdrawal import has_withdrawn
 
 CODE = "code"
 """The parameter of the URL that may hold the code to join."""
@@ -29,9 +31,9 @@ _PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 class Admission:
     """Asks people for consent and lets them join. ``lock`` is held while a participant joins."""
 
-    def __init__(self, opened: OpenStudy, roster: Roster) -> None:
+    def __init__(self, opened: OpenStudy, roster: Roster, tokens: Tokens) -> None:
         self.lock = asyncio.Lock()
-        self._opened, self._roster = opened, roster
+        self._opened, self._roster, self._tokens = opened, roster, tokens
 
     def kept(self, platform: Mapping[str, str]) -> dict[str, str]:
         """The parameters of the URL that the experimenter keeps.
@@ -126,6 +128,8 @@ class Admission:
         """The scene of a person who cannot join; None if they can, perhaps with trials of a late participant."""
         if (person := self._roster.person(platform)) and (session := self._roster.of_person(person)) is not None:
             return self._opened.texts.elsewhere(session.journey)
+        if person and has_withdrawn(self._opened.journal, self._tokens.digest(person)):
+            return self._opened.texts.closed("withdrawn")
         return self._opened.texts.closed("full") if self._roster.is_full() else None
 
     def _is_code(self, given: str) -> bool:

@@ -15,7 +15,6 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.agents.participant import participant_spec
 from lockprobe.people.consent import CODE, Admission
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
@@ -26,6 +25,7 @@ from lockprobe.people.scenes import Scene
 from lockprobe.people.session import Session
 from lockprobe.people.texts import Words
 from lockprobe.people.tokens import TOKENS, Tokens
+from lockprobe.people.withdrawal import withdraw
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
@@ -70,7 +70,7 @@ class ServerState:
         self._opened = opened
         self._tokens = tokens
         self._roster = roster
-        self._admission = Admission(opened, roster)
+        self._admission = Admission(opened, roster, tokens)
 
     @classmethod
     @asynccontextmanager
@@ -239,7 +239,8 @@ class ServerState:
         await session.let_go()
         identity, journal = session.journey.identity, self._opened.journal
         if self._roster.called(identity) is session:
-            journal.delete_participant(participant_spec(identity))
+            person = self._roster.person(session.journey.joined.platform)
+            withdraw(journal, identity, self._tokens.digest(person) if person else "")
             session.gone = True
             self._roster.remove(session)
 

@@ -1,4 +1,8 @@
-"""Withdrawal: all data of a participant are deleted, and only the number of withdrawals stays."""
+"""Withdrawal: all data of a participant are deleted.
+
+What stays is the number of withdrawals and, of a person whom a recruitment platform sent, a keyed digest of their ID
+(:meth:`lockprobe.people.tokens.Tokens.digest`): they know what was changed on purpose, and cannot begin again.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +30,24 @@ def withdrawn(directory: Path | str) -> int:
         return int(store.one("select total(value) from note where name = 'withdrawn'")[0])
 
 
-def withdraw(journal: Journal, identity: str) -> None:
+def withdraw(journal: Journal, identity: str, digest: str = "") -> None:
     """Delete all data of a participant but pictures (:func:`delete_unnamed_pictures`). Can be repeated.
+
+    ``digest`` is that of their ID on the recruitment platform; empty without one.
 
     Raises:
         BadFile: If it cannot be written; :meth:`Journal.delete_participant` says what is deleted then.
     """
+    if digest:
+        with journal.store.transaction(sync=True) as writing:
+            writing.execute("insert or ignore into note values (?, 1)", (f"withdrew {digest}",))
     journal.delete_participant(participant_spec(identity))
     journal.erase()
+
+
+def has_withdrawn(journal: Journal, digest: str) -> bool:
+    """Whether the person with this digest has withdrawn."""
+    return bool(journal.store.one("select count(*) from note where name = ?", f"withdrew {digest}")[0])
 
 
 def delete_unnamed_pictures(journal: Journal) -> None:
