@@ -93,23 +93,23 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
 @pytest.mark.parametrize("when", ["in a box", "at the end", "by the experimenter"])
 def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_path, when):
     until = in_the_second_box if when == "in a box" else lambda shown: False
-    (left,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "somebody"}, until=until)
+    (left,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "zq7name"}, until=until)
     if when == "by the experimenter":
-        assert typed("withdraw", tmp_path, "somebody").returncode == 0
+        assert typed("withdraw", tmp_path, "zq7name").returncode == 0
 
     async def comes_back():
         async with opened(tmp_path, STUDY, short()) as reception:
             if when != "by the experimenter":
                 await leaves(reception, left.token)
-            for who, kind in (("somebody", "closed"), ("other", "consent")):
+            for who, kind in (("zq7name", "closed"), ("other", "consent")):
                 shown = await reception.enter(None, {"PROLIFIC_PID": who})
                 assert shown.scene.kind == kind
                 shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {"PROLIFIC_PID": who})
-                assert (shown.identity is None) == (who == "somebody")
+                assert (shown.identity is None) == (who == "zq7name")
             assert flow(reception).withdrawn == 1
 
     asyncio.run(comes_back())
-    assert left_of(tmp_path, {b"somebody"}) == set()
+    assert left_of(tmp_path, {b"zq7name"}) == set()
 
 
 @pytest.fixture(scope="module")

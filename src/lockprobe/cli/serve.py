@@ -274,7 +274,7 @@ def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path)
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:
-    """Write the examples, in a language or with the language of a file of texts, to where an experimenter edits them."""
+    """Write the examples, in a language or in that of a file of texts, to where an experimenter edits them."""
     asked = language or Experiment().language
     spoken = read_words(asked).language
     if texts is not None:

@@ -44,8 +44,8 @@ def joint(label, **more):
     }
 
 
-def a_box(step=1, *, view="panel", joints=None, ask=False, last=None, outcome=None, pictures=()):
-    panel = {"view": view, "joints": joints or [joint(label) for label in "BAC"], "report": ["said"], "last": last,
+def a_box(step=1, *, view="panel", joints=None, ask=False, last=None, outcome=None, pictures=(), report="said"):
+    panel = {"view": view, "joints": joints or [joint(label) for label in "BAC"], "report": [report], "last": last,
              "outcome": outcome, "pictures": list(pictures)}  # fmt: skip
     return {"kind": "box", "practice": False, "number": 1, "of": 2, "step": step, "budget": 20, "ask": ask,
             "panel": panel, "history": [], "spoken": "said aloud"}  # fmt: skip
@@ -153,11 +153,11 @@ def test_what_is_shown_no_longer_is_asked_for_anew():
         server = Server(a_box(), act=[refusal(409, "stale")])
         async with page_of(server) as page:
             await shown(page, 1)
-            server.turn, server.scenes = 7, [a_box(5, last="C", outcome="blocked")]
+            server.turn, server.scenes = 7, [a_box(5, last="C", outcome="blocked", report="C stood still.")]
             await page.click("[data-joint=B]")
             await shown(page, 7)
             assert [path for path, _ in server.posts] == ["open", "act", "open"]
-            assert "C did not move." in await page.inner_text(".report")
+            assert "C stood still." in await page.inner_text(".report")
             await page.click("[data-joint=A]")
             await shown(page, 8)
             assert server.sent("act")[1]["turn"] == 7
