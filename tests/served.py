@@ -40,7 +40,7 @@ async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
         opened(directory, study, people, read_words("en"), door) as where,
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,
     ):
-        yield SimpleNamespace(url=where.url, http=http, directory=directory, study=study)
+        yield SimpleNamespace(url=where.url, preview=where.preview, http=http, directory=directory, study=study)
 
 
 @asynccontextmanager
@@ -60,8 +60,10 @@ async def at_the_box(visitor, step=1):
 
 
 def written(directory):
-    """Every byte of a directory but the log."""
-    files = sorted(path for path in directory.rglob("*") if path.is_file() and path.name != "server.log")
+    """Every byte of a directory but the log and the locks of readers."""
+    files = sorted(
+        path for path in directory.rglob("*") if path.is_file() and path.name not in ("server.log", "study.db-shm")
+    )
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 

@@ -10,6 +10,7 @@ from typed import typed
 from lockprobe.cli.progress import Progress
 from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Estimate, Fact, Results
 
 HOW = "--readings fresh,kept"
@@ -116,6 +117,14 @@ def test_what_is_open_is_the_next_step(played):
         ]
         steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]
         assert command in steps[-1]["command"]
+
+    def of_people(one):
+        design = one.design.model_copy(
+            update={"players": (one.design.players[0].model_copy(update={"agent": PEOPLE}),)}
+        )
+        return one.changed(findings=(*kept, more[0].model_copy(update={"kind": "needed"})), design=design)
+
+    assert "--trials" not in str(result_facts(of_people(found), directory)["next"])
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
     assert not result_lines(nothing, directory)[0].startswith("Answer")
 

@@ -33,13 +33,14 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     asked = ["serve", "flips", "--port", 0, "--out", tmp_path / "study"]
     process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(7)]
+        said = [process.stdout.readline().rstrip() for _ in range(8)]
         assert said[0] == "flips on 8 boxes for people: 160 trials, 4 for each person"
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[2]
-        assert said[3].endswith(str(tmp_path / "study"))
-        assert "names nobody as responsible" in said[4]
-        assert "--require-id or --join-code" in said[5]
-        assert said[6].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
+        assert "?preview=" in said[3]
+        assert said[4].endswith(str(tmp_path / "study"))
+        assert "names nobody as responsible" in said[5]
+        assert "--require-id or --join-code" in said[6]
+        assert said[7].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
     finally:
         process.send_signal(signal.SIGINT)
         rest, errors = process.communicate(timeout=20)

@@ -118,12 +118,14 @@ def test_who_answered_wrong_reads_which_question_it_was():
 
 @pytest.mark.parametrize("feedback", [True, False])
 @pytest.mark.parametrize("ended", ["solved", "budget", "error"])
-def test_the_practice_ends_as_a_box_does(ended, feedback):
+def test_practice_says_how_it_ended_and_a_box_where_the_study_does(ended, feedback):
     practice, real = (at(ended, number, feedback=feedback) for number in (0, 1))
     assert (practice.practice, practice.number, practice.title) == (True, 0, WORDS.practice_over.title)
-    assert practice.solved is real.solved
-    own = WORDS.practice_over.paragraphs
-    assert tuple(text for text in practice.paragraphs if text not in own) == real.paragraphs
+    assert practice.solved == {"solved": True, "budget": False, "error": None}[ended]
+    assert real.solved == (practice.solved if feedback else None)
+    said = {None: None, True: "You opened it.", False: "You did not open it in 12 steps."}
+    for scene in (practice, real):
+        assert {text for text in said.values() if text in scene.paragraphs} == {said[scene.solved]} - {None}
 
 
 def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():

@@ -95,6 +95,8 @@ def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
         whose = f", for {untested['agents']}" if played else ""
         shows = f"whether false reports that stay do the same{whose}"
         steps.append((f"the same command with {untested['option']}", shows))
+    elif "needed" in said and any(player.agent == PEOPLE for player in found.design.players):
+        steps.append(("lockprobe power --people", "how many people a new study needs; one that has begun gets no more"))
     elif "needed" in said:
         steps.append(("the same command with more --trials", said["needed"]))
     elif any("flip.p" in one.doses for one in found.design.conditions) and any(

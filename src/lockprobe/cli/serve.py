@@ -108,8 +108,8 @@ def serve(
     """Let people take part in a study, on a page in their browser. The same command resumes the study.
 
     Together they play the trials of the agent participant, each trial once; lockprobe run, report and export treat
-    these like any other agent's. Ctrl-C stops the server; no progress is lost. --json prints url, study_url and
-    directory.
+    these like any other agent's. Ctrl-C stops the server; no progress is lost. --json prints url, study_url,
+    preview_url and directory.
     """
     if write_texts or write_people:
         _write(write_texts, write_people, texts)
@@ -198,7 +198,7 @@ def _announce(where: RunningServer, planned: Study, experiment: Experiment, word
         parts.append(f"{CODE}={experiment.join_code}")
     given = where.url + ("?" + "&".join(parts) if parts else "")
     if json:
-        said = {"url": where.url, "study_url": given, "directory": str(where.directory)}
+        said = {"url": where.url, "study_url": given, "preview_url": where.preview, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
     own, each = where.url.rstrip("/") + "/", boxes_each(planned, experiment)
@@ -207,6 +207,7 @@ def _announce(where: RunningServer, planned: Study, experiment: Experiment, word
         f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
         f"Participants  {own}",
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
+        f"Preview       {where.preview}  (nothing is kept, and no place taken)",
         f"Kept in       {where.directory}",
         *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
         f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",

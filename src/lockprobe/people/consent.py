@@ -22,8 +22,8 @@ from lockprobe.people.session import Session
 from lockprobe.people.tokens import Tokens
 from lockprobe.people.withdrawal import has_withdrawn
 
-CODE = "code"
-"""The parameter of the URL that may hold the code to join."""
+CODE, PREVIEW = "code", "preview"
+"""The parameters of the URL that may hold the code to join, and the key of a preview."""
 
 _PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
@@ -47,21 +47,23 @@ class Admission:
                 raise ActRefused("incomplete", f"{name} in the URL is not a value of a recruitment platform")
         return found
 
-    def ask(self, platform: Mapping[str, str], code: str) -> Consent | Closed:
+    def ask(self, platform: Mapping[str, str], code: str, *, preview: bool = False) -> Consent | Closed:
         """The first scene of a new visitor.
 
         Args:
             platform: The parameters that are kept.
             code: The code to join from the URL; empty for none.
+            preview: Whether an experimenter looks at the study.
 
         Raises:
             ActRefused: As ``incomplete``, without a required ID of the recruitment platform.
         """
-        self.check_id(platform)
-        if closed := self._closed_to(platform):
-            return closed
+        if not preview:
+            self.check_id(platform)
+            if closed := self._closed_to(platform):
+                return closed
         boxes = boxes_each(self._opened.study, self._opened.experiment)
-        return self._opened.texts.consent(boxes, ask_code=not self._is_code(code))
+        return self._opened.texts.consent(boxes, ask_code=not (preview or self._is_code(code)))
 
     def check_id(self, platform: Mapping[str, str]) -> None:
         """Require an ID of the recruitment platform, where the experimenter does.
@@ -86,13 +88,20 @@ class Admission:
         person = self._roster.person(platform)
         return person is not None and self._roster.person(session.journey.joined.platform) not in (None, person)
 
-    async def join(self, mark: str, lease: str, platform: Mapping[str, str]) -> Session | Closed:
+    def is_preview(self, platform: Mapping[str, str]) -> bool:
+        """Whether an experimenter looks at the study, with the key in the address that the server says."""
+        return secrets.compare_digest(platform.get(PREVIEW, "").encode(), self._tokens.preview.encode())
+
+    async def join(
+        self, mark: str, lease: str, platform: Mapping[str, str], *, preview: bool = False
+    ) -> Session | Closed:
         """Record consent and assign trials; or the scene of a person who cannot join.
 
         Args:
             mark: The mark of the browser's token.
             lease: The lease of its page.
             platform: The parameters that are kept.
+            preview: Whether an experimenter looks at the study.
 
         Raises:
             BadFile: If it cannot be written; the participant has then not joined.
@@ -100,18 +109,19 @@ class Admission:
         async with self.lock:
             if (known := self._roster.marked(mark)) is not None:  # the same act was sent twice
                 return known
-            if (closed := self._closed_to(platform)) is not None:
-                return closed
-            await self._roster.make_room()
-            if (closed := self._closed_to(platform)) is not None:
-                return closed
+            if not preview:
+                if (closed := self._closed_to(platform)) is not None:
+                    return closed
+                await self._roster.make_room()
+                if (closed := self._closed_to(platform)) is not None:
+                    return closed
             if not (slots := self._roster.assigned()):
                 return self._opened.texts.closed("full")
-            session = self._record(mark, platform, slots)
+            session = self._record(mark, platform, slots, preview=preview)
             session.lease = lease
             return session
 
-    def _record(self, mark: str, platform: Mapping[str, str], slots: tuple[Slot, ...]) -> Session:
+    def _record(self, mark: str, platform: Mapping[str, str], slots: tuple[Slot, ...], *, preview: bool) -> Session:
         opened = self._opened
         while self._roster.called(identity := secrets.token_hex(4)) is not None:
             pass
@@ -119,8 +129,10 @@ class Admission:
         joined = Joined(
             identity=identity, token=mark, at=opened.clock(), platform=dict(platform), slots=slots, words=words
         )
-        session = Session(opened, Journey(joined, stations(opened.experiment, opened.words, len(slots))))
-        session.write_first()
+        way = stations(opened.experiment, opened.words, len(slots))
+        session = Session(opened, Journey(joined, way), preview=preview)
+        if not preview:
+            session.write_first()
         self._roster.add(session)
         return session
 

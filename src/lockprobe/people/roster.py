@@ -42,6 +42,7 @@ class Roster:
             self._watch(session)
         marked = ((session.journey.joined.token, session) for session in self._sessions.values())
         self._by_mark = {mark: session for mark, session in marked if mark}  # imported participants have no token
+        self._previews: dict[str, Session] = {}
         self._looked = opened.clock()
         self._most_waiting = (
             _MOST_WITH_CAMERA if any(resolve_plant(one).has_camera for one in opened.study.plants) else sys.maxsize
@@ -86,8 +87,11 @@ class Roster:
         return max(theirs, key=lambda session: session.journey.finished or session.journey.released)
 
     def add(self, session: Session) -> None:
-        """Add a participant who has just joined."""
+        """Add a participant who has just joined. A preview takes no place."""
         joined = session.journey.joined
+        if session.preview:
+            self._previews[joined.token] = self._by_mark[joined.token] = session
+            return
         self._sessions[joined.identity] = self._by_mark[joined.token] = session
         if person := self.person(joined.platform):
             self._persons[person] += 1
@@ -98,6 +102,9 @@ class Roster:
     def remove(self, session: Session) -> None:
         """Remove a participant who has withdrawn."""
         joined = session.journey.joined
+        if session.preview:
+            self._previews.pop(joined.token, None)
+            self._by_mark.pop(joined.token, None)
         if self._sessions.pop(joined.identity, None) is None:
             return
         self._by_mark.pop(joined.token, None)
@@ -146,6 +153,11 @@ class Roster:
                 if self._is_late(session):  # still, and not deleted while another was released
                     await session.release()
 
+    async def let_go(self) -> None:
+        """Drop all trials from memory."""
+        for session in (*self, *self._previews.values()):
+            await session.let_go()
+
     async def let_go_of_idle(self, comes: Session | None) -> None:
         """Drop idle trials from memory, and the longest waiting ones where there are too many.
 
@@ -154,7 +166,10 @@ class Roster:
         now = self._opened.clock()
         if now - self._looked < _LOOK_SECONDS and len(self._sessions) < self._most_waiting:
             return
-        waiting = sorted((one for one in self if one.holds and one is not comes), key=lambda one: one.used)
+        waiting = sorted(
+            (one for one in (*self, *self._previews.values()) if one.holds and one is not comes),
+            key=lambda one: one.used,
+        )
         surplus = max(0, len(waiting) - self._most_waiting + 1)
         if now - self._looked >= _LOOK_SECONDS:
             self._looked = now

@@ -152,7 +152,7 @@ class Box(StrictModel):
 class TrialOver(StrictModel):
     """The end of a box, the same for the practice box: its ``number`` is 0, and ``of`` does not count it.
 
-    ``solved`` is None where the experimenter gives no feedback.
+    ``solved`` is None where the experimenter gives no feedback; practice always has it.
     """
 
     kind: Literal["over"] = "over"

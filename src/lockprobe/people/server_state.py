@@ -15,7 +15,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.people.consent import CODE, Admission
+from lockprobe.people.consent import CODE, PREVIEW, Admission
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
 from lockprobe.people.refusals import ActRefused
@@ -107,8 +107,12 @@ class ServerState:
             try:
                 yield cls(opened, tokens, roster)
             finally:
-                for session in roster:
-                    await session.let_go()
+                await roster.let_go()
+
+    @property
+    def preview(self) -> str:
+        """What the address of a preview ends with."""
+        return f"?{PREVIEW}={self._tokens.preview}"
 
     def check(self) -> None:
         """Check that no other process has changed the records.
@@ -134,17 +138,19 @@ class ServerState:
             BadFile: If something cannot be written or read.
         """
         admission = self._admission
-        code, platform, lease = platform.get(CODE, ""), admission.kept(platform), secrets.token_hex(16)
+        preview, code, lease = admission.is_preview(platform), platform.get(CODE, ""), secrets.token_hex(16)
+        platform = {} if preview else admission.kept(platform)
         session = None if token is None else self._roster.marked(self._tokens.mark(token))
         await self._roster.let_go_of_idle(session)
-        if token is None or (session is not None and admission.is_another(session, platform)):
+        another = session is not None and (session.preview != preview or admission.is_another(session, platform))
+        if token is None or another:
             token, session = self._tokens.new(), None
         if session is not None:
             async with session.lock:
                 session.lease = lease
                 if not session.gone:
                     return await self._reply(token, lease, session)
-        return _outside(token, lease, admission.ask(platform, code))
+        return _outside(token, lease, admission.ask(platform, code, preview=preview))
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> PageReply:
         """Do an act and return the next scene. The act is on disk before this returns.
@@ -165,19 +171,20 @@ class ServerState:
         token, mark = self._proof(token, lease)
         session = self._roster.marked(mark)
         await self._roster.let_go_of_idle(session)
+        preview = self._admission.is_preview(platform)
         if isinstance(act, Agree):
             code, act = act.code or platform.get(CODE, ""), Agree(agreed=act.agreed)
-            if session is None and act.agreed:
+            if session is None and act.agreed and not preview:
                 self._admission.check_id(self._admission.kept(platform))
                 self._admission.check_code(code)
         if session is None:
-            kept = self._admission.kept(platform)
+            kept = {} if preview else self._admission.kept(platform)
             if turn != 1:
                 raise ActRefused("stale", "not the scene that is shown")
             if not isinstance(act, Agree):
                 raise ActRefused("impossible", "nothing that can be done before somebody agrees to take part")
             closed = self._opened.texts.closed("declined")
-            joined = await self._admission.join(mark, lease, kept) if act.agreed else closed
+            joined = await self._admission.join(mark, lease, kept, preview=preview) if act.agreed else closed
             if not isinstance(joined, Session):
                 return _outside(token, lease, joined)
             session = joined
@@ -238,7 +245,10 @@ class ServerState:
         """Delete all data of a participant, whose lock is held. They cannot act any more."""
         await session.let_go()
         identity, journal = session.journey.identity, self._opened.journal
-        if self._roster.called(identity) is session:
+        if session.preview:
+            session.gone = True
+            self._roster.remove(session)
+        elif self._roster.called(identity) is session:
             person = self._roster.person(session.journey.joined.platform)
             withdraw(journal, identity, self._tokens.digest(person) if person else "")
             session.gone = True

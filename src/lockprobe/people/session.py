@@ -28,6 +28,7 @@ class Session:
 
     Attributes:
         journey: How far the participant has come.
+        preview: Whether an experimenter looks at the study: nothing is written, and no place is taken.
         lock: Held while one request acts for the participant.
         lease: The lease of the page that may act; None before the first page asks.
         gone: Whether all data of the participant have been deleted.
@@ -35,8 +36,9 @@ class Session:
         on_line: Called with each line after it is written.
     """
 
-    def __init__(self, opened: OpenStudy, journey: Journey) -> None:
+    def __init__(self, opened: OpenStudy, journey: Journey, *, preview: bool = False) -> None:
         self.journey = journey
+        self.preview = preview
         self.lock = asyncio.Lock()
         self.lease: str | None = None
         self.gone = False
@@ -227,7 +229,7 @@ class Session:
 
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
         plan, facts = self._plan(box)
-        pictures = self._opened.directory / ALBUM if box else None
+        pictures = self._opened.directory / ALBUM if box and not self.preview else None
         steps = [
             RecordedAttempt(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)
         ]
@@ -262,7 +264,7 @@ class Session:
     def _is_played(self) -> bool:
         """Whether the record already holds the trial of this box: it was played elsewhere and imported."""
         box = self.journey.station.box
-        return box > 0 and not self._opened.journal.owes(self._plan(box)[0].key)
+        return box > 0 and not self.preview and not self._opened.journal.owes(self._plan(box)[0].key)
 
     async def _record_again(self, box: int, diary: Diary) -> None:
         """Record a finished trial from the steps in the diary.
@@ -281,7 +283,7 @@ class Session:
     def _append(self, box: int, trial: PausedTrial, began: float, ended: float) -> None:
         """Record a finished trial, unless it is the practice."""
         assert trial.trial is not None
-        if box:
+        if box and not self.preview:
             timing = Timing(key=trial.trial.key, seconds=max(0.0, ended - began), steps=len(trial.trial.steps))
             self._unrecorded = trial.trial, timing
             self._record()
@@ -297,7 +299,8 @@ class Session:
             self._unrecorded = None
 
     def _write(self, line: Entry) -> None:
-        self._diary.write(line)
+        if not self.preview:
+            self._diary.write(line)
         self.journey.follow(line)
         self.on_line(self, line)
 

@@ -150,10 +150,10 @@ class TextScenes:
         return tuple(Example(panel=shown.after, ask=self._asks) for shown in found) if what == "step" else ()
 
     def _over(self, journey: Journey, station: Station) -> TrialOver:
-        """The scene after a box, practice or not. It says whether the box was opened where the study does."""
+        """The scene after a box. It says whether the box was opened after practice, and where the study does."""
         number, of, over = station.box, len(journey.joined.slots), self._words.over
         ending = journey.endings.get(number) if number else journey.practised
-        solved = ending == "solved" if self._experiment.feedback and ending != "error" else None
+        solved = ending == "solved" if (self._experiment.feedback or not number) and ending != "error" else None
         facts = {"number": number, "of": of, "boxes": of}
         title, paragraphs = self._filled(over, facts)
         if not number:

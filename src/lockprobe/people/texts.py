@@ -115,6 +115,7 @@ class PageWords(_Part):
     step: Text
     box: Text
     practice: Text
+    practice_ends: Text
     choose: Text
     joint: Text
     target: Text

@@ -67,6 +67,11 @@ class Tokens:
             raise ActRefused("forged", "a token that was not given out here")
         return mark_of(token)
 
+    @property
+    def preview(self) -> str:
+        """The key with which an experimenter looks at the study."""
+        return hmac.digest(self._secret, b"preview", "sha256").hex()[:16]
+
     def digest(self, person: str) -> str:
         """A keyed digest of a person's ID on a recruitment platform, which tells nobody the ID."""
         return hmac.digest(self._secret, b"withdrew " + person.encode(), "sha256").hex()

@@ -139,7 +139,8 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     assert [rows[BOB][name] for name in device] == ["", "", ""]
     (directory / "people" / "experiment.json").write_text(json.dumps({"questions": [{"name": "why", "question": "?"}]}))
     rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
-    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 0, CEM: 0}
+    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 1, CEM: 0}
+    assert [rows[name]["questions_left"] for name in (ANN, BOB)] == [0, 1]  # who closed at the questions has played
 
 
 def test_a_box_that_broke_is_neither_finished_nor_left(directory):

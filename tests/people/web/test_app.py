@@ -15,7 +15,7 @@ from traceback import walk_stack
 from urllib.parse import urlsplit
 
 import pytest
-from served import STUDY, at_the_box, logged, served, visiting, written
+from served import STUDY, at_the_box, experiment, logged, served, visiting, written
 from stored import acts
 from visitor import in_short, without_the_page
 
@@ -29,6 +29,7 @@ from lockprobe.people.texts import read_words
 from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names
+from lockprobe.trial.record import Decision
 
 SOURCE = Path(lockprobe.__file__).parent
 
@@ -137,6 +138,32 @@ def test_who_withdraws_leaves_nothing_here_and_in_the_browser(tmp_path):
     for trace in asyncio.run(visit()):
         found = [path for path in tmp_path.rglob("*") if path.is_file() and trace.encode() in path.read_bytes()]
         assert found == []
+
+
+def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
+    """Also where an ID is required, and of somebody in whose browser another participant was before."""
+
+    async def visit():
+        async with served(tmp_path, people=experiment(require_id=True, practice="chain-2")) as place:
+            async with visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
+                await at_the_box(one)
+            before = written(tmp_path)
+            for withdraws in (False, True):
+                async with visiting(place, platform={"preview": place.preview.partition("=")[2]}) as looks:
+                    looks.decide = lambda looks=looks: asyncio.sleep(0, Decision(joint=looks.luck.choice("AB")))
+                    await looks.play(until=("over",) if withdraws else ("debrief", "closed"))
+                    await looks.open()
+                    if withdraws:
+                        answer = await looks.post("/api/withdraw", {"lease": looks.lease})
+                        assert answer.json()["scene"]["why"] == "withdrawn"
+                    else:
+                        assert looks.scene["kind"] == "debrief"
+            assert written(tmp_path) == before
+            async with visiting(place, platform={"preview": "0" * 16}) as stranger:
+                answer = await stranger.post("/api/open", {"platform": stranger.platform})
+                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
+
+    asyncio.run(visit())
 
 
 def test_an_act_counts_once_however_often_it_is_sent(tmp_path):

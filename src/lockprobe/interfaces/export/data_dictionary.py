@@ -177,7 +177,8 @@ COLUMN: Mapping[str, Column] = {
     "conditions": Column(
         "The conditions of the participant's boxes in order (truth; flip?p=0.4), separated by semicolons."
     ),
-    "finished": _mark("whether the participant reached the end: every box is over and every question was asked."),
+    "finished": _mark("whether all boxes of the participant are over, whether or not the questions after them are."),
+    "questions_left": _count("Attention checks and questions to which the participant has not come; 0 at the end.", 0),
     "pointers": Column(
         "Devices of the participant's choices, most used first: mouse, touch, pen, keyboard. Empty if the study does "
         "not store them."

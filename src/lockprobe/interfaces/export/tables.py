@@ -148,6 +148,7 @@ _PARTICIPANT = (
     "box_seconds",
     "conditions",
     "finished",
+    "questions_left",
     "pointers",
     "window_width",
     "window_height",
@@ -260,7 +261,8 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "seconds": round(max((act.at for act in kept.acts), default=joined.at) - joined.at, 3),
         "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
-        "finished": int(_has_finished(kept, journey, experiment)),
+        "finished": int(journey.boxes_done and not journey.released),
+        "questions_left": "" if experiment is None else _open_questions(kept, experiment),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -270,15 +272,12 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
     return row
 
 
-def _has_finished(kept: Diary, journey: Journey, experiment: Experiment | None) -> bool:
-    """Whether a participant has reached the end: every box is over and, if the settings are stored, all was asked."""
-    asked: set[tuple[str, str]] = set()
-    if experiment is not None:
-        checks = enumerate(experiment.checks, 1)
-        asked |= {("check", str(number)) for number, check in checks if check.after <= len(kept.joined.slots)}
-        asked |= {("ask", question.name) for question in experiment.questions}
-    answered = {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
-    return journey.boxes_done and not journey.released and asked <= answered
+def _open_questions(kept: Diary, experiment: Experiment) -> int:
+    """How many attention checks and questions at the end a participant has not come to."""
+    checks = enumerate(experiment.checks, 1)
+    asked = {("check", str(number)) for number, check in checks if check.after <= len(kept.joined.slots)}
+    asked |= {("ask", question.name) for question in experiment.questions}
+    return len(asked - {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)})
 
 
 def _seconds(kept: Diary, box: int) -> str:

@@ -57,11 +57,13 @@ class RunningServer:
     Attributes:
         url: The address for participants.
         directory: The directory of the study.
+        preview: The address under which an experimenter looks at the study: nothing is kept, and no place taken.
         check: Raises BadFile where another process has changed the records.
     """
 
     url: str
     directory: Path
+    preview: str = ""
     check: Callable[[], None] = lambda: None
 
 
@@ -85,7 +87,9 @@ async def opened(
                 app = application(state, words, address, log)
                 async with running(app, listening, log.say, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()
-                    yield RunningServer(url=address.url, directory=directory, check=state.check)
+                    yield RunningServer(
+                        url=address.url, directory=directory, preview=address.url + state.preview, check=state.check
+                    )
 
 
 async def serve(
