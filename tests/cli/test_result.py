@@ -120,7 +120,12 @@ def test_what_is_open_is_the_next_step(played):
 
     def of_people(one):
         design = one.design.model_copy(
-            update={"players": (one.design.players[0].model_copy(update={"agent": PEOPLE}),)}
+            update={
+                "players": (
+                    *one.design.players,
+                    one.design.players[0].model_copy(update={"agent": PEOPLE}),
+                )
+            }
         )
         return one.changed(findings=(*kept, more[0].model_copy(update={"kind": "needed"})), design=design)
 

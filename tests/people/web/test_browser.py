@@ -34,7 +34,21 @@ CHECK = {"after": 1, "question": "Choose blue.", "options": ["red", "blue"], "ri
 ASK = {"name": "how", "question": "How did you go about it?"}
 
 
-ARGUMENTS = ("flips", "--p", "0,0.4", "--repetitions", 1, "--seed", 7, "--max-steps", 9)
+ARGUMENTS = (
+    "flips",
+    "--box",
+    "chain-4",
+    "--layout",
+    "fixed",
+    "--p",
+    "0,0.4",
+    "--repetitions",
+    1,
+    "--seed",
+    7,
+    "--max-steps",
+    9,
+)
 """The same study for ``lockprobe serve``, but for its trials."""
 
 

@@ -90,7 +90,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
 def test_very_many_take_part_at_once(tmp_path):
     people = tmp_path / "people.toml"
     people.write_text('practice = ""\n')
-    arguments = ("flips", "--p", "0,0.4", "--trials", SEVERAL, "--repetitions", 1, "--out", tmp_path / "study",
+    arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", SEVERAL, "--repetitions", 1, "--out", tmp_path / "study",
                  "--people", people, "--port", 0)  # fmt: skip
     with server(*arguments) as where:
         study = read_study(tmp_path / "study")
@@ -108,7 +108,7 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
     people = tmp_path / "people.toml"
     people.write_text('practice = ""\n')
     directory, number, luck = tmp_path / "study", 16, random.Random(7)
-    arguments = ("flips", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
+    arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
                  "--people", people)  # fmt: skip
 
     def begun(port=0):
@@ -141,7 +141,7 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
 
 
 def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
-    arguments = ("flips", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
+    arguments = ("flips", "--box", "chain-4", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
 
     async def come_in(where, one=None):
         one = one or Visitor(where["url"], read_study(tmp_path), tmp_path)
